@@ -1,0 +1,28 @@
+/// The error budget of an operation, mm: what each stage may add to the depth below the true surface.
+///
+/// Their [sum](ErrorBudget::total) is the largest depth below the true surface that a clean program may reach.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ErrorBudget {
+    /// Mesh facets against the true surface.
+    pub mesh_chord: f64,
+    /// Straight path between two CC points against the surface.
+    pub path_chord: f64,
+    /// The control's motion between two blocks against the straight path with turning axis.
+    pub linearisation: f64,
+    /// Smoothing and blending of the control: path + R × orientation.
+    pub control: f64,
+    /// Tolerance t of the cutter's test body.
+    pub gouge_tolerance: f64,
+}
+
+impl ErrorBudget {
+    /// Sum of all parts, mm.
+    pub fn total(&self) -> f64 {
+        self.mesh_chord + self.above_mesh()
+    }
+
+    /// The part of the budget that a check against the mesh itself may use up: all but `mesh_chord`, mm.
+    pub fn above_mesh(&self) -> f64 {
+        self.path_chord + self.linearisation + self.control + self.gouge_tolerance
+    }
+}

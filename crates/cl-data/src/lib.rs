@@ -1,0 +1,36 @@
+//! The words of the pipeline: what one stage hands to the next.
+//!
+//! A planned operation is read in this order: [`CcPoint`]s in [`Pass`]es (where the cutter touches the part),
+//! [`ClPoint`]s (where the tool is), axis values (crate `facemill-inverse-kinematics`), timed blocks, NC text. This crate
+//! holds the first two, the [`Posture`] that leads from one to the other, and the terms every claim is made in: the
+//! [`MotionLaw`] between two blocks and the [`ErrorBudget`] of an operation.
+//!
+//! Units are mm, rad and s; every position and direction is in the workpiece frame unless a name says otherwise.
+//!
+//! ```
+//! use facemill_cl_data::{CcPoint, Posture};
+//! use nalgebra::{Point3, Vector3};
+//!
+//! let cc = CcPoint::new(Point3::origin(), Vector3::z(), Vector3::x()).unwrap();
+//! let posture = Posture { tilt: 2f64.to_radians(), rotate: 0.0 };
+//! // CLOPT (1): leaning by the tilt into the feed.
+//! assert!((cc.tool_axis(posture).x - posture.tilt.sin()).abs() < 1e-15);
+//! ```
+//!
+//! It must not know meshes, machines or files.
+
+mod aabb;
+mod cc_point;
+mod error_budget;
+mod monitor;
+mod motion_law;
+mod pass;
+mod solid;
+
+pub use aabb::Aabb;
+pub use cc_point::{CcPoint, CcPointError, ClPoint, Posture};
+pub use error_budget::ErrorBudget;
+pub use monitor::{Cancelled, Monitor, Silent};
+pub use motion_law::{ControlTolerance, CuttingLaw, MotionLaw, RapidLaw};
+pub use pass::Pass;
+pub use solid::{PlacedSolid, RoundBox, RoundFrustum, Solid};

@@ -1,0 +1,33 @@
+/// Progress and cancellation of a long computation, given as an argument by whoever owns the screen.
+///
+/// Results never depend on it, except that a cancelled computation has none.
+pub trait Monitor: Sync {
+    /// Says that `steps` more steps are done; what a step is, the called function says.
+    fn advance(&self, steps: usize);
+    /// Whether to stop as soon as possible. Asked at least once a step.
+    fn is_cancelled(&self) -> bool;
+
+    /// `Err(Cancelled)` when [`Monitor::is_cancelled`], for use with `?`.
+    ///
+    /// # Errors
+    /// When the computation has been cancelled.
+    fn checkpoint(&self) -> Result<(), Cancelled> {
+        if self.is_cancelled() { Err(Cancelled) } else { Ok(()) }
+    }
+}
+
+/// A [`Monitor`] that shows nothing and never cancels.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Silent;
+
+impl Monitor for Silent {
+    fn advance(&self, _steps: usize) {}
+    fn is_cancelled(&self) -> bool {
+        false
+    }
+}
+
+/// The computation was stopped by its [`Monitor`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("cancelled")]
+pub struct Cancelled;

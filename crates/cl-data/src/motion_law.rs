@@ -1,0 +1,46 @@
+/// What a control does between two programmed positions of a cutting move.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CuttingLaw {
+    /// All machine axes move linearly together: the tip runs along a curve. Five-axis moves without RTCP.
+    AxesLinear,
+    /// RTCP: the tip moves on a straight line in the workpiece frame, the rotary axes linearly.
+    TipAndRotariesLinear,
+    /// RTCP: the tip moves on a straight line, the tool vector turns uniformly in the plane of its two ends.
+    TipLinearVectorTurned,
+}
+
+/// What a control does between two programmed positions of a rapid.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RapidLaw {
+    /// All machine axes start and end together.
+    Linear,
+    /// Each axis moves at its own speed and stops when it is there: the path bends.
+    PerAxis,
+}
+
+/// How far smoothing and corner blending may take the control from the programmed motion.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ControlTolerance {
+    /// Deviation of the tip, mm.
+    pub path: f64,
+    /// Deviation of the tool axis, rad.
+    pub orientation: f64,
+}
+
+impl ControlTolerance {
+    /// What a cutter of radius `radius` may lose by it, mm: path + R × orientation.
+    pub fn charge(&self, radius: f64) -> f64 {
+        self.path + radius * self.orientation
+    }
+}
+
+/// The motion every claim between two positions is made for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MotionLaw {
+    /// Between the positions of cutting moves.
+    pub cutting: CuttingLaw,
+    /// Between the positions of rapids.
+    pub rapid: RapidLaw,
+    /// Deviation from either.
+    pub control_tolerance: ControlTolerance,
+}

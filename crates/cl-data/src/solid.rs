@@ -1,0 +1,183 @@
+use nalgebra::{Isometry3, Point3, Vector3};
+
+use crate::Aabb;
+
+/// Solid frustum about the z axis of its own frame, dilated by a ball: the shape of every turned body of a tool
+/// assembly and of every cutter's test body.
+///
+/// The frustum is closed, from `z_low` (radius `radius_low`) to `z_high` ≥ `z_low` (radius `radius_high`); the body is
+/// every point within `rounding` of it. With equal radii and rounding 0 it is a cylinder, with radii 0 a capsule. All
+/// lengths are mm and not negative.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RoundFrustum {
+    /// Lower end of the undilated frustum.
+    pub z_low: f64,
+    /// Upper end of the undilated frustum.
+    pub z_high: f64,
+    /// Radius at `z_low`.
+    pub radius_low: f64,
+    /// Radius at `z_high`.
+    pub radius_high: f64,
+    /// Radius of the ball.
+    pub rounding: f64,
+}
+
+/// Solid box about the origin of its own frame, dilated by a ball. All lengths are mm and not negative.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RoundBox {
+    /// Half of the edge lengths of the undilated box.
+    pub half_extents: Vector3<f64>,
+    /// Radius of the ball.
+    pub rounding: f64,
+}
+
+/// A convex body in its own frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Solid {
+    /// Turned body.
+    Frustum(RoundFrustum),
+    /// Box.
+    Box(RoundBox),
+}
+
+/// A solid fixed in a frame: the tool's (origin at the tip, z toward the spindle) or a machine link's.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlacedSolid {
+    /// What a finding calls it.
+    pub name: String,
+    /// Shape.
+    pub solid: Solid,
+    /// Pose of the solid's frame.
+    pub frame_from_solid: Isometry3<f64>,
+}
+
+impl RoundFrustum {
+    /// Distance from `p` (own frame) to the undilated frustum, 0 inside.
+    pub fn core_distance(&self, p: &Point3<f64>) -> f64 {
+        let radial = p.x.hypot(p.y);
+        // In the (radial, z) half plane the frustum is a trapezoid with one slanted side.
+        if p.z <= self.z_low {
+            // The slanted side can be nearer than the bottom only where it widens downward, and it never does below.
+            let bottom = (radial - self.radius_low).max(0.0).hypot(self.z_low - p.z);
+            return bottom.min(self.slant_distance(radial, p.z));
+        }
+        if p.z >= self.z_high {
+            let top = (radial - self.radius_high).max(0.0).hypot(p.z - self.z_high);
+            return top.min(self.slant_distance(radial, p.z));
+        }
+        let wall =
+            self.radius_low + (self.radius_high - self.radius_low) * (p.z - self.z_low) / (self.z_high - self.z_low);
+        if radial <= wall { 0.0 } else { self.slant_distance(radial, p.z) }
+    }
+
+    /// Distance in the (radial, z) half plane to the segment from (`radius_low`, `z_low`) to (`radius_high`, `z_high`).
+    fn slant_distance(&self, radial: f64, z: f64) -> f64 {
+        let (along_r, along_z) = (self.radius_high - self.radius_low, self.z_high - self.z_low);
+        let length_sq = along_r * along_r + along_z * along_z;
+        let (dr, dz) = (radial - self.radius_low, z - self.z_low);
+        let t = if length_sq > 0.0 { ((dr * along_r + dz * along_z) / length_sq).clamp(0.0, 1.0) } else { 0.0 };
+        (dr - t * along_r).hypot(dz - t * along_z)
+    }
+
+    /// Smallest box around the dilated body, own frame.
+    pub fn aabb(&self) -> Aabb {
+        let r = self.radius_low.max(self.radius_high);
+        Aabb { min: Point3::new(-r, -r, self.z_low), max: Point3::new(r, r, self.z_high) }.dilated(self.rounding)
+    }
+}
+
+impl RoundBox {
+    /// Distance from `p` (own frame) to the undilated box, 0 inside.
+    pub fn core_distance(&self, p: &Point3<f64>) -> f64 {
+        (p.coords.abs() - self.half_extents).sup(&Vector3::zeros()).norm()
+    }
+}
+
+impl Solid {
+    /// Distance from `p` (own frame) to the body, negative down to −rounding inside the dilated skin, −rounding deeper.
+    pub fn distance(&self, p: &Point3<f64>) -> f64 {
+        self.core_distance(p) - self.rounding()
+    }
+
+    /// Distance from `p` (own frame) to the undilated body, 0 inside. It is convex and changes by at most the distance
+    /// that `p` moves.
+    pub fn core_distance(&self, p: &Point3<f64>) -> f64 {
+        match self {
+            Self::Frustum(f) => f.core_distance(p),
+            Self::Box(b) => b.core_distance(p),
+        }
+    }
+
+    /// Radius of the dilating ball, mm.
+    pub fn rounding(&self) -> f64 {
+        match self {
+            Self::Frustum(f) => f.rounding,
+            Self::Box(b) => b.rounding,
+        }
+    }
+
+    /// The body dilated by `by` more (mm, may be negative down to −rounding).
+    #[must_use]
+    pub fn dilated(mut self, by: f64) -> Self {
+        let rounding = match &mut self {
+            Self::Frustum(f) => &mut f.rounding,
+            Self::Box(b) => &mut b.rounding,
+        };
+        *rounding = (*rounding + by).max(0.0);
+        self
+    }
+
+    /// Smallest box around the dilated body, own frame.
+    pub fn aabb(&self) -> Aabb {
+        match self {
+            Self::Frustum(f) => f.aabb(),
+            Self::Box(b) => {
+                Aabb { min: Point3::from(-b.half_extents), max: Point3::from(b.half_extents) }.dilated(b.rounding)
+            }
+        }
+    }
+
+    /// A point of the undilated body, for asking whether a body that touches nothing is wholly inside something.
+    pub fn interior_point(&self) -> Point3<f64> {
+        match self {
+            Self::Frustum(f) => Point3::new(0.0, 0.0, 0.5 * (f.z_low + f.z_high)),
+            Self::Box(_) => Point3::origin(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The frustum's distance by brute force over points of its (radial, z) outline.
+    fn outline_distance(f: &RoundFrustum, radial: f64, z: f64) -> f64 {
+        let n = 4000;
+        let corners = [(0.0, f.z_low), (f.radius_low, f.z_low), (f.radius_high, f.z_high), (0.0, f.z_high)];
+        let mut best = f64::INFINITY;
+        for pair in corners.windows(2) {
+            for k in 0..=n {
+                let t = f64::from(k) / f64::from(n);
+                let (r, h) = (pair[0].0 + t * (pair[1].0 - pair[0].0), pair[0].1 + t * (pair[1].1 - pair[0].1));
+                best = best.min((radial - r).hypot(z - h));
+            }
+        }
+        best
+    }
+
+    #[test]
+    fn core_distance_outside_is_the_distance_to_the_outline() {
+        for (low, high) in [(10.0, 10.0), (10.0, 3.0), (3.0, 10.0), (0.0, 0.0), (0.0, 8.0)] {
+            let f = RoundFrustum { z_low: 1.0, z_high: 7.0, radius_low: low, radius_high: high, rounding: 0.0 };
+            for i in 0..40 {
+                for j in 0..40 {
+                    let (x, z) = (0.5 * f64::from(i), -6.0 + 0.5 * f64::from(j));
+                    let d = f.core_distance(&Point3::new(x, 0.0, z));
+                    if d > 0.0 {
+                        assert!((d - outline_distance(&f, x, z)).abs() < 1e-4, "{f:?} at {x}, {z}: {d}");
+                    }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,122 @@
+//! Strict JSON files: how every format of the project is read and described.
+//!
+//! A format is a struct with `Deserialize`, `Serialize`, `JsonSchema` and `deny_unknown_fields`. [`from_json`] reads it and
+//! turns whatever is wrong into a [`FormatError`] that names the field, the place in the text, and, for a key that does
+//! not exist, the nearest one that does. Enums with data are written externally tagged (`{"box": {…}}`), because serde
+//! loses the place of an error inside internally tagged and untagged ones.
+//!
+//! It must not know what the files hold, and opens none.
+
+use schemars::{JsonSchema, generate::SchemaSettings};
+use serde::{Serialize, de::DeserializeOwned};
+
+/// What is wrong with a file, where, and what would be right.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{}line {line}, column {column}: {message}{}", if field.is_empty() || field == "." { String::new() } else { format!("{field}, ") }, hint.as_ref().map(|h| format!("; {h}")).unwrap_or_default())]
+pub struct FormatError {
+    /// Path of the field, such as `operations[0].search.tilt_deg`; empty at the top level.
+    pub field: String,
+    /// Line, from 1.
+    pub line: usize,
+    /// Column, from 1.
+    pub column: usize,
+    /// What is wrong.
+    pub message: String,
+    /// What to do, where it can be told.
+    pub hint: Option<String>,
+}
+
+/// Reads a strict JSON file.
+///
+/// # Errors
+/// When the text is not JSON, a key is unknown, missing or twice there, or a value is of the wrong kind.
+pub fn from_json<T: DeserializeOwned>(text: &[u8]) -> Result<T, FormatError> {
+    // Editors on some systems start files with a byte order mark, which is no part of the JSON.
+    let text = text.strip_prefix(b"\xef\xbb\xbf").unwrap_or(text);
+    let mut json = serde_json::Deserializer::from_slice(text);
+    let value = serde_path_to_error::deserialize(&mut json).map_err(|e| {
+        let field = e.path().to_string();
+        format_error(field, e.inner())
+    })?;
+    json.end().map_err(|e| format_error(String::new(), &e))?;
+    Ok(value)
+}
+
+fn format_error(field: String, e: &serde_json::Error) -> FormatError {
+    let full = e.to_string();
+    let place = format!(" at line {} column {}", e.line(), e.column());
+    let message = full.strip_suffix(&place).unwrap_or(&full).to_owned();
+    let hint = nearest_key(&message).map(|k| format!("did you mean `{k}`?"));
+    FormatError { field, line: e.line(), column: e.column(), message, hint }
+}
+
+/// The known key nearest to the unknown one, read from serde's "unknown field `x`, expected one of `a`, `b`".
+fn nearest_key(message: &str) -> Option<String> {
+    let rest = message.strip_prefix("unknown field `").or_else(|| message.strip_prefix("unknown variant `"))?;
+    let (unknown, rest) = rest.split_once('`')?;
+    let known = rest.split('`').skip(1).step_by(2);
+    known
+        .map(|k| (strsim::damerau_levenshtein(&unknown.to_lowercase(), k), k))
+        .min()
+        // Farther than half of the word it is a guess, not a typing error.
+        .filter(|(distance, k)| *distance <= k.len().max(unknown.len()).div_ceil(2))
+        .map(|(_, k)| k.to_owned())
+}
+
+/// Writes a format's value as indented JSON with a newline at its end; the same value always gives the same bytes.
+///
+/// # Panics
+/// When the value holds a map with keys that are not strings, which no format of the project does.
+pub fn to_json<T: Serialize>(value: &T) -> String {
+    let mut text = serde_json::to_string_pretty(value).expect("formats have string keys");
+    text.push('\n');
+    text
+}
+
+/// JSON Schema (draft 2020-12) of a format, as [`to_json`] writes it.
+#[must_use]
+pub fn schema<T: JsonSchema>() -> String {
+    to_json(&SchemaSettings::draft2020_12().into_generator().into_root_schema_for::<T>())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde::Deserialize;
+
+    #[derive(Debug, Serialize, Deserialize, JsonSchema)]
+    #[serde(deny_unknown_fields)]
+    struct Outer {
+        inner: Vec<Inner>,
+    }
+
+    #[derive(Debug, Serialize, Deserialize, JsonSchema)]
+    #[serde(deny_unknown_fields)]
+    struct Inner {
+        tilt_deg: f64,
+        rotate_deg: f64,
+    }
+
+    #[test]
+    fn unknown_key_is_refused_with_field_place_and_nearest_key() {
+        let e = from_json::<Outer>(b"{\"inner\": [\n {\"tlt_deg\": 1}]}").unwrap_err();
+        assert_eq!(e.field, "inner[0].tlt_deg");
+        assert_eq!(e.line, 2);
+        assert_eq!(e.hint.as_deref(), Some("did you mean `tilt_deg`?"));
+    }
+
+    #[test]
+    fn missing_key_wrong_kind_and_trailing_text_are_refused() {
+        let e = from_json::<Outer>(b"{\"inner\": [{\"tilt_deg\": 1}]}").unwrap_err();
+        assert!(e.to_string().contains("rotate_deg"), "{e}");
+        let e = from_json::<Outer>(b"{\"inner\": [{\"tilt_deg\": \"1\", \"rotate_deg\": 2}]}").unwrap_err();
+        assert_eq!(e.field, "inner[0].tilt_deg");
+        assert!(from_json::<Outer>(b"{\"inner\": []} x").is_err());
+        assert!(from_json::<Outer>(b"").is_err());
+    }
+
+    #[test]
+    fn byte_order_mark_is_no_part_of_the_file() {
+        assert!(from_json::<Outer>(b"\xef\xbb\xbf{\"inner\": []}").is_ok());
+    }
+}
