@@ -1,1 +1,42 @@
-//! Room to be built: see `docs/architecture.md`.
+//! The tool: cutter, cutter body and holder as solids of revolution, and how a cutter touches a surface.
+//!
+//! A tool file ([`ToolFile`], format [`FORMAT`]) becomes a checked [`ToolAssembly`]: a [`Cutter`] (radius R, corner radius r)
+//! below a cutter body and a stack of holder frusta. All its lengths are measured from the tool tip, and all its bodies are
+//! in the tool frame: origin at the tip, z toward the spindle, mm.
+//!
+//! - [`cl_from_cc`] puts the cutter on a CC point (CLOPT (1), (2), torus form, flat limit).
+//! - [`Cutter::test_body`] is the body whose freedom proves that no cutter point is deeper than the tolerance.
+//! - [`Outline`] is what the tilted cutter leaves behind, seen along the feed; [`cusp_height_between`] is what two
+//!   neighbouring passes leave standing, and [`silhouette_curvature`] its curvature at the contact.
+//!
+//! ```
+//! use facemill_cl_data::{CcPoint, Posture};
+//! use facemill_tool_model::{Cutter, cl_from_cc};
+//! use nalgebra::{Point3, Vector3};
+//!
+//! let cutter = Cutter::new(25.0, 2.0, 10.0)?;
+//! let cc = CcPoint::new(Point3::origin(), Vector3::z(), Vector3::x())?;
+//! let cl = cl_from_cc(&cutter, &cc, Posture { tilt: 3f64.to_radians(), rotate: 0.0 });
+//! // The cutter leans into the feed, touches with its leading edge, and its centre hangs back and up.
+//! assert!(cl.axis.x > 0.0 && cl.tip.x < -22.0 && cl.tip.z > 1.0);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! Every formula is closed except [`Outline::height_at`] and what is built on it, which iterate to a stated accuracy.
+//! The crate must not know meshes.
+
+mod assembly;
+mod contact;
+mod cusp;
+mod cutter;
+mod outline;
+mod silhouette;
+mod tool_file;
+
+pub use assembly::{ToolAssembly, ToolFileError};
+pub use contact::cl_from_cc;
+pub use cusp::{Cusp, cusp_height_between, step_over_for_cusp};
+pub use cutter::{Cutter, CutterError};
+pub use outline::Outline;
+pub use silhouette::{SilhouetteCurvature, silhouette_curvature};
+pub use tool_file::{FORMAT, FormatTag, Section, SpindleRotation, Stack, ToolFile};

@@ -1,0 +1,311 @@
+use facemill_cl_data::{PlacedSolid, RoundFrustum, Solid};
+use facemill_file_format::FormatError;
+use nalgebra::Isometry3;
+
+use crate::{Cutter, CutterError, SpindleRotation, Stack, ToolFile};
+
+/// A whole tool: cutter, cutter body, holder, and what cutting with it needs to know. Tool frame, mm and rad.
+///
+/// Checked: the cutter body closes the gap between flute and holder, the holder reaches the gauge line.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ToolAssembly {
+    file: ToolFile,
+    cutter: Cutter,
+}
+
+/// Why bytes are not a tool.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ToolFileError {
+    /// The text is not a tool file: not JSON, an unknown or missing key, a value of the wrong kind, another format.
+    #[error(transparent)]
+    Format(#[from] FormatError),
+    /// Radius, corner radius and flute length do not make a cutter.
+    #[error("radius_mm, corner_radius_mm, flute_length_mm: {0}")]
+    Cutter(#[from] CutterError),
+    /// A number is out of its range.
+    #[error("{field}: {value} is not {expected}")]
+    OutOfRange {
+        /// Path of the field, such as `holder.sections[1].length_mm`.
+        field: String,
+        /// Its value.
+        value: f64,
+        /// What it has to be.
+        expected: &'static str,
+    },
+    /// Two lengths do not fit each other.
+    #[error("{field}: reaches to {reaches_mm} mm above the tip, but must reach {needed_mm} mm ({to})")]
+    Gap {
+        /// Path of the stack.
+        field: &'static str,
+        /// Where its sections end.
+        reaches_mm: f64,
+        /// Where they must reach.
+        needed_mm: f64,
+        /// What is there.
+        to: &'static str,
+    },
+}
+
+/// Sections written in tenths may miss their sum by rounding; a gap of this size (mm) hides nothing that could collide.
+const GAP: f64 = 1e-6;
+
+impl ToolAssembly {
+    /// Reads a tool file.
+    ///
+    /// # Errors
+    /// When it is not a tool file, or its numbers are not a tool's; the error names the field.
+    pub fn from_json(text: &[u8]) -> Result<Self, ToolFileError> {
+        Self::new(facemill_file_format::from_json(text)?)
+    }
+
+    /// Checks a tool file's numbers.
+    ///
+    /// # Errors
+    /// When a number is out of range or lengths do not fit each other; the error names the field.
+    pub fn new(file: ToolFile) -> Result<Self, ToolFileError> {
+        let cutter = Cutter::new(file.radius_mm, file.corner_radius_mm, file.flute_length_mm)?;
+        check_numbers(&file)?;
+        check_stack("body", &file.body)?;
+        check_stack("holder", &file.holder)?;
+        check_reach("body", &file.body, file.flute_length_mm, file.stick_out_mm, "stick_out_mm")?;
+        check_reach("holder", &file.holder, file.stick_out_mm, file.gauge_length_mm, "gauge_length_mm")?;
+        Ok(Self { file, cutter })
+    }
+
+    /// The tool as a file; reading it gives the same tool.
+    pub fn to_file(&self) -> ToolFile {
+        self.file.clone()
+    }
+
+    /// The cutting part.
+    pub fn cutter(&self) -> &Cutter {
+        &self.cutter
+    }
+
+    /// What reports and the NC program call the tool.
+    pub fn name(&self) -> &str {
+        &self.file.name
+    }
+
+    /// Number in the magazine.
+    pub fn number(&self) -> u32 {
+        self.file.number
+    }
+
+    /// Number of inserts or teeth, at least 1.
+    pub fn n_inserts(&self) -> u32 {
+        self.file.n_inserts
+    }
+
+    /// Radius about the axis within which the bottom does not cut, mm; 0 for a cutter that cuts to its centre.
+    pub fn dead_core_radius(&self) -> f64 {
+        self.file.dead_core_radius_mm
+    }
+
+    /// Steepest ramp on which the cutter may enter the material, rad.
+    pub fn max_ramp_angle(&self) -> f64 {
+        self.file.max_ramp_angle_deg.to_radians()
+    }
+
+    /// Sense of the spindle for cutting, seen from the spindle toward the tip.
+    pub fn spindle_rotation(&self) -> SpindleRotation {
+        self.file.spindle_rotation
+    }
+
+    /// Cutting edge angle of the inserts (κr), rad, where the file gives one.
+    pub fn cutting_edge_angle(&self) -> Option<f64> {
+        self.file.cutting_edge_angle_deg.map(f64::to_radians)
+    }
+
+    /// From the tip to the nose of the holder, mm.
+    pub fn stick_out(&self) -> f64 {
+        self.file.stick_out_mm
+    }
+
+    /// From the tip to the gauge line, mm: the length that kinematics and length compensation work with.
+    pub fn gauge_length(&self) -> f64 {
+        self.file.gauge_length_mm
+    }
+
+    /// Every non-cutting body of the assembly, dilated by its clearance, in the tool frame: the sections of the cutter body
+    /// from the end of the flute, then those of the holder from its nose.
+    pub fn collision_bodies(&self) -> Vec<PlacedSolid> {
+        let body = placed("cutter body", &self.file.body, self.file.flute_length_mm);
+        let holder = placed("holder", &self.file.holder, self.file.stick_out_mm);
+        body.chain(holder).collect()
+    }
+}
+
+/// The sections of a stack as solids of the tool frame.
+fn placed<'a>(name: &'a str, stack: &'a Stack, from: f64) -> impl Iterator<Item = PlacedSolid> + 'a {
+    let mut z = from;
+    stack.sections.iter().enumerate().map(move |(k, section)| {
+        let z_low = z;
+        z += section.length_mm;
+        let solid = Solid::Frustum(RoundFrustum {
+            z_low,
+            z_high: z,
+            radius_low: 0.5 * section.diameter_low_mm,
+            radius_high: 0.5 * section.diameter_high_mm,
+            rounding: stack.clearance_mm,
+        });
+        PlacedSolid { name: format!("{name} section {}", k + 1), solid, frame_from_solid: Isometry3::identity() }
+    })
+}
+
+fn check(field: impl Into<String>, value: f64, ok: bool, expected: &'static str) -> Result<(), ToolFileError> {
+    // NaN and infinity are in no range, whatever the comparison said.
+    if ok && value.is_finite() {
+        Ok(())
+    } else {
+        Err(ToolFileError::OutOfRange { field: field.into(), value, expected })
+    }
+}
+
+fn check_numbers(file: &ToolFile) -> Result<(), ToolFileError> {
+    let core = file.dead_core_radius_mm;
+    check("dead_core_radius_mm", core, (0.0..file.radius_mm).contains(&core), "at least 0 and below radius_mm")?;
+    let ramp = file.max_ramp_angle_deg;
+    check("max_ramp_angle_deg", ramp, (0.0..=90.0).contains(&ramp), "an angle from 0 to 90 degrees")?;
+    if let Some(angle) = file.cutting_edge_angle_deg {
+        check("cutting_edge_angle_deg", angle, angle > 0.0 && angle <= 90.0, "an angle above 0 and up to 90 degrees")?;
+    }
+    check("n_inserts", f64::from(file.n_inserts), file.n_inserts >= 1, "at least 1")?;
+    let stick_out = file.stick_out_mm;
+    check("stick_out_mm", stick_out, stick_out >= file.flute_length_mm, "at least flute_length_mm")?;
+    let gauge = file.gauge_length_mm;
+    check("gauge_length_mm", gauge, gauge >= stick_out, "at least stick_out_mm")
+}
+
+fn check_stack(name: &'static str, stack: &Stack) -> Result<(), ToolFileError> {
+    let clearance = stack.clearance_mm;
+    check(format!("{name}.clearance_mm"), clearance, clearance >= 0.0, "at least 0")?;
+    for (k, s) in stack.sections.iter().enumerate() {
+        let field = |key: &str| format!("{name}.sections[{k}].{key}");
+        check(field("length_mm"), s.length_mm, s.length_mm > 0.0, "a positive length")?;
+        check(field("diameter_low_mm"), s.diameter_low_mm, s.diameter_low_mm >= 0.0, "at least 0")?;
+        check(field("diameter_high_mm"), s.diameter_high_mm, s.diameter_high_mm >= 0.0, "at least 0")?;
+    }
+    Ok(())
+}
+
+fn check_reach(
+    field: &'static str,
+    stack: &Stack,
+    from_mm: f64,
+    needed_mm: f64,
+    to: &'static str,
+) -> Result<(), ToolFileError> {
+    let reaches_mm = from_mm + stack.length_mm();
+    if reaches_mm >= needed_mm - GAP {
+        return Ok(());
+    }
+    Err(ToolFileError::Gap { field, reaches_mm, needed_mm, to })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{FORMAT, FormatTag};
+
+    const TOOL: &str = r#"{
+        "format": "facemill-tool/1", "name": "D160 R6", "number": 7,
+        "radius_mm": 80, "corner_radius_mm": 6, "n_inserts": 8, "flute_length_mm": 7,
+        "dead_core_radius_mm": 60, "max_ramp_angle_deg": 1.5, "spindle_rotation": "clockwise",
+        "stick_out_mm": 63, "gauge_length_mm": 183,
+        "body": {"clearance_mm": 0.5, "sections": [{"length_mm": 56, "diameter_low_mm": 158, "diameter_high_mm": 130}]},
+        "holder": {"clearance_mm": 2, "sections": [
+            {"length_mm": 20, "diameter_low_mm": 89, "diameter_high_mm": 89},
+            {"length_mm": 100, "diameter_low_mm": 89, "diameter_high_mm": 128}]}
+    }"#;
+
+    fn changed(key: &str, to: &str) -> Result<ToolAssembly, ToolFileError> {
+        assert!(TOOL.contains(key), "{key}");
+        ToolAssembly::from_json(TOOL.replacen(key, to, 1).as_bytes())
+    }
+
+    fn field_of(e: ToolFileError) -> String {
+        match e {
+            ToolFileError::Format(e) => e.field,
+            ToolFileError::Cutter(e) => e.to_string(),
+            ToolFileError::OutOfRange { field, .. } => field,
+            ToolFileError::Gap { field, .. } => field.to_owned(),
+        }
+    }
+
+    #[test]
+    fn file_survives_writing_and_reading() {
+        let tool = ToolAssembly::from_json(TOOL.as_bytes()).unwrap();
+        let text = facemill_file_format::to_json(&tool.to_file());
+        assert!(text.contains(FORMAT));
+        assert_eq!(ToolAssembly::from_json(text.as_bytes()).unwrap(), tool);
+        assert_eq!(tool.to_file().format, FormatTag::V1);
+        assert!(facemill_file_format::schema::<ToolFile>().contains(FORMAT));
+    }
+
+    #[test]
+    fn bodies_stand_on_each_other_from_flute_to_gauge_line() {
+        let tool = ToolAssembly::from_json(TOOL.as_bytes()).unwrap();
+        let mut ends = Vec::new();
+        for body in tool.collision_bodies() {
+            let Solid::Frustum(f) = body.solid else { panic!("{} is turned", body.name) };
+            assert_eq!(body.frame_from_solid, Isometry3::identity());
+            ends.push((body.name, f.z_low, f.z_high, f.radius_high, f.rounding));
+        }
+        let expected = [
+            ("cutter body section 1".to_owned(), 7.0, 63.0, 65.0, 0.5),
+            ("holder section 1".to_owned(), 63.0, 83.0, 44.5, 2.0),
+            ("holder section 2".to_owned(), 83.0, 183.0, 64.0, 2.0),
+        ];
+        assert_eq!(ends, expected);
+    }
+
+    #[test]
+    fn faults_name_their_field() {
+        let cases = [
+            ("\"radius_mm\": 80", "\"radius_mm\": 0", "radius 0 mm"),
+            ("\"corner_radius_mm\": 6", "\"corner_radius_mm\": 81", "corner radius 81 mm"),
+            ("\"flute_length_mm\": 7", "\"flute_length_mm\": 5", "flute length 5 mm"),
+            ("\"dead_core_radius_mm\": 60", "\"dead_core_radius_mm\": 80", "dead_core_radius_mm"),
+            ("\"max_ramp_angle_deg\": 1.5", "\"max_ramp_angle_deg\": -1", "max_ramp_angle_deg"),
+            ("\"n_inserts\": 8", "\"n_inserts\": 0", "n_inserts"),
+            ("\"stick_out_mm\": 63", "\"stick_out_mm\": 3", "stick_out_mm"),
+            ("\"stick_out_mm\": 63", "\"stick_out_mm\": 64", "body"),
+            ("\"gauge_length_mm\": 183", "\"gauge_length_mm\": 184", "holder"),
+            ("\"gauge_length_mm\": 183", "\"gauge_length_mm\": 60", "gauge_length_mm"),
+            ("\"clearance_mm\": 2", "\"clearance_mm\": -2", "holder.clearance_mm"),
+            ("\"length_mm\": 100", "\"length_mm\": 0", "holder.sections[1].length_mm"),
+            ("\"diameter_low_mm\": 158", "\"diameter_low_mm\": -158", "body.sections[0].diameter_low_mm"),
+            ("\"cloc", "\"clock", "spindle_rotation"),
+            ("facemill-tool/1", "facemill-tool/2", "format"),
+            ("\"name\"", "\"nmae\"", "nmae"),
+        ];
+        for (from, to, field) in cases {
+            let found = field_of(changed(from, to).unwrap_err());
+            assert!(found.contains(field), "{to}: {found}");
+        }
+        assert!(changed("\"n_inserts\": 8", "\"cutting_edge_angle_deg\": 91, \"n_inserts\": 8").is_err());
+    }
+
+    #[test]
+    fn numbers_that_are_no_numbers_are_refused() {
+        let good = ToolAssembly::from_json(TOOL.as_bytes()).unwrap().to_file();
+        for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            let set: [fn(&mut ToolFile, f64); 8] = [
+                |f, v| f.radius_mm = v,
+                |f, v| f.corner_radius_mm = v,
+                |f, v| f.flute_length_mm = v,
+                |f, v| f.dead_core_radius_mm = v,
+                |f, v| f.stick_out_mm = v,
+                |f, v| f.gauge_length_mm = v,
+                |f, v| f.holder.clearance_mm = v,
+                |f, v| f.body.sections[0].diameter_high_mm = v,
+            ];
+            for (k, set) in set.iter().enumerate() {
+                let mut file = good.clone();
+                set(&mut file, bad);
+                assert!(ToolAssembly::new(file).is_err(), "setter {k} with {bad}");
+            }
+        }
+    }
+}

@@ -1,0 +1,227 @@
+use std::f64::consts::FRAC_1_SQRT_2;
+
+use facemill_cl_data::RoundFrustum;
+
+/// The cutting part of a tool: radius R, corner radius r, cutting height. r = 0 is a flat cutter, r = R a ball, between them
+/// a bull-nose or face mill with round corners. Tool frame: origin at the tip, z toward the spindle, mm.
+///
+/// As a solid it is what the turning cutter sweeps: the bottom disc, the quarter torus of the corner, and the cylinder up to
+/// the flute length.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cutter {
+    radius: f64,
+    corner_radius: f64,
+    flute_length: f64,
+}
+
+/// Why three lengths are not a cutter. Values in mm.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum CutterError {
+    /// The radius is not a positive finite number.
+    #[error("radius {0} mm is not a positive length")]
+    Radius(f64),
+    /// The corner radius is negative, not finite, or larger than the radius.
+    #[error("corner radius {corner_radius} mm is not between 0 and the radius {radius} mm")]
+    CornerRadius {
+        /// r.
+        corner_radius: f64,
+        /// R.
+        radius: f64,
+    },
+    /// The flute ends below the top of the corner, or nowhere.
+    #[error("flute length {flute_length} mm is not a positive length of at least the corner radius {corner_radius} mm")]
+    FluteLength {
+        /// Cutting height.
+        flute_length: f64,
+        /// r.
+        corner_radius: f64,
+    },
+}
+
+impl Cutter {
+    /// A cutter of radius R, corner radius r and cutting height, mm.
+    ///
+    /// # Errors
+    /// Unless all are finite, 0 < R, 0 ≤ r ≤ R and r ≤ flute length > 0.
+    pub fn new(radius: f64, corner_radius: f64, flute_length: f64) -> Result<Self, CutterError> {
+        if !(radius > 0.0 && radius.is_finite()) {
+            return Err(CutterError::Radius(radius));
+        }
+        if !(0.0..=radius).contains(&corner_radius) {
+            return Err(CutterError::CornerRadius { corner_radius, radius });
+        }
+        if !(flute_length > 0.0 && flute_length >= corner_radius && flute_length.is_finite()) {
+            return Err(CutterError::FluteLength { flute_length, corner_radius });
+        }
+        Ok(Self { radius, corner_radius, flute_length })
+    }
+
+    /// R, mm.
+    pub fn radius(&self) -> f64 {
+        self.radius
+    }
+
+    /// r, mm.
+    pub fn corner_radius(&self) -> f64 {
+        self.corner_radius
+    }
+
+    /// Cutting height from the tip, mm.
+    pub fn flute_length(&self) -> f64 {
+        self.flute_length
+    }
+
+    /// R − r, mm: radius of the bottom disc and of the circle on which the corner's arcs are centred.
+    pub fn rim_radius(&self) -> f64 {
+        self.radius - self.corner_radius
+    }
+
+    /// The cylinder of radius R − r, r above the tip and with rounding 0, whose r-neighbourhood is the cutter below
+    /// `flute_length − r`. Its upper end is at `flute_length − r`, but never below its lower one.
+    pub fn core(&self) -> RoundFrustum {
+        let r = self.corner_radius;
+        cylinder(self.rim_radius(), r, self.flute_length - r, 0.0)
+    }
+
+    /// The test body of the cutter for a tolerance t ≥ 0 mm (`docs/architecture.md`, "Test body"): it lies inside the
+    /// cutter, and no cutter point is farther than t from it or from the [`Cutter::upper_test_body`]. So where both are
+    /// free of the part, no cutter point is deeper than t in it.
+    ///
+    /// For r ≥ t radius R − t, corner r − t, bottom raised by t; for r < t a sharp cylinder of radius R − s raised by
+    /// s = r + (t − r)/√2. Its top is at the flute length, rounded like its bottom; where the flute is shorter than
+    /// 2r − t, the rounding reaches above it, to 2r − t. A tolerance below 0 counts as 0; one for which nothing of the
+    /// cutter would be left gives radius 0.
+    pub fn test_body(&self, tolerance: f64) -> RoundFrustum {
+        let (t, r) = (tolerance.max(0.0), self.corner_radius);
+        if r >= t {
+            return cylinder(self.rim_radius(), r, self.flute_length - (r - t), r - t);
+        }
+        let s = r + (t - r) * FRAC_1_SQRT_2;
+        cylinder((self.radius - s).max(0.0), s, self.flute_length, 0.0)
+    }
+
+    /// The part of the cutter near its upper rim that the rounded top of [`Cutter::test_body`] leaves out: a sharp
+    /// cylinder inside the cutter, from r above the tip to the flute's end. `None` where there is no such part (sharp
+    /// corners within t, or a flute that ends with the corner).
+    pub fn upper_test_body(&self, tolerance: f64) -> Option<RoundFrustum> {
+        let (t, r) = (tolerance.max(0.0), self.corner_radius);
+        let inset = t * FRAC_1_SQRT_2;
+        (r >= t && r > 0.0 && self.flute_length > r)
+            .then(|| cylinder((self.radius - inset).max(0.0), r, self.flute_length - inset, 0.0))
+    }
+}
+
+fn cylinder(radius: f64, z_low: f64, z_high: f64, rounding: f64) -> RoundFrustum {
+    RoundFrustum { z_low, z_high: z_high.max(z_low), radius_low: radius, radius_high: radius, rounding }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use facemill_cl_data::Solid;
+    use nalgebra::Point3;
+
+    const CUTTERS: [(f64, f64, f64); 7] = [
+        (25.0, 2.0, 50.0),
+        (80.0, 6.0, 6.0),
+        (80.0, 6.0, 6.3),
+        (10.0, 0.0, 20.0),
+        (10.0, 0.3, 5.0),
+        (8.0, 8.0, 8.0),
+        (8.0, 8.0, 30.0),
+    ];
+    const TOLERANCES: [f64; 5] = [0.0, 0.01, 0.2, 0.5, 1.5];
+
+    /// Points of the cutter's boundary in its (radial, z) half plane, and some within.
+    fn profile(c: &Cutter) -> Vec<(f64, f64)> {
+        let (r, rim, top) = (c.corner_radius(), c.rim_radius(), c.flute_length());
+        let mut points = Vec::new();
+        for k in 0..=200 {
+            let u = f64::from(k) / 200.0;
+            let (sin, cos) = (u * std::f64::consts::FRAC_PI_2).sin_cos();
+            points.push((rim + r * sin, r - r * cos));
+            points.push((u * rim, 0.0));
+            points.push((c.radius(), r + u * (top - r)));
+            points.push((u * c.radius(), top));
+            points.push((0.7 * (rim + r * sin), r - 0.7 * r * cos));
+        }
+        points
+    }
+
+    /// How far a point in the half plane is outside the cutter extended upward without end, 0 inside.
+    fn outside(c: &Cutter, radial: f64, z: f64) -> f64 {
+        let r = c.corner_radius();
+        if z >= r {
+            return (radial - c.radius()).max(0.0);
+        }
+        let out = (radial - c.rim_radius()).max(0.0);
+        (out.hypot(r - z) - r).max(0.0)
+    }
+
+    #[test]
+    fn no_cutter_point_is_farther_than_the_tolerance_from_its_test_bodies() {
+        for (radius, corner, flute) in CUTTERS {
+            let c = Cutter::new(radius, corner, flute).unwrap();
+            for t in TOLERANCES {
+                let body = Solid::Frustum(c.test_body(t));
+                let upper = c.upper_test_body(t).map(Solid::Frustum);
+                for (radial, z) in profile(&c) {
+                    let p = Point3::new(radial, 0.0, z);
+                    let lower = body.distance(&p);
+                    let both = upper.map_or(lower, |u| lower.min(u.distance(&p)));
+                    assert!(both <= t + 1e-12, "{c:?} t {t}: ({radial}, {z}) is {both} away");
+                    if z <= flute - corner {
+                        assert!(lower <= t + 1e-12, "{c:?} t {t}: ({radial}, {z}) is {lower} from the lower body");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn test_bodies_lie_inside_the_cutter() {
+        for (radius, corner, flute) in CUTTERS {
+            let c = Cutter::new(radius, corner, flute).unwrap();
+            for t in TOLERANCES {
+                for f in std::iter::once(c.test_body(t)).chain(c.upper_test_body(t)) {
+                    let overhang = if f.rounding > 0.0 { 2.0 * corner - t } else { f.z_low };
+                    assert!(f.z_high + f.rounding <= flute.max(overhang) + 1e-12);
+                    for k in 0..=400 {
+                        let angle = f64::from(k) / 400.0 * std::f64::consts::PI;
+                        let (sin, cos) = angle.sin_cos();
+                        let z = if cos > 0.0 { f.z_high } else { f.z_low } + f.rounding * cos;
+                        let gap = outside(&c, f.radius_low + f.rounding * sin, z);
+                        assert!(gap <= 1e-12, "{c:?} t {t}: {gap} outside at angle {angle}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn neighbourhood_of_the_core_is_the_cutter_below_its_upper_rounding() {
+        for (radius, corner, flute) in CUTTERS {
+            let c = Cutter::new(radius, corner, flute).unwrap();
+            let body = Solid::Frustum(c.core()).dilated(corner);
+            for i in 0..60 {
+                for j in 0..60 {
+                    let (radial, z) = (f64::from(i) / 50.0 * radius, f64::from(j) / 60.0 * c.core().z_high - 0.5);
+                    let d = body.distance(&Point3::new(0.0, radial, z));
+                    let gap = outside(&c, radial, z);
+                    assert!((d.max(0.0) - gap).abs() < 1e-12, "{c:?} at ({radial}, {z}): {d} and {gap}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn impossible_cutters_are_refused() {
+        assert_eq!(Cutter::new(0.0, 0.0, 1.0), Err(CutterError::Radius(0.0)));
+        assert!(matches!(Cutter::new(f64::NAN, 0.0, 1.0), Err(CutterError::Radius(_))));
+        assert!(matches!(Cutter::new(5.0, 5.1, 9.0), Err(CutterError::CornerRadius { .. })));
+        assert!(matches!(Cutter::new(5.0, f64::NAN, 9.0), Err(CutterError::CornerRadius { .. })));
+        assert!(matches!(Cutter::new(5.0, -0.1, 9.0), Err(CutterError::CornerRadius { .. })));
+        assert!(matches!(Cutter::new(5.0, 2.0, 1.0), Err(CutterError::FluteLength { .. })));
+        assert!(matches!(Cutter::new(5.0, 0.0, f64::INFINITY), Err(CutterError::FluteLength { .. })));
+    }
+}
