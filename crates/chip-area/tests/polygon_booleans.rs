@@ -1,0 +1,256 @@
+//! The closed form against booleans of finely sampled polygons, which share no code with it.
+
+use std::f64::consts::{PI, TAU};
+
+use facemill_chip_area::{ChipAreaError, ChipSection, SectionCutter, SectionSurface, StepSign, chip_area};
+use i_overlay::core::fill_rule::FillRule;
+use i_overlay::core::overlay_rule::OverlayRule;
+use i_overlay::float::single::SingleFloatOverlay;
+
+type Contour = Vec<[f64; 2]>;
+type Shape = Vec<Contour>;
+
+/// Corners on a full circle: chords leave out less than 1e-6 mm² of any chip here.
+const CORNERS: u32 = 20_000;
+/// Length of flutes and of the plane, far beyond every section here.
+const FAR: f64 = 400.0;
+
+/// SplitMix64.
+struct Random(u64);
+
+impl Random {
+    fn unit(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    fn within(&mut self, from: f64, to: f64) -> f64 {
+        from + (to - from) * self.unit()
+    }
+
+    fn one_in(&mut self, n: f64) -> bool {
+        self.unit() * n < 1.0
+    }
+
+    fn section(&mut self) -> ChipSection {
+        let radius = self.within(8.0, 60.0);
+        let surface = match (3.0 * self.unit()) as u32 {
+            0 => SectionSurface::Plane,
+            1 => SectionSurface::Convex { radius },
+            _ => SectionSurface::Concave { radius },
+        };
+        let cutter = if self.one_in(2.0) {
+            SectionCutter::Ball { radius: self.within(1.0, 7.5) }
+        } else {
+            SectionCutter::Flat { radius: self.within(1.0, 12.0) }
+        };
+        let alpha0 =
+            if self.one_in(4.0) { (90.0 * self.within(-2.0, 2.0).round()).to_radians() } else { self.within(-PI, PI) };
+        // Angle of the tool axis from the surface normal: mostly moderate, at times none, at times across the surface.
+        let off = if self.one_in(8.0) { 0.0 } else { self.within(-1.6, 1.6) };
+        let normal = if matches!(surface, SectionSurface::Concave { .. }) { alpha0 + PI } else { alpha0 };
+        ChipSection {
+            cutter,
+            surface,
+            depth_of_cut: if self.one_in(6.0) { self.within(0.0, 0.01) } else { self.within(0.0, 6.0) },
+            step_over: if self.one_in(6.0) { self.within(0.0, 0.01) } else { self.within(0.0, 6.0) },
+            step_sign: if self.one_in(2.0) { StepSign::Positive } else { StepSign::Negative },
+            alpha0,
+            lean: PI / 2.0 - normal + off,
+        }
+    }
+}
+
+fn circle(center: [f64; 2], radius: f64) -> Contour {
+    arc(center, radius, 0.0, TAU * (1.0 - 1.0 / f64::from(CORNERS)))
+}
+
+fn arc(center: [f64; 2], radius: f64, from: f64, to: f64) -> Contour {
+    let n = ((to - from).abs() / TAU * f64::from(CORNERS)).ceil() as u32;
+    (0..=n)
+        .map(|i| {
+            let angle = from + (to - from) * f64::from(i) / f64::from(n);
+            [center[0] + radius * angle.cos(), center[1] + radius * angle.sin()]
+        })
+        .collect()
+}
+
+fn moved(p: [f64; 2], d: [f64; 2], by: f64) -> [f64; 2] {
+    [p[0] + by * d[0], p[1] + by * d[1]]
+}
+
+/// A position: CC point, outward normal, and the polygon of cutter and flute.
+struct Pose {
+    contact: [f64; 2],
+    normal: [f64; 2],
+    tool: Contour,
+}
+
+fn poses(section: &ChipSection) -> [Pose; 2] {
+    let sign = if section.step_sign == StepSign::Positive { 1.0 } else { -1.0 };
+    let (sin, cos) = section.alpha0.sin_cos();
+    let tangent = [-sign * sin, sign * cos];
+    let on_circle = |radius: f64, outward: f64, step: f64| {
+        let angle = section.alpha0 + sign * step / radius;
+        ([radius * angle.cos(), radius * angle.sin()], [outward * angle.cos(), outward * angle.sin()])
+    };
+    let [first, second] = [0.0, section.step_over].map(|step| match section.surface {
+        SectionSurface::Plane => (moved([0.0, 0.0], tangent, step), [cos, sin]),
+        SectionSurface::Convex { radius } => on_circle(radius, 1.0, step),
+        SectionSurface::Concave { radius } => on_circle(radius, -1.0, step),
+    });
+    let axis = [section.lean.sin(), section.lean.cos()];
+    let right = [section.lean.cos(), -section.lean.sin()];
+    [first, second].map(|(contact, normal)| {
+        let tool = match section.cutter {
+            SectionCutter::Ball { radius } => {
+                let center = moved(contact, normal, radius);
+                let start = right[1].atan2(right[0]);
+                let mut tool = arc(center, radius, start, start - PI);
+                let [left, right] = [-radius, radius].map(|r| moved(moved(center, right, r), axis, FAR));
+                tool.extend([left, right]);
+                tool
+            }
+            SectionCutter::Flat { radius } => {
+                let rise = right[0] * (first.1[0] + second.1[0]) + right[1] * (first.1[1] + second.1[1]);
+                // A bottom along the surface touches with the corner that leads.
+                let back = -(right[0] * tangent[0] + right[1] * tangent[1]);
+                let side = if rise.abs() < 1e-9 { back } else { rise };
+                let other = moved(contact, right, 2.0 * radius * side.signum());
+                vec![contact, other, moved(other, axis, FAR), moved(contact, axis, FAR)]
+            }
+        };
+        Pose { contact, normal, tool }
+    })
+}
+
+/// The stock of the cut, and everything at or below its surface, the part included.
+fn stock_and_ground(section: &ChipSection) -> (Shape, Shape) {
+    let ta = section.depth_of_cut;
+    let outer = vec![[-FAR, -FAR], [FAR, -FAR], [FAR, FAR], [-FAR, FAR]];
+    match section.surface {
+        SectionSurface::Plane => {
+            let n = [section.alpha0.cos(), section.alpha0.sin()];
+            let t = [-n[1], n[0]];
+            let strip = |bottom: f64, top: f64| -> Shape {
+                let corner = |along: f64, up: f64| moved(moved([0.0, 0.0], t, along), n, up);
+                vec![vec![corner(-FAR, bottom), corner(FAR, bottom), corner(FAR, top), corner(-FAR, top)]]
+            };
+            (strip(0.0, ta), strip(-FAR, ta))
+        }
+        SectionSurface::Convex { radius } => {
+            let stock = circle([0.0; 2], radius + ta);
+            (vec![stock.clone(), circle([0.0; 2], radius)], vec![stock])
+        }
+        SectionSurface::Concave { radius } => {
+            let hollow = circle([0.0; 2], radius - ta);
+            (vec![circle([0.0; 2], radius), hollow.clone()], vec![outer, hollow])
+        }
+    }
+}
+
+fn boolean(a: &Vec<Shape>, b: &Vec<Shape>, rule: OverlayRule) -> Vec<Shape> {
+    a.overlay_as::<i64>(b, rule, FillRule::EvenOdd)
+}
+
+fn area(shape: &Shape) -> f64 {
+    let signed = |c: &Contour| -> f64 {
+        (0..c.len()).map(|i| (c[i], c[(i + 1) % c.len()])).map(|(p, q)| 0.5 * (p[0] * q[1] - p[1] * q[0])).sum()
+    };
+    shape.iter().map(signed).sum::<f64>().abs()
+}
+
+fn distance(shape: &Shape, p: [f64; 2]) -> f64 {
+    let to_edge = |a: [f64; 2], b: [f64; 2]| {
+        let (ab, ap) = ([b[0] - a[0], b[1] - a[1]], [p[0] - a[0], p[1] - a[1]]);
+        let t = ((ab[0] * ap[0] + ab[1] * ap[1]) / (ab[0] * ab[0] + ab[1] * ab[1])).clamp(0.0, 1.0);
+        (ap[0] - t * ab[0]).hypot(ap[1] - t * ab[1])
+    };
+    let edges = shape.iter().flat_map(|c| (0..c.len()).map(|i| (c[i], c[(i + 1) % c.len()])));
+    edges.map(|(a, b)| to_edge(a, b)).fold(f64::INFINITY, f64::min)
+}
+
+fn contains(shape: &Shape, p: [f64; 2]) -> bool {
+    let edges = shape.iter().flat_map(|c| (0..c.len()).map(|i| (c[i], c[(i + 1) % c.len()])));
+    let left_of = edges.filter(|(a, b)| {
+        (a[1] <= p[1]) != (b[1] <= p[1]) && p[0] < a[0] + (b[0] - a[0]) * (p[1] - a[1]) / (b[1] - a[1])
+    });
+    left_of.count() % 2 == 1
+}
+
+/// The shape at a point.
+fn at(shapes: Vec<Shape>, p: [f64; 2]) -> Option<Shape> {
+    let near = |shape: &Shape| if contains(shape, p) { 0.0 } else { distance(shape, p) };
+    shapes.into_iter().min_by(|a, b| near(a).total_cmp(&near(b))).filter(|s| near(s) < 1e-4)
+}
+
+fn polygon_area(section: &ChipSection) -> f64 {
+    let (stock, _) = stock_and_ground(section);
+    let [first, second] = poses(section);
+    let cut = boolean(&vec![stock], &vec![vec![second.tool]], OverlayRule::Intersect);
+    let chip = boolean(&cut, &vec![vec![first.tool]], OverlayRule::Difference);
+    at(chip, second.contact).as_ref().map_or(0.0, area)
+}
+
+/// Area of the tool below the surface, in the piece of the tool's cut that touches the CC point.
+fn gouge_area(section: &ChipSection, pose: &Pose) -> f64 {
+    let (stock, ground) = stock_and_ground(section);
+    let bite = boolean(&vec![ground], &vec![vec![pose.tool.clone()]], OverlayRule::Intersect);
+    let Some(bite) = at(bite, pose.contact) else { return 0.0 };
+    boolean(&vec![bite], &vec![stock], OverlayRule::Difference).iter().map(area).sum()
+}
+
+#[test]
+fn the_closed_form_is_the_area_of_the_polygons() {
+    let mut random = Random(11);
+    let (mut compared, mut refused) = (0, 0);
+    while compared < 400 {
+        let section = random.section();
+        match chip_area(&section) {
+            Ok(area) => {
+                let polygons = polygon_area(&section);
+                let tolerance = 1e-5 + 1e-5 * polygons;
+                assert!((area - polygons).abs() <= tolerance, "{section:?}: {area}, polygons {polygons}");
+                compared += 1;
+            }
+            Err(_) => refused += 1,
+        }
+    }
+    assert!(refused < 2 * compared, "{refused} of {}", refused + compared);
+}
+
+#[test]
+fn a_position_is_refused_exactly_where_its_polygon_is_below_the_surface() {
+    let mut random = Random(12);
+    let (mut free, mut below, mut flutes) = (0, 0, 0);
+    while free + below < 400 {
+        let section = random.section();
+        let verdict = chip_area(&section);
+        let expected = match verdict {
+            Ok(_) => false,
+            Err(ChipAreaError::BelowSurface { .. }) => true,
+            Err(_) => continue,
+        };
+        let poses = poses(&section);
+        // What a flank almost along the surface cuts from it is too small to be told from the chords' error.
+        let axis = [section.lean.sin(), section.lean.cos()];
+        if poses.iter().any(|p| (p.normal[0] * axis[0] + p.normal[1] * axis[1]).abs() < 0.05) {
+            continue;
+        }
+        let deepest = poses.iter().map(|p| gouge_area(&section, p)).fold(0.0, f64::max);
+        // Chords of a concave surface reach into the part by less than this.
+        assert_eq!(deepest > 1e-4, expected, "{section:?}: {verdict:?}, {deepest} mm² below the surface");
+        if expected {
+            below += 1
+        } else {
+            free += 1
+        }
+        // Refused although the axis is above the surface at both: the far side of a concave surface.
+        let above = |p: &Pose| p.normal[0] * axis[0] + p.normal[1] * axis[1] > 0.0;
+        flutes += u32::from(expected && poses.iter().all(above));
+    }
+    assert!(free > 40 && below > 40 && flutes > 10, "{free} free, {below} below, {flutes} at the far side");
+}
