@@ -1,1 +1,55 @@
-//! Room to be built: see `docs/architecture.md`.
+//! Machine tools as Denavit-Hartenberg chains: machine file, forward and inverse solution, limits, bodies.
+//!
+//! A [`Machine`] is read from a [machine file](MachineFile): two chains of DH rows from the bed, one to the table, one to
+//! the spindle nose. [`AxisValues`] are what its scales show. [`Machine::forward`] says where the tool is in the table
+//! frame, [`Machine::inverse`] which axis values bring it to a CL point, [`Motion`] what happens between two positions,
+//! [`deviation_bound`] how far that is from what was meant, [`Machine::body_poses`] where the machine's own bodies are.
+//!
+//! ```
+//! use facemill_cl_data::ClPoint;
+//! use facemill_inverse_kinematics::{BranchPreference, Machine};
+//! use nalgebra::{Point3, Unit, Vector3};
+//!
+//! let machine = Machine::head_b_table_c()?;
+//! let axis = Unit::new_normalize(Vector3::new(0.2, 0.1, 1.0));
+//! let cl = ClPoint { tip: Point3::new(900.0, 300.0, 400.0), axis };
+//! let q = machine.nearest_inverse(&cl, 260.0, None, BranchPreference::Positive)?;
+//! let reached = machine.cl_point(&q, 260.0);
+//! assert!((reached.tip - cl.tip).norm() < 1e-9 && (*reached.axis - *cl.axis).norm() < 1e-12);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! Solved in closed form are machines with three linear and two rotary joints in any order, on table or head, with axes
+//! in general directions; others are refused by name when the file is read. Every inverse solution is checked by the
+//! forward one to 1e-9 mm and 1e-12 rad. Units are mm, rad and s; F words alone are mm/min.
+//!
+//! It must not know cutting: no part, no tool but its length.
+
+mod axis;
+mod axis_values;
+mod bodies;
+mod build;
+mod check;
+mod deviation;
+mod direction_pair;
+mod inverse;
+mod inverse_solution;
+mod machine;
+mod machine_file;
+mod motion;
+mod preset;
+mod screw_chain;
+
+pub use axis::{Axis, AxisKind, AxisLetter, Carrier};
+pub use axis_values::{AxisValues, MAX_AXES};
+pub use bodies::{BodyPose, LinkId, MachineBody};
+pub use deviation::{Deviation, deviation_bound};
+pub use inverse_solution::{Branch, BranchPreference, InverseSolution, InverseSolutions, Unreachable};
+pub use machine::{FeedRange, FieldProblem, Machine, MachineError};
+pub use machine_file::{
+    BodyFile, ControlToleranceFile, CuttingLawFile, DhRow, FeedFile, Joint, MachineFile, MachineFormat, MotionFile,
+    PrismaticJoint, RapidLawFile, RevoluteJoint, RevoluteRange, Sense, ShapeFile, ToolChain, WorkpieceChain,
+    machine_schema,
+};
+pub use motion::{BlockLaw, Motion, MotionError};
+pub use preset::preset_head_b_table_c;

@@ -1,0 +1,94 @@
+use facemill_cl_data::{PlacedSolid, RoundBox, RoundFrustum, Solid};
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+
+use crate::{
+    AxisValues, Carrier, Machine,
+    machine_file::{BodyFile, ShapeFile},
+};
+
+/// A body of the machine that must not touch anything on the other side.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MachineBody {
+    /// Name, shape and pose in its link's frame. The shape is dilated by the clearance already.
+    pub body: PlacedSolid,
+    /// Distance that everything keeps from the body, mm.
+    pub clearance: f64,
+    /// The link it is fixed to.
+    pub link: LinkId,
+    /// Joints between its link and the table, in the chain from the table to the tool.
+    pub(crate) n_joints: usize,
+    /// Pose at the zero pose of the machine.
+    pub(crate) table_from_solid_at_zero: Isometry3<f64>,
+}
+
+/// A link of the machine: the frame behind a row of one of the two chains.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LinkId {
+    /// The bed.
+    Bed,
+    /// Behind row `row` (from 0) of the chain on this side.
+    Row {
+        /// Head or table.
+        carrier: Carrier,
+        /// Row of the chain, from 0.
+        row: usize,
+    },
+}
+
+/// Where a body is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BodyPose<'a> {
+    /// The body.
+    pub body: &'a MachineBody,
+    /// Pose of the solid's own frame in the table frame; the body's pose in its link is included.
+    pub table_from_solid: Isometry3<f64>,
+}
+
+impl MachineBody {
+    /// What findings call it.
+    pub fn name(&self) -> &str {
+        &self.body.name
+    }
+
+    /// The side of the machine it moves with; `None` for a body of the bed.
+    pub fn carrier(&self) -> Option<Carrier> {
+        match self.link {
+            LinkId::Bed => None,
+            LinkId::Row { carrier, .. } => Some(carrier),
+        }
+    }
+}
+
+impl Machine {
+    /// Where every body is in the table frame, in the order of [`Machine::bodies`].
+    ///
+    /// A table's bodies are among them; they touch the part by design, so filter by [`MachineBody::carrier`].
+    pub fn body_poses<'a>(&'a self, q: &'a AxisValues) -> impl ExactSizeIterator<Item = BodyPose<'a>> + 'a {
+        self.bodies.iter().map(|body| BodyPose {
+            body,
+            table_from_solid: self.chain.motion_behind(body.n_joints, q) * body.table_from_solid_at_zero,
+        })
+    }
+}
+
+/// The solid of a shape, dilated by `clearance`, and its pose in the body's frame.
+pub(crate) fn solid_of(shape: &ShapeFile, clearance: f64) -> Solid {
+    let frustum = |radius_low, radius_high, height| {
+        Solid::Frustum(RoundFrustum { z_low: 0.0, z_high: height, radius_low, radius_high, rounding: clearance })
+    };
+    match *shape {
+        ShapeFile::Box { size_mm } => {
+            Solid::Box(RoundBox { half_extents: Vector3::from(size_mm) * 0.5, rounding: clearance })
+        }
+        ShapeFile::Cylinder { radius_mm, height_mm } => frustum(radius_mm, radius_mm, height_mm),
+        ShapeFile::Frustum { radius_low_mm, radius_high_mm, height_mm } => {
+            frustum(radius_low_mm, radius_high_mm, height_mm)
+        }
+    }
+}
+
+/// Pose of a body in its link's frame.
+pub(crate) fn pose_of(body: &BodyFile) -> Isometry3<f64> {
+    let [x, y, z] = body.rotation_xyz_deg.map(f64::to_radians);
+    Isometry3::from_parts(Translation3::from(body.position_mm), UnitQuaternion::from_euler_angles(x, y, z))
+}

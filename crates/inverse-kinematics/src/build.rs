@@ -1,0 +1,204 @@
+use nalgebra::{Isometry3, Point3, Translation3, Unit, UnitQuaternion, Vector3};
+
+use crate::{
+    Axis, AxisKind, AxisLetter, AxisValues, Carrier, LinkId, Machine, MachineBody, MachineError, MachineFile,
+    bodies::{pose_of, solid_of},
+    check::{check_bodies, check_feed, check_motion, check_name, check_row, joint_axis},
+    direction_pair::{DirectionPair, PairFault},
+    machine_file::{BodyFile, DhRow, Joint, Sense},
+    screw_chain::{LinearMap, Screw, ScrewChain},
+};
+use facemill_cl_data::PlacedSolid;
+
+/// One chain walked from the bed at the zero pose.
+struct WalkedChain {
+    /// Axis, sense and frame of every joint, from the bed outward; the joint acts along or about the frame's z.
+    joints: Vec<(Axis, Sense, Isometry3<f64>)>,
+    /// Frame behind every row.
+    bed_from_link: Vec<Isometry3<f64>>,
+    /// Joints up to and including every row.
+    joints_up_to: Vec<usize>,
+}
+
+/// Validates a file and sets up the machine.
+pub(crate) fn build(file: MachineFile) -> Result<Machine, MachineError> {
+    check_name("name", &file.name)?;
+    check_motion(&file.motion)?;
+    check_feed(&file.feed)?;
+    check_bodies("bed_bodies", &file.bed_bodies)?;
+    let table = walk("workpiece_chain", &file.workpiece_chain.rows, Carrier::Table)?;
+    let mut heads = Vec::new();
+    for (k, chain) in file.tool_chains.iter().enumerate() {
+        heads.push(walk(&format!("tool_chains[{k}]"), &chain.rows, Carrier::Head)?);
+    }
+    refuse_duplicates(&file, &table, &heads)?;
+    refuse_structure(&table, &heads)?;
+    let head = &heads[0];
+    let bed_from_table = table.end();
+    let table_from_bed = bed_from_table.inverse();
+    let (axes, screws) = screws_of(&table, head, &table_from_bed);
+    let chain = ScrewChain { screws, table_from_nose: table_from_bed * head.end() };
+    let linears = chain_axes(&chain, AxisKind::Linear);
+    let linears = [linears[0], linears[1], linears[2]];
+    let rotaries = rotaries_of(&chain, &axes)?;
+    let bodies = bodies_of(&file, &table, head, &table_from_bed);
+    let machine = Machine { file, axes, chain, rotaries, linears, bodies };
+    refuse_dependent_linears(&machine)?;
+    Ok(machine)
+}
+
+impl WalkedChain {
+    fn end(&self) -> Isometry3<f64> {
+        self.bed_from_link.last().copied().unwrap_or_else(Isometry3::identity)
+    }
+}
+
+/// Craig's modified convention: RotX(alpha) · TransX(a) · RotZ(theta) · TransZ(d).
+fn dh_transform(row: &DhRow) -> Isometry3<f64> {
+    let about_x = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), row.alpha_deg.to_radians());
+    let about_z = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), row.theta_deg.to_radians());
+    Isometry3::from_parts(Translation3::identity(), about_x)
+        * Translation3::new(row.a_mm, 0.0, 0.0)
+        * about_z
+        * Translation3::new(0.0, 0.0, row.d_mm)
+}
+
+fn walk(chain: &str, rows: &[DhRow], carrier: Carrier) -> Result<WalkedChain, MachineError> {
+    let mut walked = WalkedChain { joints: Vec::new(), bed_from_link: Vec::new(), joints_up_to: Vec::new() };
+    for (k, row) in rows.iter().enumerate() {
+        let field = format!("{chain}.rows[{k}]");
+        check_row(&field, row)?;
+        let frame = walked.end() * dh_transform(row);
+        if let Some(joint) = &row.joint {
+            let sense = match joint {
+                Joint::Prismatic(j) => j.sense,
+                Joint::Revolute(j) => j.sense,
+            };
+            walked.joints.push((joint_axis(&field, joint, carrier)?, sense, frame));
+        }
+        walked.bed_from_link.push(frame);
+        walked.joints_up_to.push(walked.joints.len());
+    }
+    Ok(walked)
+}
+
+fn refuse_duplicates(file: &MachineFile, table: &WalkedChain, heads: &[WalkedChain]) -> Result<(), MachineError> {
+    let mut seen: Vec<AxisLetter> = table.joints.iter().map(|j| j.0.letter).collect();
+    let repeated = (1..seen.len()).find(|&k| seen[..k].contains(&seen[k]));
+    if let Some(k) = repeated {
+        return Err(duplicate("workpiece_chain", &file.workpiece_chain.rows, k, seen[k]));
+    }
+    for (h, head) in heads.iter().enumerate() {
+        for (k, (axis, ..)) in head.joints.iter().enumerate() {
+            if seen.contains(&axis.letter) {
+                return Err(duplicate(&format!("tool_chains[{h}]"), &file.tool_chains[h].rows, k, axis.letter));
+            }
+            seen.push(axis.letter);
+        }
+    }
+    Ok(())
+}
+
+fn duplicate(chain: &str, rows: &[DhRow], joint: usize, letter: AxisLetter) -> MachineError {
+    let row = rows.iter().enumerate().filter(|(_, r)| r.joint.is_some()).nth(joint).map_or(0, |(k, _)| k);
+    MachineError::Field {
+        field: format!("{chain}.rows[{row}].joint"),
+        axis: Some(letter.to_string()),
+        problem: crate::FieldProblem::DuplicateAxis,
+    }
+}
+
+fn refuse_structure(table: &WalkedChain, heads: &[WalkedChain]) -> Result<(), MachineError> {
+    let joints = || table.joints.iter().chain(heads.iter().flat_map(|h| &h.joints));
+    let count = |kind| joints().filter(|(axis, ..)| axis.kind == kind).count();
+    let (n_linear, n_rotary) = (count(AxisKind::Linear), count(AxisKind::Rotary));
+    if heads.len() == 1 && n_linear == 3 && n_rotary == 2 {
+        return Ok(());
+    }
+    Err(MachineError::UnsupportedStructure { n_heads: heads.len(), n_linear, n_rotary })
+}
+
+/// The axes in the order of NC words, and the joints in the order from the table to the tool.
+fn screws_of(table: &WalkedChain, head: &WalkedChain, table_from_bed: &Isometry3<f64>) -> (Vec<Axis>, Vec<Screw>) {
+    // A table joint moves the table relative to the bed: seen from the table the bed moves the opposite way.
+    let from_table = table.joints.iter().rev().map(|(a, s, frame)| (a, -s.sign(), frame));
+    let to_tool = head.joints.iter().map(|(a, s, frame)| (a, s.sign(), frame));
+    let joints: Vec<_> = from_table.chain(to_tool).collect();
+    let mut axes: Vec<Axis> = joints.iter().map(|j| j.0.clone()).collect();
+    axes.sort_by_key(|a| a.letter);
+    let screws = joints.iter().map(|&(axis, sign, frame)| {
+        let frame = table_from_bed * frame;
+        Screw {
+            axis: axes.iter().position(|a| a.letter == axis.letter).unwrap_or_default(),
+            kind: axis.kind,
+            direction: Unit::new_normalize(frame.rotation * Vector3::z() * sign),
+            point: frame.translation.vector,
+        }
+    });
+    let screws = screws.collect();
+    (axes, screws)
+}
+
+fn chain_axes(chain: &ScrewChain, kind: AxisKind) -> Vec<usize> {
+    chain.screws.iter().filter(|s| s.kind == kind).map(|s| s.axis).collect()
+}
+
+fn rotaries_of(chain: &ScrewChain, axes: &[Axis]) -> Result<DirectionPair, MachineError> {
+    let rotary: Vec<&Screw> = chain.screws.iter().filter(|s| s.kind == AxisKind::Rotary).collect();
+    let (first, second) = (rotary[0], rotary[1]);
+    let letter = |s: &Screw| axes[s.axis].letter;
+    DirectionPair::new((first.axis, first.direction), (second.axis, second.direction), &chain.spindle_at_zero())
+        .map_err(|fault| match fault {
+            PairFault::Parallel => MachineError::ParallelRotaries { first: letter(first), second: letter(second) },
+            PairFault::SpindleAlongSecond => MachineError::ToolAlongRotary { axis: letter(second) },
+        })
+}
+
+/// Refuses linear axes that lie in a plane in every pose of the rotary axes (tried in a few).
+fn refuse_dependent_linears(machine: &Machine) -> Result<(), MachineError> {
+    let solvable = [0.0, 0.7, -1.1].iter().any(|&angle| {
+        let q = AxisValues::from_fn(machine.axes.len(), |k| if machine.is_rotary(k) { angle } else { 0.0 });
+        let map: LinearMap = machine.linear_map(&q, 0.0);
+        map.solve(&Point3::origin()).is_some()
+    });
+    if solvable {
+        return Ok(());
+    }
+    Err(MachineError::DependentLinears { axes: machine.linears.map(|k| machine.axes[k].letter) })
+}
+
+fn bodies_of(
+    file: &MachineFile,
+    table: &WalkedChain,
+    head: &WalkedChain,
+    table_from_bed: &Isometry3<f64>,
+) -> Vec<MachineBody> {
+    let n_table = table.joints.len();
+    let mut bodies = Vec::new();
+    let mut add = |list: &[BodyFile], link, n_joints, bed_from_link: &Isometry3<f64>| {
+        for body in list {
+            let frame_from_solid = pose_of(body);
+            bodies.push(MachineBody {
+                body: PlacedSolid {
+                    name: body.name.clone(),
+                    solid: solid_of(&body.shape, body.clearance_mm),
+                    frame_from_solid,
+                },
+                clearance: body.clearance_mm,
+                link,
+                n_joints,
+                table_from_solid_at_zero: table_from_bed * bed_from_link * frame_from_solid,
+            });
+        }
+    };
+    add(&file.bed_bodies, LinkId::Bed, n_table, &Isometry3::identity());
+    for (row, dh) in file.workpiece_chain.rows.iter().enumerate() {
+        let link = LinkId::Row { carrier: Carrier::Table, row };
+        add(&dh.bodies, link, n_table - table.joints_up_to[row], &table.bed_from_link[row]);
+    }
+    for (row, dh) in file.tool_chains[0].rows.iter().enumerate() {
+        let link = LinkId::Row { carrier: Carrier::Head, row };
+        add(&dh.bodies, link, n_table + head.joints_up_to[row], &head.bed_from_link[row]);
+    }
+    bodies
+}

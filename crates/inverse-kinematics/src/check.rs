@@ -1,0 +1,176 @@
+use crate::{
+    Axis, AxisKind, AxisLetter, Carrier, FieldProblem, MachineError,
+    machine_file::{
+        BodyFile, DhRow, FeedFile, Joint, MotionFile, PrismaticJoint, RevoluteJoint, RevoluteRange, ShapeFile,
+    },
+};
+
+type Checked = Result<(), MachineError>;
+
+fn fail(field: String, axis: Option<&str>, problem: FieldProblem) -> MachineError {
+    MachineError::Field { field, axis: axis.map(str::to_owned), problem }
+}
+
+pub(crate) fn check_name(field: &str, name: &str) -> Checked {
+    if name.trim().is_empty() {
+        return Err(fail(field.to_owned(), None, FieldProblem::Empty));
+    }
+    Ok(())
+}
+
+fn finite(field: String, axis: Option<&str>, value: f64) -> Checked {
+    if value.is_finite() { Ok(()) } else { Err(fail(field, axis, FieldProblem::NotFinite)) }
+}
+
+fn positive(field: String, axis: Option<&str>, value: f64) -> Checked {
+    finite(field.clone(), axis, value)?;
+    if value > 0.0 { Ok(()) } else { Err(fail(field, axis, FieldProblem::NotPositive { value })) }
+}
+
+fn not_negative(field: String, axis: Option<&str>, value: f64) -> Checked {
+    finite(field.clone(), axis, value)?;
+    if value >= 0.0 { Ok(()) } else { Err(fail(field, axis, FieldProblem::Negative { value })) }
+}
+
+fn range(field: String, axis: Option<&str>, min: f64, max: f64) -> Checked {
+    if max < min { Err(fail(field, axis, FieldProblem::EmptyRange { min, max })) } else { Ok(()) }
+}
+
+pub(crate) fn check_row(field: &str, row: &DhRow) -> Checked {
+    let axis = row.joint.as_ref().map(|j| match j {
+        Joint::Prismatic(j) => j.axis.as_str(),
+        Joint::Revolute(j) => j.axis.as_str(),
+    });
+    let values = [("a_mm", row.a_mm), ("alpha_deg", row.alpha_deg), ("d_mm", row.d_mm), ("theta_deg", row.theta_deg)];
+    for (key, value) in values {
+        finite(format!("{field}.{key}"), axis, value)?;
+    }
+    check_bodies(&format!("{field}.bodies"), &row.bodies)
+}
+
+/// The axis of a joint, in mm, rad and s.
+pub(crate) fn joint_axis(field: &str, joint: &Joint, carrier: Carrier) -> Result<Axis, MachineError> {
+    match joint {
+        Joint::Prismatic(j) => prismatic_axis(&format!("{field}.joint.prismatic"), j, carrier),
+        Joint::Revolute(j) => revolute_axis(&format!("{field}.joint.revolute"), j, carrier),
+    }
+}
+
+fn prismatic_axis(field: &str, j: &PrismaticJoint, carried_by: Carrier) -> Result<Axis, MachineError> {
+    let axis = Some(j.axis.as_str());
+    let key = |key: &str| format!("{field}.{key}");
+    let letter = letter(field, &j.axis)?;
+    for (name, value) in [("min_mm", j.min_mm), ("max_mm", j.max_mm), ("home_mm", j.home_mm)] {
+        finite(key(name), axis, value)?;
+    }
+    range(key("max_mm"), axis, j.min_mm, j.max_mm)?;
+    home_inside(key("home_mm"), axis, j.home_mm, j.min_mm, j.max_mm)?;
+    positive(key("max_velocity_mm_min"), axis, j.max_velocity_mm_min)?;
+    for (name, value) in [("max_acceleration_mm_s2", j.max_acceleration_mm_s2), ("max_jerk_mm_s3", j.max_jerk_mm_s3)] {
+        value.map_or(Ok(()), |v| positive(key(name), axis, v))?;
+    }
+    Ok(Axis {
+        letter,
+        kind: AxisKind::Linear,
+        min: j.min_mm,
+        max: j.max_mm,
+        max_velocity: j.max_velocity_mm_min / 60.0,
+        max_acceleration: j.max_acceleration_mm_s2,
+        max_jerk: j.max_jerk_mm_s3,
+        home: j.home_mm,
+        endless: false,
+        carried_by,
+    })
+}
+
+fn revolute_axis(field: &str, j: &RevoluteJoint, carried_by: Carrier) -> Result<Axis, MachineError> {
+    let axis = Some(j.axis.as_str());
+    let key = |key: &str| format!("{field}.{key}");
+    let letter = letter(field, &j.axis)?;
+    finite(key("home_deg"), axis, j.home_deg)?;
+    let (min, max) = match j.range {
+        RevoluteRange::Limited { min_deg, max_deg } => {
+            finite(key("range.limited.min_deg"), axis, min_deg)?;
+            finite(key("range.limited.max_deg"), axis, max_deg)?;
+            range(key("range.limited.max_deg"), axis, min_deg, max_deg)?;
+            home_inside(key("home_deg"), axis, j.home_deg, min_deg, max_deg)?;
+            (min_deg.to_radians(), max_deg.to_radians())
+        }
+        RevoluteRange::Endless => (f64::NEG_INFINITY, f64::INFINITY),
+    };
+    positive(key("max_velocity_deg_min"), axis, j.max_velocity_deg_min)?;
+    for (name, value) in
+        [("max_acceleration_deg_s2", j.max_acceleration_deg_s2), ("max_jerk_deg_s3", j.max_jerk_deg_s3)]
+    {
+        value.map_or(Ok(()), |v| positive(key(name), axis, v))?;
+    }
+    Ok(Axis {
+        letter,
+        kind: AxisKind::Rotary,
+        min,
+        max,
+        max_velocity: j.max_velocity_deg_min.to_radians() / 60.0,
+        max_acceleration: j.max_acceleration_deg_s2.map(f64::to_radians),
+        max_jerk: j.max_jerk_deg_s3.map(f64::to_radians),
+        home: j.home_deg.to_radians(),
+        endless: j.range == RevoluteRange::Endless,
+        carried_by,
+    })
+}
+
+fn letter(field: &str, axis: &str) -> Result<AxisLetter, MachineError> {
+    AxisLetter::parse(axis).ok_or_else(|| fail(format!("{field}.axis"), Some(axis), FieldProblem::NoAxisLetter))
+}
+
+fn home_inside(field: String, axis: Option<&str>, home: f64, min: f64, max: f64) -> Checked {
+    if (min..=max).contains(&home) {
+        return Ok(());
+    }
+    Err(fail(field, axis, FieldProblem::HomeOutside { home, min, max }))
+}
+
+pub(crate) fn check_bodies(field: &str, bodies: &[BodyFile]) -> Checked {
+    for (k, body) in bodies.iter().enumerate() {
+        let field = format!("{field}[{k}]");
+        check_name(&format!("{field}.name"), &body.name)?;
+        for (key, values) in [("position_mm", body.position_mm), ("rotation_xyz_deg", body.rotation_xyz_deg)] {
+            for (i, v) in values.into_iter().enumerate() {
+                finite(format!("{field}.{key}[{i}]"), None, v)?;
+            }
+        }
+        not_negative(format!("{field}.clearance_mm"), None, body.clearance_mm)?;
+        check_shape(&format!("{field}.shape"), &body.shape)?;
+    }
+    Ok(())
+}
+
+fn check_shape(field: &str, shape: &ShapeFile) -> Checked {
+    match *shape {
+        ShapeFile::Box { size_mm } => size_mm
+            .into_iter()
+            .enumerate()
+            .try_for_each(|(i, v)| positive(format!("{field}.box.size_mm[{i}]"), None, v)),
+        ShapeFile::Cylinder { radius_mm, height_mm } => {
+            positive(format!("{field}.cylinder.radius_mm"), None, radius_mm)?;
+            positive(format!("{field}.cylinder.height_mm"), None, height_mm)
+        }
+        ShapeFile::Frustum { radius_low_mm, radius_high_mm, height_mm } => {
+            not_negative(format!("{field}.frustum.radius_low_mm"), None, radius_low_mm)?;
+            not_negative(format!("{field}.frustum.radius_high_mm"), None, radius_high_mm)?;
+            positive(format!("{field}.frustum.height_mm"), None, height_mm)
+        }
+    }
+}
+
+pub(crate) fn check_motion(motion: &MotionFile) -> Checked {
+    let tolerance = &motion.control_tolerance;
+    not_negative("motion.control_tolerance.path_mm".to_owned(), None, tolerance.path_mm)?;
+    not_negative("motion.control_tolerance.orientation_deg".to_owned(), None, tolerance.orientation_deg)
+}
+
+pub(crate) fn check_feed(feed: &FeedFile) -> Checked {
+    positive("feed.min_mm_min".to_owned(), None, feed.min_mm_min)?;
+    positive("feed.max_mm_min".to_owned(), None, feed.max_mm_min)?;
+    range("feed.max_mm_min".to_owned(), None, feed.min_mm_min, feed.max_mm_min)?;
+    feed.rapid_mm_min.map_or(Ok(()), |v| positive("feed.rapid_mm_min".to_owned(), None, v))
+}

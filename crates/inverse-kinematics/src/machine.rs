@@ -1,0 +1,245 @@
+use facemill_cl_data::{ClPoint, MotionLaw};
+use facemill_file_format::FormatError;
+use nalgebra::{Isometry3, Point3, Unit, Vector3};
+
+use crate::{
+    Axis, AxisKind, AxisLetter, AxisValues, MachineBody, MachineFile,
+    build::build,
+    direction_pair::DirectionPair,
+    screw_chain::{LinearMap, ScrewChain},
+};
+
+/// A five-axis machine tool: forward and inverse solution, limits, bodies, motion laws.
+///
+/// Everything is told in the table frame, the end of the workpiece chain, in mm, rad and s. The tool frame has its origin
+/// at the tip and its z axis toward the spindle; the tool length is the distance from the tip to the spindle nose.
+/// Two machines are equal when their files are.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Machine {
+    pub(crate) file: MachineFile,
+    pub(crate) axes: Vec<Axis>,
+    pub(crate) chain: ScrewChain,
+    pub(crate) rotaries: DirectionPair,
+    /// Axes of the three linear joints, in chain order.
+    pub(crate) linears: [usize; 3],
+    pub(crate) bodies: Vec<MachineBody>,
+}
+
+/// Feeds the control can be given, in the unit of the F word: mm/min over all axes, 1 deg counted as 1 mm (G94).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FeedRange {
+    /// Smallest F.
+    pub min: f64,
+    /// Largest F.
+    pub max: f64,
+    /// Feed of linear rapids; without it the axis speeds alone limit them.
+    pub rapid: Option<f64>,
+}
+
+/// Why a machine file cannot be used.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum MachineError {
+    /// The text is not a machine file.
+    #[error(transparent)]
+    Format(#[from] FormatError),
+    /// A value makes no sense.
+    #[error("{field}{}: {problem}", axis.as_ref().map(|a| format!(" (axis {a})")).unwrap_or_default())]
+    Field {
+        /// Path of the field, such as `tool_chains[0].rows[2].joint.prismatic.max_mm`.
+        field: String,
+        /// The axis the field belongs to, as the file calls it.
+        axis: Option<String>,
+        /// What is wrong with it.
+        problem: FieldProblem,
+    },
+    /// There is no closed solution for these joints.
+    #[error(
+        "the machine has {n_heads} head(s) with {n_linear} linear and {n_rotary} rotary joints; only one head with three \
+         linear and two rotary joints has an inverse solution here"
+    )]
+    UnsupportedStructure {
+        /// Number of tool chains.
+        n_heads: usize,
+        /// Prismatic joints of both chains.
+        n_linear: usize,
+        /// Revolute joints of both chains.
+        n_rotary: usize,
+    },
+    /// Both rotary joints turn the tool about the same direction.
+    #[error("the rotary axes {first} and {second} are parallel, so the tool axis has one degree of freedom only")]
+    ParallelRotaries {
+        /// The one nearer to the workpiece.
+        first: AxisLetter,
+        /// The one nearer to the tool.
+        second: AxisLetter,
+    },
+    /// The rotary joint nearest to the tool turns it about its own axis.
+    #[error("rotary axis {axis} is parallel to the spindle, so it does not turn the tool axis")]
+    ToolAlongRotary {
+        /// The rotary axis nearest to the tool.
+        axis: AxisLetter,
+    },
+    /// The three linear joints cannot reach a volume.
+    #[error("the linear axes {}, {} and {} lie in one plane", axes[0], axes[1], axes[2])]
+    DependentLinears {
+        /// The three linear axes.
+        axes: [AxisLetter; 3],
+    },
+}
+
+/// What is wrong with a field of a machine file.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum FieldProblem {
+    /// NaN or infinite.
+    #[error("is not a finite number")]
+    NotFinite,
+    /// A size, speed or feed that must be above 0.
+    #[error("is {value}, but has to be above 0")]
+    NotPositive {
+        /// The value in the file.
+        value: f64,
+    },
+    /// A length or angle that must not be below 0.
+    #[error("is {value}, but must not be below 0")]
+    Negative {
+        /// The value in the file.
+        value: f64,
+    },
+    /// The upper end of a range is below the lower one.
+    #[error("is {max}, which is below the minimum {min}")]
+    EmptyRange {
+        /// Lower end.
+        min: f64,
+        /// Upper end.
+        max: f64,
+    },
+    /// The home position is outside the limits.
+    #[error("is {home}, which is outside the limits {min} to {max}")]
+    HomeOutside {
+        /// Home position.
+        home: f64,
+        /// Lower limit.
+        min: f64,
+        /// Upper limit.
+        max: f64,
+    },
+    /// The axis is not an address of NC text.
+    #[error("is not an axis address: one of X Y Z A B C U V W, with a digit from 1 to 9 behind it for a second head")]
+    NoAxisLetter,
+    /// Two joints have the same address.
+    #[error("is the address of another joint already")]
+    DuplicateAxis,
+    /// A name is empty.
+    #[error("is empty")]
+    Empty,
+}
+
+impl Machine {
+    /// Reads a machine file.
+    ///
+    /// # Errors
+    /// When the text is no machine file, a value makes no sense, or the joints have no inverse solution here.
+    pub fn from_json(text: &[u8]) -> Result<Self, MachineError> {
+        Self::from_file(facemill_file_format::from_json(text)?)
+    }
+
+    /// The machine that a file describes.
+    ///
+    /// # Errors
+    /// As [`Machine::from_json`], the text aside.
+    pub fn from_file(file: MachineFile) -> Result<Self, MachineError> {
+        build(file)
+    }
+
+    /// The file the machine was built from.
+    pub fn to_file(&self) -> MachineFile {
+        self.file.clone()
+    }
+
+    /// What reports call the machine.
+    pub fn name(&self) -> &str {
+        &self.file.name
+    }
+
+    /// The axes in the order of NC words: X Y Z A B C U V W. Axis values stand in this order everywhere.
+    pub fn axes(&self) -> &[Axis] {
+        &self.axes
+    }
+
+    /// Index of the axis with this address.
+    pub fn axis_index(&self, letter: &str) -> Option<usize> {
+        self.axes.iter().position(|a| a.letter == letter)
+    }
+
+    /// Home position of every axis.
+    pub fn home(&self) -> AxisValues {
+        AxisValues::from_fn(self.axes.len(), |k| self.axes[k].home)
+    }
+
+    /// First axis that is outside its limits, if any.
+    pub fn first_beyond_limit(&self, q: &AxisValues) -> Option<usize> {
+        (0..self.axes.len()).find(|&k| !self.axes[k].holds(q.get_or_zero(k)))
+    }
+
+    /// Pose of the tool in the table frame: origin at the tip, z toward the spindle (forward kinematics).
+    ///
+    /// Holds for any values, limits are not asked. Missing values count as 0.
+    pub fn forward(&self, q: &AxisValues, tool_length: f64) -> Isometry3<f64> {
+        self.chain.forward(q, tool_length)
+    }
+
+    /// Tip and tool axis in the table frame; as [`Machine::forward`] without the turn about the tool's own axis.
+    pub fn cl_point(&self, q: &AxisValues, tool_length: f64) -> ClPoint {
+        let map = self.linear_map(q, tool_length);
+        let linears = Vector3::from(self.linears.map(|k| q.get_or_zero(k)));
+        ClPoint { tip: Point3::from(map.tip(&linears)), axis: Unit::new_normalize(map.tool_axis) }
+    }
+
+    /// What the control does between two programmed positions.
+    pub fn motion_law(&self) -> MotionLaw {
+        self.file.motion.law()
+    }
+
+    /// Feeds the control can be given.
+    pub fn feed_range(&self) -> FeedRange {
+        let feed = &self.file.feed;
+        FeedRange { min: feed.min_mm_min, max: feed.max_mm_min, rapid: feed.rapid_mm_min }
+    }
+
+    /// The bodies of the machine.
+    pub fn bodies(&self) -> &[MachineBody] {
+        &self.bodies
+    }
+
+    /// Direction from the nose into the spindle with all rotary axes at 0, table frame: the direction in which tool
+    /// length compensation (G43) moves the head.
+    pub fn length_compensation_axis(&self) -> Unit<Vector3<f64>> {
+        self.chain.spindle_at_zero()
+    }
+
+    /// Travel of every axis per mm of tool length that keeps the tip in its place with all rotary axes at 0: what G43
+    /// adds to the programmed words. Rotary entries are 0; `None` when the linear axes are dependent there.
+    pub fn length_compensation_travel(&self) -> Option<AxisValues> {
+        let zero = AxisValues::zeros(self.axes.len());
+        let tip = Point3::from(self.linear_map(&zero, 0.0).offset);
+        self.with_linears(&zero, &tip, 1.0)
+    }
+
+    /// The rotary values of `q` with the linear values that bring the tip to `tip`; `None` when they are dependent there.
+    pub(crate) fn with_linears(&self, q: &AxisValues, tip: &Point3<f64>, tool_length: f64) -> Option<AxisValues> {
+        let linears = self.linear_map(q, tool_length).solve(tip)?;
+        let mut q = *q;
+        for (k, &axis) in self.linears.iter().enumerate() {
+            q[axis] = linears[k];
+        }
+        Some(q)
+    }
+
+    pub(crate) fn linear_map(&self, q: &AxisValues, tool_length: f64) -> LinearMap {
+        self.chain.linear_map(q, tool_length)
+    }
+
+    pub(crate) fn is_rotary(&self, axis: usize) -> bool {
+        self.axes[axis].kind == AxisKind::Rotary
+    }
+}

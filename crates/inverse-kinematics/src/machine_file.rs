@@ -1,0 +1,311 @@
+use facemill_cl_data::{ControlTolerance, CuttingLaw, MotionLaw, RapidLaw};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Machine file: kinematic chains, axes, bodies and motion laws of a machine tool.
+///
+/// Two chains start at the bed: the workpiece's ends at the table frame, the tool's at the spindle nose. Every row of a
+/// chain is one transform of Craig's modified Denavit-Hartenberg convention.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MachineFile {
+    /// Name and version of the format.
+    pub format: MachineFormat,
+    /// What reports call the machine.
+    pub name: String,
+    /// From the bed to the table, on which the workpiece lies.
+    pub workpiece_chain: WorkpieceChain,
+    /// From the bed to the spindle nose, one chain for each head.
+    pub tool_chains: Vec<ToolChain>,
+    /// Bodies that do not move.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub bed_bodies: Vec<BodyFile>,
+    /// What the control does between two programmed positions.
+    pub motion: MotionFile,
+    /// Feeds the control can be given.
+    pub feed: FeedFile,
+}
+
+/// Name and version of the machine file format.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum MachineFormat {
+    /// The first version.
+    #[serde(rename = "facemill-machine/1")]
+    V1,
+}
+
+/// Transforms from the bed to the table. With no rows the workpiece lies on the bed.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct WorkpieceChain {
+    /// From the bed outward.
+    pub rows: Vec<DhRow>,
+}
+
+/// Transforms from the bed to the spindle nose: its origin is the centre of the nose's face, its z points into the spindle.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ToolChain {
+    /// Channel of the control that programs this head, from 1.
+    #[serde(default = "first_channel")]
+    pub channel: u32,
+    /// From the bed outward.
+    pub rows: Vec<DhRow>,
+}
+
+fn first_channel() -> u32 {
+    1
+}
+
+/// One transform RotX(alpha) · TransX(a) · RotZ(theta) · TransZ(d) from a link's frame to the one before it.
+///
+/// A prismatic joint adds its value to d, a revolute one to theta. A row without a joint is fixed.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DhRow {
+    /// Offset along the previous x axis, mm.
+    #[serde(default)]
+    pub a_mm: f64,
+    /// Turn about the previous x axis, deg.
+    #[serde(default)]
+    pub alpha_deg: f64,
+    /// Offset along this row's z axis, mm.
+    #[serde(default)]
+    pub d_mm: f64,
+    /// Turn about this row's z axis, deg.
+    #[serde(default)]
+    pub theta_deg: f64,
+    /// Axis that moves along or about this row's z axis.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub joint: Option<Joint>,
+    /// Bodies in this row's frame, moving with its joint.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub bodies: Vec<BodyFile>,
+}
+
+/// The axis of a row.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum Joint {
+    /// Moves along the row's z axis.
+    Prismatic(PrismaticJoint),
+    /// Turns about the row's z axis.
+    Revolute(RevoluteJoint),
+}
+
+/// An axis that moves along its row's z axis.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PrismaticJoint {
+    /// Address in NC text: X Y Z A B C U V W, with a digit for a second head (X2).
+    pub axis: String,
+    /// Whether a positive word moves along +z of the row or against it.
+    #[serde(default)]
+    pub sense: Sense,
+    /// Smallest value, mm.
+    pub min_mm: f64,
+    /// Largest value, mm.
+    pub max_mm: f64,
+    /// Home position, mm.
+    #[serde(default)]
+    pub home_mm: f64,
+    /// Largest speed, mm/min.
+    pub max_velocity_mm_min: f64,
+    /// Largest acceleration, mm/s².
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub max_acceleration_mm_s2: Option<f64>,
+    /// Largest jerk, mm/s³.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub max_jerk_mm_s3: Option<f64>,
+}
+
+/// An axis that turns about its row's z axis.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RevoluteJoint {
+    /// Address in NC text: X Y Z A B C U V W, with a digit for a second head (B2).
+    pub axis: String,
+    /// Whether a positive word turns the link right-handed about +z of the row or against it. By ISO 841 axes describe
+    /// the tool's motion relative to a still workpiece, so a table that turns about a row with z up is negative.
+    #[serde(default)]
+    pub sense: Sense,
+    /// How far the axis turns.
+    pub range: RevoluteRange,
+    /// Home position, deg.
+    #[serde(default)]
+    pub home_deg: f64,
+    /// Largest speed, deg/min.
+    pub max_velocity_deg_min: f64,
+    /// Largest acceleration, deg/s².
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub max_acceleration_deg_s2: Option<f64>,
+    /// Largest jerk, deg/s³.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub max_jerk_deg_s3: Option<f64>,
+}
+
+/// Sense of an axis relative to its row's z.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Sense {
+    /// Along or right-handed about +z of the row.
+    #[default]
+    Positive,
+    /// Against it.
+    Negative,
+}
+
+impl Sense {
+    pub(crate) fn sign(self) -> f64 {
+        match self {
+            Self::Positive => 1.0,
+            Self::Negative => -1.0,
+        }
+    }
+}
+
+/// How far a revolute axis turns.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum RevoluteRange {
+    /// Between two stops.
+    Limited {
+        /// Smallest value, deg.
+        min_deg: f64,
+        /// Largest value, deg.
+        max_deg: f64,
+    },
+    /// On and on.
+    Endless,
+}
+
+/// A body of the machine that must not touch anything.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BodyFile {
+    /// What findings call it.
+    pub name: String,
+    /// Shape in the body's own frame.
+    pub shape: ShapeFile,
+    /// Origin of the body's frame in the link's frame, mm.
+    #[serde(default)]
+    pub position_mm: [f64; 3],
+    /// Turns of the body's frame about the link's fixed x, then y, then z axis, deg.
+    #[serde(default)]
+    pub rotation_xyz_deg: [f64; 3],
+    /// Distance that everything keeps from the body, mm.
+    #[serde(default)]
+    pub clearance_mm: f64,
+}
+
+/// Shape of a body in its own frame.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum ShapeFile {
+    /// Box about the origin.
+    Box {
+        /// Edge lengths along x, y, z, mm.
+        size_mm: [f64; 3],
+    },
+    /// Cylinder about z, from z = 0 up.
+    Cylinder {
+        /// Radius, mm.
+        radius_mm: f64,
+        /// Height, mm.
+        height_mm: f64,
+    },
+    /// Frustum about z, from z = 0 up.
+    Frustum {
+        /// Radius at z = 0, mm.
+        radius_low_mm: f64,
+        /// Radius at the upper end, mm.
+        radius_high_mm: f64,
+        /// Height, mm.
+        height_mm: f64,
+    },
+}
+
+/// What the control does between two programmed positions.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MotionFile {
+    /// In cutting moves.
+    pub cutting: CuttingLawFile,
+    /// In rapids.
+    pub rapid: RapidLawFile,
+    /// How far smoothing and blending may take the control from either.
+    #[serde(default)]
+    pub control_tolerance: ControlToleranceFile,
+}
+
+/// What the control does between two positions of a cutting move.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum CuttingLawFile {
+    /// All machine axes move linearly together: five-axis moves without RTCP.
+    AxesLinear,
+    /// RTCP: the tip moves on a straight line, the rotary axes linearly.
+    TipAndRotariesLinear,
+    /// RTCP: the tip moves on a straight line, the tool vector turns uniformly in the plane of its two ends.
+    TipLinearVectorTurned,
+}
+
+/// What the control does between two positions of a rapid.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum RapidLawFile {
+    /// All axes start and end together.
+    Linear,
+    /// Each axis moves at its own speed and stops when it is there: the path bends.
+    PerAxis,
+}
+
+/// Deviation of the control from the programmed motion.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ControlToleranceFile {
+    /// Deviation of the tip, mm.
+    pub path_mm: f64,
+    /// Deviation of the tool axis, deg.
+    pub orientation_deg: f64,
+}
+
+/// Feeds the control can be given, in the unit of the F word.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FeedFile {
+    /// Smallest F, mm/min.
+    pub min_mm_min: f64,
+    /// Largest F, mm/min.
+    pub max_mm_min: f64,
+    /// Feed of linear rapids, mm/min over all axes with 1 deg as 1 mm; without it the axis speeds alone limit rapids.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rapid_mm_min: Option<f64>,
+}
+
+impl MotionFile {
+    /// The law in the pipeline's words.
+    pub fn law(&self) -> MotionLaw {
+        MotionLaw {
+            cutting: match self.cutting {
+                CuttingLawFile::AxesLinear => CuttingLaw::AxesLinear,
+                CuttingLawFile::TipAndRotariesLinear => CuttingLaw::TipAndRotariesLinear,
+                CuttingLawFile::TipLinearVectorTurned => CuttingLaw::TipLinearVectorTurned,
+            },
+            rapid: match self.rapid {
+                RapidLawFile::Linear => RapidLaw::Linear,
+                RapidLawFile::PerAxis => RapidLaw::PerAxis,
+            },
+            control_tolerance: ControlTolerance {
+                path: self.control_tolerance.path_mm,
+                orientation: self.control_tolerance.orientation_deg.to_radians(),
+            },
+        }
+    }
+}
+
+/// JSON Schema (draft 2020-12) of the machine file.
+#[must_use]
+pub fn machine_schema() -> String {
+    facemill_file_format::schema::<MachineFile>()
+}

@@ -1,0 +1,20 @@
+use crate::{Machine, MachineError};
+
+/// Machine file of a large propeller mill: head tilts about B, table turns about C (the family of FEED (9)).
+///
+/// C vertical, table 4 m in diameter; X and Y ±2.6 m, Z 3.6 m, B ±110°, C endless; the B axis lies 350 mm above the
+/// spindle nose. With all axes at 0 the nose stands in the centre of the table's top, where the table frame has its
+/// origin.
+pub fn preset_head_b_table_c() -> &'static str {
+    include_str!("../presets/head-b-table-c.json")
+}
+
+impl Machine {
+    /// The machine of [`preset_head_b_table_c`].
+    ///
+    /// # Errors
+    /// None: the tests build it.
+    pub fn head_b_table_c() -> Result<Self, MachineError> {
+        Self::from_json(preset_head_b_table_c().as_bytes())
+    }
+}

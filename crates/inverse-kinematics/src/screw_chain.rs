@@ -1,0 +1,122 @@
+use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, Translation3, Unit, UnitQuaternion, Vector3};
+
+use crate::{AxisKind, AxisValues};
+
+/// A joint as a screw in the table frame at the zero pose (all axis values 0).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Screw {
+    /// Index of its axis.
+    pub(crate) axis: usize,
+    pub(crate) kind: AxisKind,
+    /// Direction in which, or about which (right-handed), a positive value moves the tool relative to the table.
+    pub(crate) direction: Unit<Vector3<f64>>,
+    /// A point on the axis of a rotary joint.
+    pub(crate) point: Vector3<f64>,
+}
+
+impl Screw {
+    /// Motion of everything behind the joint when its axis goes from 0 to `value`.
+    pub(crate) fn motion(&self, value: f64) -> Isometry3<f64> {
+        match self.kind {
+            AxisKind::Linear => Isometry3::from_parts(
+                Translation3::from(self.direction.into_inner() * value),
+                UnitQuaternion::identity(),
+            ),
+            AxisKind::Rotary => {
+                let turn = UnitQuaternion::from_axis_angle(&self.direction, value);
+                Isometry3::from_parts(Translation3::from(self.point - turn * self.point), turn)
+            }
+        }
+    }
+}
+
+/// The loop table → bed → tool as one open chain: table joints from the table inward, then head joints outward.
+///
+/// The pose of a link is the product of the motions of all joints between it and the table, times its pose at the zero
+/// pose (product of exponentials; the DH rows are only needed to set it up).
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct ScrewChain {
+    pub(crate) screws: Vec<Screw>,
+    /// Spindle nose in the table frame at the zero pose.
+    pub(crate) table_from_nose: Isometry3<f64>,
+}
+
+/// Tool tip as a function of the linear axes while the rotary axes stand still: `tip = offset + directions · linears`.
+pub(crate) struct LinearMap {
+    pub(crate) offset: Vector3<f64>,
+    /// Columns in the order in which the linear joints stand in the chain.
+    pub(crate) directions: Matrix3<f64>,
+    /// Tool axis, which depends on the rotary axes alone.
+    pub(crate) tool_axis: Vector3<f64>,
+}
+
+impl ScrewChain {
+    /// Motion of a link that `n_joints` joints separate from the table.
+    pub(crate) fn motion_behind(&self, n_joints: usize, q: &AxisValues) -> Isometry3<f64> {
+        self.screws[..n_joints].iter().fold(Isometry3::identity(), |m, s| m * s.motion(q.get_or_zero(s.axis)))
+    }
+
+    /// Tool tip in the nose frame lies `tool_length` in front of the nose.
+    pub(crate) fn forward(&self, q: &AxisValues, tool_length: f64) -> Isometry3<f64> {
+        self.motion_behind(self.screws.len(), q) * self.table_from_tool_at_zero(tool_length)
+    }
+
+    pub(crate) fn table_from_tool_at_zero(&self, tool_length: f64) -> Isometry3<f64> {
+        self.table_from_nose * Translation3::new(0.0, 0.0, -tool_length)
+    }
+
+    /// Tool axis at the zero pose.
+    pub(crate) fn spindle_at_zero(&self) -> Unit<Vector3<f64>> {
+        self.table_from_nose.rotation * Vector3::z_axis()
+    }
+
+    /// Tip and tool axis for the rotary values in `q`, its linear values left open. Linear joints beyond three are 0.
+    pub(crate) fn linear_map(&self, q: &AxisValues, tool_length: f64) -> LinearMap {
+        let mut rotation = Matrix3::identity();
+        let mut offset = Vector3::zeros();
+        let mut directions = Matrix3::zeros();
+        let mut n_linear = 0;
+        for screw in &self.screws {
+            match screw.kind {
+                AxisKind::Linear if n_linear < 3 => {
+                    directions.set_column(n_linear, &(rotation * screw.direction.into_inner()));
+                    n_linear += 1;
+                }
+                AxisKind::Linear => {}
+                AxisKind::Rotary => {
+                    let turn = Rotation3::from_axis_angle(&screw.direction, q.get_or_zero(screw.axis)).into_inner();
+                    offset += rotation * (screw.point - turn * screw.point);
+                    rotation *= turn;
+                }
+            }
+        }
+        let spindle = self.spindle_at_zero();
+        let tip = self.table_from_nose.translation.vector - spindle.into_inner() * tool_length;
+        LinearMap { offset: offset + rotation * tip, directions, tool_axis: rotation * spindle.into_inner() }
+    }
+}
+
+impl LinearMap {
+    /// Smallest |determinant| of the three unit directions with which the tip can be placed. At 1e-9 an error of 1e-15 in
+    /// a direction already moves an axis by 1e-6 of the distance; smaller is worse, larger refuses usable poses.
+    const MIN_DETERMINANT: f64 = 1e-9;
+
+    /// The linear values that bring the tip to `tip`; `None` when the three directions lie in a plane.
+    pub(crate) fn solve(&self, tip: &Point3<f64>) -> Option<Vector3<f64>> {
+        let [x, y, z] = [0, 1, 2].map(|k| self.directions.column(k).into_owned());
+        let (yz, zx, xy) = (y.cross(&z), z.cross(&x), x.cross(&y));
+        let determinant = x.dot(&yz);
+        if determinant.abs() < Self::MIN_DETERMINANT || determinant.is_nan() {
+            return None;
+        }
+        let cramer = |rhs: Vector3<f64>| Vector3::new(rhs.dot(&yz), rhs.dot(&zx), rhs.dot(&xy)) / determinant;
+        let values = cramer(tip.coords - self.offset);
+        // One refinement step brings oblique directions to the accuracy of orthogonal ones.
+        Some(values + cramer(tip.coords - self.tip(&values)))
+    }
+
+    /// The tip at these linear values.
+    pub(crate) fn tip(&self, linears: &Vector3<f64>) -> Vector3<f64> {
+        self.offset + self.directions * linears
+    }
+}

@@ -1,0 +1,238 @@
+//! Machines for tests, and forward kinematics written down a second time.
+#![allow(dead_code, unreachable_pub, reason = "every test program uses a part of it")]
+
+use facemill_cl_data::ClPoint;
+use facemill_inverse_kinematics::*;
+use nalgebra::{Matrix4, Point3, Unit, Vector3, Vector4};
+
+/// Deterministic random numbers (splitmix64).
+pub struct Random(pub u64);
+
+impl Random {
+    pub fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+    pub fn within(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * (self.next() >> 11) as f64 / (1u64 << 53) as f64
+    }
+    pub fn below(&mut self, n: usize) -> usize {
+        (self.next() % n as u64) as usize
+    }
+    pub fn direction(&mut self) -> Unit<Vector3<f64>> {
+        loop {
+            let v = Vector3::from_fn(|_, _| self.within(-1.0, 1.0));
+            if (0.01..1.0).contains(&v.norm()) {
+                return Unit::new_normalize(v);
+            }
+        }
+    }
+    /// Values within the limits, endless axes within ±180°.
+    pub fn values(&mut self, machine: &Machine) -> AxisValues {
+        AxisValues::from_fn(machine.axes().len(), |k| {
+            let a = &machine.axes()[k];
+            if a.endless { self.within(-3.1, 3.1) } else { self.within(a.min, a.max) }
+        })
+    }
+}
+
+pub fn row(a_mm: f64, alpha_deg: f64, d_mm: f64, theta_deg: f64) -> DhRow {
+    DhRow { a_mm, alpha_deg, d_mm, theta_deg, joint: None, bodies: Vec::new() }
+}
+
+pub fn linear(axis: &str, row: DhRow) -> DhRow {
+    let joint = PrismaticJoint {
+        axis: axis.to_owned(),
+        sense: Sense::Positive,
+        min_mm: -2000.0,
+        max_mm: 2000.0,
+        home_mm: 0.0,
+        max_velocity_mm_min: 20000.0,
+        max_acceleration_mm_s2: None,
+        max_jerk_mm_s3: None,
+    };
+    DhRow { joint: Some(Joint::Prismatic(joint)), ..row }
+}
+
+pub fn rotary(axis: &str, sense: Sense, limits_deg: Option<(f64, f64)>, row: DhRow) -> DhRow {
+    let range = match limits_deg {
+        Some((min_deg, max_deg)) => RevoluteRange::Limited { min_deg, max_deg },
+        None => RevoluteRange::Endless,
+    };
+    let joint = RevoluteJoint {
+        axis: axis.to_owned(),
+        sense,
+        range,
+        home_deg: 0.0,
+        max_velocity_deg_min: 5000.0,
+        max_acceleration_deg_s2: None,
+        max_jerk_deg_s3: None,
+    };
+    DhRow { joint: Some(Joint::Revolute(joint)), ..row }
+}
+
+/// Y, X, Z carried by the head; the last frame is parallel to the bed's.
+pub fn head_yxz() -> Vec<DhRow> {
+    vec![
+        linear("Y", row(0.0, -90.0, 0.0, 90.0)),
+        linear("X", row(0.0, 90.0, 0.0, 90.0)),
+        linear("Z", row(0.0, -90.0, 0.0, -90.0)),
+    ]
+}
+
+pub fn file(workpiece: Vec<DhRow>, tool: Vec<DhRow>) -> MachineFile {
+    MachineFile {
+        format: MachineFormat::V1,
+        name: "test machine".to_owned(),
+        workpiece_chain: WorkpieceChain { rows: workpiece },
+        tool_chains: vec![ToolChain { channel: 1, rows: tool }],
+        bed_bodies: Vec::new(),
+        motion: MotionFile {
+            cutting: CuttingLawFile::AxesLinear,
+            rapid: RapidLawFile::PerAxis,
+            control_tolerance: ControlToleranceFile::default(),
+        },
+        feed: FeedFile { min_mm_min: 1.0, max_mm_min: 24000.0, rapid_mm_min: None },
+    }
+}
+
+pub fn machine(workpiece: Vec<DhRow>, tool: Vec<DhRow>) -> Machine {
+    Machine::from_file(file(workpiece, tool)).unwrap()
+}
+
+/// Trunnion: table tilts about A (x), turns about C; the A axis is offset from C by `dy`, `dz`; both go through the
+/// rotation point. At the zero pose the table frame is the bed's.
+pub fn trunnion_ac(sense: Sense, rotation_point: [f64; 3], dy: f64, dz: f64, a_limits: Option<(f64, f64)>) -> Machine {
+    let [x, y, z] = rotation_point;
+    let table = vec![
+        row(x, 0.0, z + dz, 90.0),
+        rotary("A", sense, a_limits, row(y + dy, 90.0, 0.0, 0.0)),
+        rotary("C", sense, None, row(-dy, -90.0, 0.0, -90.0)),
+        row(-x, 0.0, -z - dz, 90.0),
+        row(-y, 0.0, 0.0, -90.0),
+    ];
+    machine(table, head_yxz())
+}
+
+/// Head that turns by B about an axis at 45° between y and z, above a table that turns about C.
+pub fn nutating_head() -> Machine {
+    let mut tool = head_yxz();
+    // From the frame parallel to the bed: z leans by −45° about x, which is 45° toward +y.
+    tool.push(rotary("B", Sense::Positive, Some((-180.0, 180.0)), row(0.0, -45.0, 300.0, 0.0)));
+    tool.push(row(0.0, 45.0, -200.0, 0.0));
+    machine(vec![rotary("C", Sense::Negative, None, row(0.0, 0.0, 0.0, 0.0))], tool)
+}
+
+/// Fork: C then A in the head.
+pub fn head_ca() -> Machine {
+    let mut tool = head_yxz();
+    tool.push(rotary("C", Sense::Positive, None, row(0.0, 0.0, 0.0, 90.0)));
+    tool.push(rotary("A", Sense::Positive, Some((-120.0, 120.0)), row(0.0, 90.0, 0.0, 0.0)));
+    tool.push(row(30.0, -90.0, -180.0, 0.0));
+    machine(Vec::new(), tool)
+}
+
+/// A machine with joints in random order, senses and general directions, split anywhere between table and head.
+pub fn random_machine(r: &mut Random) -> Machine {
+    loop {
+        let mut joints = ["X", "Y", "Z", "B", "C"];
+        for k in (1..5).rev() {
+            joints.swap(k, r.below(k + 1));
+        }
+        let n_table = r.below(6);
+        let mut chains = [Vec::new(), Vec::new()];
+        for (k, axis) in joints.iter().enumerate() {
+            let any =
+                row(r.within(-200.0, 200.0), r.within(-180.0, 180.0), r.within(-200.0, 200.0), r.within(-180.0, 180.0));
+            let mut row = if ["B", "C"].contains(axis) {
+                rotary(axis, Sense::Positive, Some((-180.0, 180.0)), any)
+            } else {
+                linear(axis, any)
+            };
+            if r.below(2) == 0 {
+                match row.joint.as_mut() {
+                    Some(Joint::Prismatic(j)) => j.sense = Sense::Negative,
+                    Some(Joint::Revolute(j)) => j.sense = Sense::Negative,
+                    None => {}
+                }
+            }
+            chains[usize::from(k >= n_table)].push(row);
+        }
+        let [table, mut tool] = chains;
+        tool.push(row(r.within(-50.0, 50.0), r.within(-180.0, 180.0), r.within(-300.0, 0.0), 17.0));
+        if let Ok(machine) = Machine::from_file(file(table, tool)) {
+            return machine;
+        }
+    }
+}
+
+/// A machine of every family, and some in general position.
+pub fn families() -> Vec<Machine> {
+    let mut r = Random(11);
+    let mut all = vec![
+        Machine::head_b_table_c().unwrap(),
+        trunnion_ac(Sense::Negative, [1.0, 2.0, 3.0], 20.0, 10.0, Some((-110.0, 110.0))),
+        trunnion_ac(Sense::Positive, [0.0; 3], 0.0, 0.0, Some((-110.0, 110.0))),
+        nutating_head(),
+        head_ca(),
+    ];
+    all.extend((0..12).map(|_| random_machine(&mut r)));
+    all
+}
+
+/// Craig's matrix of a row, written out (Introduction to Robotics, 3rd edition, eq. 3.6).
+pub fn craig(row: &DhRow, values: &dyn Fn(&str) -> f64) -> Matrix4<f64> {
+    let (mut d, mut theta) = (row.d_mm, row.theta_deg.to_radians());
+    let sign = |s: Sense| if s == Sense::Positive { 1.0 } else { -1.0 };
+    match &row.joint {
+        Some(Joint::Prismatic(j)) => d += sign(j.sense) * values(&j.axis),
+        Some(Joint::Revolute(j)) => theta += sign(j.sense) * values(&j.axis),
+        None => {}
+    }
+    let (sa, ca) = row.alpha_deg.to_radians().sin_cos();
+    let (st, ct) = theta.sin_cos();
+    #[rustfmt::skip]
+    let m = Matrix4::new(
+        ct,      -st,      0.0,  row.a_mm,
+        st * ca,  ct * ca, -sa,  -sa * d,
+        st * sa,  ct * sa,  ca,   ca * d,
+        0.0,      0.0,      0.0,  1.0,
+    );
+    m
+}
+
+/// Bed from the end of a chain's first `n` rows.
+pub fn craig_chain(rows: &[DhRow], machine: &Machine, q: &AxisValues) -> Matrix4<f64> {
+    let value = |axis: &str| q[machine.axis_index(axis).unwrap()];
+    rows.iter().fold(Matrix4::identity(), |m, row| m * craig(row, &value))
+}
+
+/// Table from tool by multiplying Craig's matrices.
+pub fn forward_by_matrices(machine: &Machine, q: &AxisValues, tool_length: f64) -> Matrix4<f64> {
+    let file = machine.to_file();
+    let table = craig_chain(&file.workpiece_chain.rows, machine, q);
+    let nose = craig_chain(&file.tool_chains[0].rows, machine, q);
+    table.try_inverse().unwrap() * nose * Matrix4::new_translation(&Vector3::new(0.0, 0.0, -tool_length))
+}
+
+pub fn cl_by_matrices(machine: &Machine, q: &AxisValues, tool_length: f64) -> ClPoint {
+    let m = forward_by_matrices(machine, q, tool_length);
+    let [axis, tip] = [m * Vector4::new(0.0, 0.0, 1.0, 0.0), m * Vector4::new(0.0, 0.0, 0.0, 1.0)];
+    ClPoint { tip: Point3::from(tip.xyz()), axis: Unit::new_normalize(axis.xyz()) }
+}
+
+/// Largest difference of linear (mm) and rotary values (rad), full turns aside.
+pub fn difference(machine: &Machine, a: &AxisValues, b: &AxisValues) -> (f64, f64) {
+    let mut worst = (0.0_f64, 0.0_f64);
+    for (k, axis) in machine.axes().iter().enumerate() {
+        let d = a[k] - b[k];
+        match axis.kind {
+            AxisKind::Linear => worst.0 = worst.0.max(d.abs()),
+            AxisKind::Rotary => worst.1 = worst.1.max((0.5 * d).sin().abs() * 2.0),
+        }
+    }
+    worst
+}
