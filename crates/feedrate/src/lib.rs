@@ -1,1 +1,29 @@
-//! Room to be built: see `docs/architecture.md`.
+//! Constant cutting speed at the CL point (FEED).
+//!
+//! A control in G94 takes F as the norm over all axes, 1 deg counted as 1 mm, so the tip of the tool moves at another speed
+//! than F wherever a rotary axis takes part. [`feed_for_block`] gives the F with which the tip moves as programmed, within
+//! the speeds of the axes and the control's range of F; [`plan_feeds`] does it for a sequence of blocks. The same times
+//! give the F of G93 ([`BlockFeed::inverse_time`]).
+//!
+//! ```
+//! use facemill_feedrate::{FeedBlock, FeedLimit, plan_feeds};
+//! use facemill_inverse_kinematics::{AxisValues, Machine};
+//!
+//! let machine = Machine::head_b_table_c()?;
+//! let start = AxisValues::from([800.0, 0.0, 600.0, 0.0, 0.0]);
+//! let end = AxisValues::from([800.0, 0.0, 600.0, 0.0, 0.01]); // C turns by 0.573°: the tip moves 8 mm
+//! let feeds = plan_feeds(&machine, 250.0, &start, &[FeedBlock { end, tip_feed: 1000.0 }])?;
+//! assert_eq!(feeds[0].limit, FeedLimit::TipFeed);
+//! assert!((feeds[0].time - 0.48).abs() < 1e-4 && (feeds[0].f_word - 71.6).abs() < 0.1);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! Speeds are constant within a block: no acceleration is counted, so times are lower bounds. Feeds are mm/min, times s.
+//!
+//! It must not know surfaces.
+
+mod block_feed;
+mod plan;
+
+pub use block_feed::{BlockFeed, FeedError, FeedLimit, feed_for_block, g94_length};
+pub use plan::{FeedBlock, PlanFeedsError, plan_feeds, rapid_time};

@@ -1,0 +1,138 @@
+use facemill_inverse_kinematics::{Axis, AxisValues, FeedRange};
+
+/// Feed and time of one block.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BlockFeed {
+    /// F word in G94 (Fn of FEED (6)): mm/min as the norm over all axes, 1 deg counted as 1 mm. Within the control's range.
+    pub f_word: f64,
+    /// Time of the block, s.
+    pub time: f64,
+    /// Speed of the tip that is reached, mm/min: chord of the tip over time.
+    pub tip_feed: f64,
+    /// What sets the time.
+    pub limit: FeedLimit,
+}
+
+/// What sets the time of a block.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FeedLimit {
+    /// The tip moves at the programmed speed.
+    TipFeed,
+    /// This axis (by index) runs at its largest speed and the tip more slowly (FEED (7), (8)).
+    Axis(usize),
+    /// The control knows no larger F; the tip moves more slowly.
+    ControlMax,
+    /// The control knows no smaller F; the tip moves faster, no axis beyond its largest speed.
+    ControlMin,
+    /// No axis moves. The time is 0 and the F word the programmed tip feed, brought into the control's range.
+    NoMotion,
+}
+
+impl FeedLimit {
+    /// Index of the axis that limits the feed, if one does.
+    pub fn axis(self) -> Option<usize> {
+        match self {
+            Self::Axis(index) => Some(index),
+            _ => None,
+        }
+    }
+}
+
+impl BlockFeed {
+    /// F word in G93 (inverse time): blocks per minute. `None` for a block without motion.
+    pub fn inverse_time(&self) -> Option<f64> {
+        (self.time > 0.0).then(|| 60.0 / self.time)
+    }
+}
+
+/// Why a block has no feed.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum FeedError {
+    /// The programmed speed of the tip is not a positive number.
+    #[error("the programmed tip feed is {tip_feed} mm/min, but has to be above 0")]
+    BadTipFeed {
+        /// Programmed speed, mm/min.
+        tip_feed: f64,
+    },
+    /// A position or distance is not finite, or the distance is negative.
+    #[error("the block's positions or its tip distance are not finite")]
+    NotFinite,
+    /// The axes limit the block to an F below the smallest one of the control, which would take one beyond its speed.
+    #[error(
+        "the block needs F{f_word:.4}, the control's smallest F is {min} and would take axis {axis} beyond its speed"
+    )]
+    MinimumExceedsAxis {
+        /// Index of the axis.
+        axis: usize,
+        /// The F that the block needs, mm/min.
+        f_word: f64,
+        /// Smallest F of the control, mm/min.
+        min: f64,
+    },
+}
+
+/// Length of a block as a control in G94 counts it: the norm over all axes, rotary ones in degrees with 1 deg as 1 mm
+/// (FEED (1)).
+pub fn g94_length(axes: &[Axis], start: &AxisValues, end: &AxisValues) -> f64 {
+    travels(axes, start, end).fold(0.0, f64::hypot)
+}
+
+/// Travel of every axis in the unit of NC words.
+fn travels<'a>(axes: &'a [Axis], start: &'a AxisValues, end: &'a AxisValues) -> impl Iterator<Item = f64> + 'a {
+    axes.iter().enumerate().map(|(k, a)| a.in_word_unit(end.get_or_zero(k) - start.get_or_zero(k)))
+}
+
+/// The feed with which the tip moves at `tip_feed` (mm/min), or as fast as axes and control allow (FEED (3)–(8)).
+///
+/// `tip_distance` is Dc, the distance of the tip's two positions in the workpiece frame, mm. The block's time is the larger
+/// one of Dc/Fc (4) and of the times that the axes need at their largest speeds, which is what (7) and (8) come to; so a
+/// block in which the tip stands still is timed by its axes. The F word is then brought into the control's range.
+///
+/// # Errors
+/// When `tip_feed` is not above 0, an input is not finite, or the control's smallest F would overload an axis.
+pub fn feed_for_block(
+    axes: &[Axis],
+    start: &AxisValues,
+    end: &AxisValues,
+    tip_distance: f64,
+    tip_feed: f64,
+    range: &FeedRange,
+) -> Result<BlockFeed, FeedError> {
+    let positive = tip_feed > 0.0 && tip_feed.is_finite();
+    if !positive {
+        return Err(FeedError::BadTipFeed { tip_feed });
+    }
+    let length = g94_length(axes, start, end);
+    if !(length.is_finite() && tip_distance.is_finite() && tip_distance >= 0.0) {
+        return Err(FeedError::NotFinite);
+    }
+    let (axis, axis_time) = slowest_axis(axes, start, end);
+    let tip_time = 60.0 * tip_distance / tip_feed;
+    let (time, limit) =
+        if axis_time > tip_time { (axis_time, FeedLimit::Axis(axis)) } else { (tip_time, FeedLimit::TipFeed) };
+    let f_word = 60.0 * length / time;
+    // 0/0, and travels that underflow.
+    if !f_word.is_finite() || length == 0.0 {
+        let f_word = tip_feed.max(range.min).min(range.max);
+        return Ok(BlockFeed { f_word, time: 0.0, tip_feed: 0.0, limit: FeedLimit::NoMotion });
+    }
+    let feed = |f_word, time, limit| BlockFeed { f_word, time, tip_feed: 60.0 * tip_distance / time, limit };
+    if f_word > range.max {
+        return Ok(feed(range.max, 60.0 * length / range.max, FeedLimit::ControlMax));
+    }
+    if f_word >= range.min {
+        return Ok(feed(f_word, time, limit));
+    }
+    let time = 60.0 * length / range.min;
+    if time < axis_time {
+        return Err(FeedError::MinimumExceedsAxis { axis, f_word, min: range.min });
+    }
+    Ok(feed(range.min, time, FeedLimit::ControlMin))
+}
+
+/// The axis that needs the longest at its largest speed, and that time, s. Of equal ones the first.
+fn slowest_axis(axes: &[Axis], start: &AxisValues, end: &AxisValues) -> (usize, f64) {
+    let times =
+        axes.iter().enumerate().map(|(k, a)| (k, (end.get_or_zero(k) - start.get_or_zero(k)).abs() / a.max_velocity));
+    times.fold((0, 0.0), |slowest, t| if t.1 > slowest.1 { t } else { slowest })
+}
