@@ -1,0 +1,49 @@
+use super::ImportFault;
+use crate::Group;
+use nalgebra::Point3;
+
+/// Triangles as a file gives them: in its unit and frame, neither welded nor checked.
+#[derive(Default)]
+pub(crate) struct RawMesh {
+    pub(crate) vertices: Vec<Point3<f64>>,
+    pub(crate) triangles: Vec<[u32; 3]>,
+    pub(crate) groups: Vec<Group>,
+}
+
+/// The sides of the triangles are numbered with 32 bits later on.
+const MAX_TRIANGLES: usize = 1 << 29;
+
+impl RawMesh {
+    /// The triangles that follow belong to a group of this name; a group is continued when it is the last one.
+    pub(super) fn begin_group(&mut self, name: &str) {
+        if self.groups.last().is_some_and(|g| g.name == name) {
+            return;
+        }
+        self.groups.retain(|g| !g.triangles.is_empty());
+        let n = self.triangles.len();
+        self.groups.push(Group { name: name.to_owned(), triangles: n..n });
+    }
+
+    /// Appends a triangle; the first one without a group starts one without a name.
+    pub(super) fn push(&mut self, triangle: [u32; 3]) -> Result<(), ImportFault> {
+        if self.triangles.len() >= MAX_TRIANGLES {
+            return Err(ImportFault::TooLarge { limit: MAX_TRIANGLES });
+        }
+        if self.groups.is_empty() {
+            self.begin_group("");
+        }
+        self.triangles.push(triangle);
+        if let Some(g) = self.groups.last_mut() {
+            g.triangles.end = self.triangles.len();
+        }
+        Ok(())
+    }
+
+    /// Appends a triangle with vertices of its own.
+    pub(super) fn push_corners(&mut self, corners: [Point3<f64>; 3]) -> Result<(), ImportFault> {
+        let first = self.vertices.len() as u32;
+        self.push([first, first + 1, first + 2])?;
+        self.vertices.extend(corners);
+        Ok(())
+    }
+}

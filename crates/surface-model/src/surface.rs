@@ -1,0 +1,280 @@
+use crate::{
+    Component, CurvatureTensor, Edges, Topology, Tree, TriMesh,
+    curvature::{VertexCurvature, vertex_curvatures},
+    normals::{SmoothVertices, facet_normals},
+    triangle::closest_on_triangle,
+};
+use facemill_cl_data::Aabb;
+use nalgebra::{Point3, Unit, Vector3};
+
+/// How a mesh is taken for a smooth surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SurfaceSettings {
+    /// Facets whose normals differ by more than this across an edge meet in a crease there, rad. Larger: edges of the part
+    /// are rounded in its normals. Smaller: coarse meshes fall apart into facets.
+    pub crease_angle: f64,
+}
+
+impl Default for SurfaceSettings {
+    /// 30°: coarser than any mesh one mills by, finer than the edges of prismatic parts.
+    fn default() -> Self {
+        Self { crease_angle: 30f64.to_radians() }
+    }
+}
+
+/// A mesh with smooth normals, curvature and a box tree: all that is asked of a part.
+///
+/// Triangles without area (height below 1e-12 of the longest side) carry no point of the surface: no query returns them.
+/// Triangle indices are those of the mesh; methods that take one panic when it is out of range, as a slice does.
+#[derive(Clone, Debug)]
+pub struct Surface {
+    pub(crate) mesh: TriMesh,
+    settings: SurfaceSettings,
+    edges: Edges,
+    topology: Topology,
+    tree: Tree,
+    facets: Vec<Option<Unit<Vector3<f64>>>>,
+    smooth_of_corner: Vec<u32>,
+    smooth_normals: Vec<Option<Unit<Vector3<f64>>>>,
+    curvatures: Vec<Option<VertexCurvature>>,
+}
+
+/// A point of a mesh.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SurfacePoint {
+    /// Where, mm.
+    pub position: Point3<f64>,
+    /// The triangle it lies in.
+    pub triangle: u32,
+    /// Weights of the triangle's corners, not negative, sum 1.
+    pub barycentric: [f64; 3],
+    /// Distance from the point that was asked about, mm; 0 where nothing was.
+    pub distance: f64,
+}
+
+impl Surface {
+    /// Prepares a mesh: edges, components, normals, curvatures and boxes; some µs per triangle.
+    #[must_use]
+    pub fn new(mesh: TriMesh, settings: SurfaceSettings) -> Self {
+        let edges = Edges::of(&mesh);
+        let topology = Topology::of(&mesh, &edges);
+        let facets = facet_normals(&mesh);
+        let boxes: Vec<Aabb> = facets
+            .iter()
+            .enumerate()
+            .map(|(t, n)| if n.is_some() { Aabb::of_points(&mesh.corners(t)) } else { Aabb::EMPTY })
+            .collect();
+        let smooth = SmoothVertices::of(&mesh, &edges, &facets, settings.crease_angle);
+        let curvatures = vertex_curvatures(&mesh, &facets, &smooth);
+        let tree = Tree::build(&boxes);
+        let SmoothVertices { of_corner, normals } = smooth;
+        Self {
+            mesh,
+            settings,
+            edges,
+            topology,
+            tree,
+            facets,
+            smooth_of_corner: of_corner,
+            smooth_normals: normals,
+            curvatures,
+        }
+    }
+
+    /// The triangles, as given.
+    pub fn mesh(&self) -> &TriMesh {
+        &self.mesh
+    }
+
+    /// The settings it was made with.
+    pub fn settings(&self) -> SurfaceSettings {
+        self.settings
+    }
+
+    /// Which sides meet where.
+    pub fn edges(&self) -> &Edges {
+        &self.edges
+    }
+
+    /// Components and the state of the edges.
+    pub fn topology(&self) -> &Topology {
+        &self.topology
+    }
+
+    /// The component a triangle belongs to.
+    pub fn component(&self, triangle: u32) -> &Component {
+        &self.topology.components[self.topology.component_of[triangle as usize] as usize]
+    }
+
+    /// The hierarchy over the triangles' boxes; its items are triangle indices.
+    pub fn tree(&self) -> &Tree {
+        &self.tree
+    }
+
+    /// Smallest box around all triangles that have an area.
+    pub fn aabb(&self) -> Aabb {
+        self.tree.aabb()
+    }
+
+    /// The point of the surface nearest to `p` within `max_distance` (mm, `f64::INFINITY` for any), exact up to rounding.
+    ///
+    /// Of triangles equally near, the one with the lowest index. `None` when nothing is that near.
+    pub fn closest_point(&self, p: &Point3<f64>, max_distance: f64) -> Option<SurfacePoint> {
+        self.closest_point_where(p, max_distance, |_| true)
+    }
+
+    /// As [`Surface::closest_point`], among the triangles for which `keep` holds.
+    pub fn closest_point_where(
+        &self,
+        p: &Point3<f64>,
+        max_distance: f64,
+        keep: impl Fn(u32) -> bool,
+    ) -> Option<SurfacePoint> {
+        if max_distance.is_nan() || max_distance < 0.0 {
+            return None;
+        }
+        let distance_sq = |t: u32| {
+            let b = closest_on_triangle(p, &self.mesh.corners(t as usize));
+            (self.at(t, b) - p).norm_squared()
+        };
+        let (triangle, _) = self.tree.nearest(
+            max_distance * max_distance,
+            |b| b.distance_sq(p),
+            |t, _| keep(t).then(|| distance_sq(t)),
+        )?;
+        let barycentric = closest_on_triangle(p, &self.mesh.corners(triangle as usize));
+        let position = self.at(triangle, barycentric);
+        Some(SurfacePoint { position, triangle, barycentric, distance: (position - p).norm() })
+    }
+
+    /// The point of a triangle with given weights; its distance is 0.
+    pub fn point(&self, triangle: u32, barycentric: [f64; 3]) -> SurfacePoint {
+        SurfacePoint { position: self.at(triangle, barycentric), triangle, barycentric, distance: 0.0 }
+    }
+
+    fn at(&self, triangle: u32, [u, v, w]: [f64; 3]) -> Point3<f64> {
+        let [a, b, c] = self.mesh.corners(triangle as usize);
+        // At a corner exactly the corner, so that neighbours give the same point.
+        match [u, v, w] {
+            [1.0, _, _] => a,
+            [_, 1.0, _] => b,
+            [_, _, 1.0] => c,
+            _ => Point3::from(a.coords * u + b.coords * v + c.coords * w),
+        }
+    }
+
+    /// Unit normal of a facet, out of the material; `None` for a triangle without area.
+    pub fn facet_normal(&self, triangle: u32) -> Option<Unit<Vector3<f64>>> {
+        self.facets[triangle as usize]
+    }
+
+    /// Unit normal of the smooth surface, out of the material: the corners' normals, weighted by position.
+    ///
+    /// A corner's normal is the mean of the facet normals around it up to the next crease, weighted by their angles there.
+    /// Where the corners' normals cancel, or a corner has none, the facet's own counts; for a triangle without area, which
+    /// no query returns, the mean of what there is, and +Z where there is nothing.
+    pub fn normal_at(&self, point: &SurfacePoint) -> Unit<Vector3<f64>> {
+        let facet = self.facets[point.triangle as usize];
+        let mut sum = Vector3::zeros();
+        for (k, &weight) in point.barycentric.iter().enumerate() {
+            if let Some(n) = self.corner_normal(point.triangle, k).or(facet) {
+                sum += weight * n.into_inner();
+            }
+        }
+        // A sum shorter than this has lost half of its digits.
+        Unit::try_new(sum, 1e-8).or(facet).unwrap_or_else(Vector3::z_axis)
+    }
+
+    /// Smooth normal at a corner of a triangle (k = 0, 1, 2), on the triangle's side of any crease; `None` where the facets
+    /// around it cancel.
+    pub fn corner_normal(&self, triangle: u32, k: usize) -> Option<Unit<Vector3<f64>>> {
+        self.smooth_normals[self.smooth_of_corner[3 * triangle as usize + k] as usize]
+    }
+
+    /// Estimated curvature of the smooth surface; see [`CurvatureTensor`].
+    ///
+    /// `None` where the facets around a corner say nothing about it: at a corner all of whose triangles have no area.
+    pub fn curvature_at(&self, point: &SurfacePoint) -> Option<CurvatureTensor> {
+        let normal = self.normal_at(point);
+        let mut parts = [(0.0, None); 3];
+        for (k, part) in parts.iter_mut().enumerate() {
+            let smooth = self.smooth_of_corner[3 * point.triangle as usize + k] as usize;
+            *part = (point.barycentric[k], self.curvatures[smooth].as_ref());
+        }
+        CurvatureTensor::blend(normal, &parts)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::test_kit::{Lcg, cuboid, sphere, torus};
+
+    fn surface(mesh: TriMesh) -> Surface {
+        Surface::new(mesh, SurfaceSettings::default())
+    }
+
+    #[test]
+    fn closest_point_is_that_of_dense_sampling() {
+        let s = surface(torus(20.0, 6.0, 24));
+        let mut rng = Lcg::new(3);
+        for _ in 0..60 {
+            let p = rng.point(30.0);
+            let found = s.closest_point(&p, f64::INFINITY).unwrap();
+            assert!(((found.position - p).norm() - found.distance).abs() < 1e-12);
+            let mut sampled = f64::INFINITY;
+            for t in 0..s.mesh().triangles().len() as u32 {
+                for i in 0..=6 {
+                    for j in 0..=6 - i {
+                        let (u, v) = (f64::from(i) / 6.0, f64::from(j) / 6.0);
+                        sampled = sampled.min((s.point(t, [u, v, 1.0 - u - v]).position - p).norm());
+                    }
+                }
+            }
+            // Samples lie at most 0.7 mm apart.
+            assert!(found.distance <= sampled + 1e-12 && found.distance > sampled - 0.7);
+            assert_eq!(s.closest_point(&p, found.distance * 1.000_001), Some(found));
+            assert_eq!(s.closest_point(&p, found.distance * 0.999_999), None);
+        }
+    }
+
+    #[test]
+    fn closest_point_keeps_to_the_triangles_asked_for() {
+        let s = surface(cuboid(Point3::origin(), Point3::new(1.0, 1.0, 1.0)));
+        let top = |t: u32| s.facet_normal(t).unwrap().z > 0.5;
+        let found = s.closest_point_where(&Point3::new(0.5, 0.25, -1.0), 5.0, top).unwrap();
+        assert_eq!((found.position, found.distance), (Point3::new(0.5, 0.25, 1.0), 2.0));
+        assert_eq!(s.closest_point(&Point3::origin(), f64::NAN), None);
+    }
+
+    #[test]
+    fn smooth_normals_are_nearer_to_the_sphere_than_facets() {
+        let s = surface(sphere(10.0, 40));
+        let mut rng = Lcg::new(4);
+        let (mut worst_smooth, mut worst_facet) = (0.0f64, 0.0f64);
+        for _ in 0..400 {
+            let d = rng.direction();
+            let p = s.closest_point(&Point3::from(d.into_inner() * 12.0), 5.0).unwrap();
+            let exact = p.position.coords.normalize();
+            worst_smooth = worst_smooth.max(s.normal_at(&p).angle(&exact));
+            worst_facet = worst_facet.max(s.facet_normal(p.triangle).unwrap().angle(&exact));
+        }
+        assert!(worst_facet > 4f64.to_radians());
+        assert!(worst_smooth < 0.3f64.to_radians(), "{} deg", worst_smooth.to_degrees());
+    }
+
+    #[test]
+    fn triangles_without_area_are_never_returned() {
+        let p = |x: f64, y: f64| Point3::new(x, y, 0.0);
+        let mesh = TriMesh::new(
+            vec![p(0.0, 0.0), p(1.0, 0.0), p(2.0, 0.0), p(1.0, 1.0)],
+            vec![[0, 1, 2], [0, 2, 3], [3, 3, 0]],
+        );
+        let s = surface(mesh.unwrap());
+        let found = s.closest_point(&p(1.0, -3.0), 10.0).unwrap();
+        assert_eq!((found.triangle, found.distance), (1, 3.0));
+        assert_eq!(s.facet_normal(0), None);
+        assert!((s.normal_at(&s.point(0, [0.2, 0.5, 0.3])).z - 1.0).abs() < 1e-12);
+        assert_eq!(surface(TriMesh::default()).closest_point(&p(0.0, 0.0), 1.0), None);
+    }
+}
