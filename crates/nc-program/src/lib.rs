@@ -1,1 +1,108 @@
-//! Room to be built: see `docs/architecture.md`.
+//! NC programs: from blocks to a control's text and back, and APT cutter-location files.
+//!
+//! An [`NcProgram`] is what happens, as [`Block`]s of [`AxisWords`]. A [`WordMap`] makes such words from joint values and
+//! takes them back. [`write_program`] gives the text of a [`Dialect`]: the blocks, with what the control remembers left
+//! out, inside a template (header, tool change, safe start and end) that the user can edit. [`read_program`] takes a text
+//! back to a [`ReadProgram`]: modal state resolved, nothing executed, nothing skipped that is not understood.
+//!
+//! ```
+//! use facemill_nc_program::*;
+//!
+//! let at = |x, b| AxisWords::from_words([(AxisLetter::X, x), (AxisLetter::Z, 50.0), (AxisLetter::B, b)]).unwrap();
+//! let axis = |letter| AxisSpec { letter, min: -900.0, max: 900.0, along_spindle: letter == AxisLetter::Z };
+//! let spec = ProgramSpec {
+//!     job_name: "Blade".to_owned(),
+//!     tool: ToolSpec {
+//!         number: 7,
+//!         name: "D160 R6".to_owned(),
+//!         radius: 80.0,
+//!         corner_radius: 6.0,
+//!         length: 420.0,
+//!         length_register: 7,
+//!     },
+//!     spindle: SpindleSpec { rpm: 350.0, clockwise: true },
+//!     coolant: Coolant::Off,
+//!     work_offset: WorkOffset::default(),
+//!     axes: [AxisLetter::X, AxisLetter::Z, AxisLetter::B].map(axis).to_vec(),
+//!     program: NcProgram {
+//!         blocks: vec![
+//!             Block::Rapid { words: at(0.0, 0.0) },
+//!             Block::Linear { words: at(100.0, -12.5), feed: 800.0 },
+//!         ],
+//!     },
+//!     approach: None,
+//! };
+//! let post: PostFile = facemill_file_format::from_json(br#"{"dialect": "fanuc"}"#)?;
+//! let text = write_program(&spec, &post.settings(None)?)?;
+//! assert!(text.contains("G1 X100. B-12.5 F800.\n"));
+//!
+//! let read = read_program(&text, Dialect::Fanuc)?;
+//! let (_, cut) = read.motions().find(|(_, motion)| motion.kind == MotionKind::Linear).unwrap();
+//! assert_eq!(cut.position.get(AxisLetter::Z), Some(AxisAt::Word(50.0)));
+//! assert_eq!(read.tool_length(), Some(420.0));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! Guarantees: a word that is read back differs from the number it was written from by at most
+//! [`PostSettings::rounding_bound`]; leaving out modal words changes no position, feed or mode; no text makes a reader
+//! panic. Not guaranteed: that a control accepts the text of an edited template.
+//!
+//! [`write_apt`] and [`read_apt`] do the same for tip and tool axis, before any machine.
+//!
+//! It must not know surfaces, and of machines only axis letters, offsets and the tool length.
+
+mod apt;
+mod axis_words;
+mod fanuc;
+mod number_text;
+mod post_file;
+mod program;
+mod program_spec;
+mod read_error;
+mod read_position;
+mod read_program;
+mod word_map;
+mod write_error;
+
+pub use apt::{
+    AptCutter, AptFile, AptMeaning, AptMove, AptPoint, AptPointKind, AptSpec, AptStatement, AptUnknownWord, read_apt,
+    write_apt,
+};
+pub use axis_words::{AxisKind, AxisLetter, AxisNameError, AxisWord, AxisWords, TooManyAxes};
+pub use fanuc::{FanucReader, read_fanuc};
+pub use post_file::{BlockNumbers, Decimals, Dialect, PostError, PostFile, PostSettings, RoundingBound, Template};
+pub use program::{Block, Coolant, FeedMode, NcProgram, WorkOffset};
+pub use program_spec::{AxisSpec, ProgramSpec, SpindleSpec, ToolSpec};
+pub use read_error::{ReadError, ReadFault};
+pub use read_position::{AxisAt, ReadPosition};
+pub use read_program::{
+    ArcWords, Compensation, Feed, MacroKind, MotionKind, NoteKind, Plane, ReadBlock, ReadCommand, ReadMotion, ReadNote,
+    ReadProgram, ToolLengthNote,
+};
+pub use word_map::{MappedAxis, WordMap, WordMapError};
+pub use write_error::WriteError;
+
+/// The program in the dialect of the settings, with `\n` line ends; the same input always gives the same bytes.
+///
+/// FANUC: every axis, feed and length number has a decimal point (`X100.`, or `X100.000` with trailing zeros), fixed
+/// decimals, no exponent, no negative zero; rotary words are deg. The first motion of the body states every word it
+/// names, absolute mode and feed mode, so that it does not depend on the template.
+///
+/// # Errors
+/// When the template is wrong, the program does not start with a rapid, a number fits no word, or a line breaks the
+/// control's rules.
+pub fn write_program(spec: &ProgramSpec, settings: &PostSettings) -> Result<String, WriteError> {
+    match settings.dialect {
+        Dialect::Fanuc => fanuc::write(spec, settings),
+    }
+}
+
+/// Reads a program of a dialect.
+///
+/// # Errors
+/// When a word is not understood, with its place.
+pub fn read_program(text: impl AsRef<[u8]>, dialect: Dialect) -> Result<ReadProgram, ReadError> {
+    match dialect {
+        Dialect::Fanuc => read_fanuc(text),
+    }
+}

@@ -1,0 +1,162 @@
+//! APT cutter-location files: writer and reader.
+
+mod reader;
+mod statement;
+mod writer;
+
+use facemill_cl_data::ClPoint;
+
+pub use reader::read_apt;
+pub use writer::write_apt;
+
+use crate::{Coolant, SpindleSpec};
+
+/// What an APT file is written from. Workpiece frame, mm.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AptSpec {
+    /// PARTNO.
+    pub part_name: String,
+    /// Place in the magazine (LOADTL).
+    pub tool_number: u32,
+    /// CUTTER.
+    pub cutter: AptCutter,
+    /// SPINDL.
+    pub spindle: SpindleSpec,
+    /// COOLNT.
+    pub coolant: Coolant,
+    /// In order.
+    pub moves: Vec<AptMove>,
+}
+
+/// Cutter as the APT word CUTTER describes it, mm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AptCutter {
+    /// Radius R.
+    pub radius: f64,
+    /// Corner radius r.
+    pub corner_radius: f64,
+    /// Height of the cutting part.
+    pub height: f64,
+}
+
+/// One thing an APT file says about the way.
+#[derive(Clone, Debug, PartialEq)]
+pub enum AptMove {
+    /// PPRINT.
+    Comment(String),
+    /// RAPID, GOTO.
+    Rapid(ClPoint),
+    /// FEDRAT, GOTO.
+    Linear {
+        /// Where to.
+        cl: ClPoint,
+        /// Speed of the tip, mm/min, positive.
+        feed: f64,
+    },
+}
+
+/// An APT file as it was read. Lengths in mm, whatever unit the file has.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct AptFile {
+    /// Every statement, in order, also those that are not understood.
+    pub statements: Vec<AptStatement>,
+    /// Every point the tool goes to, in order.
+    pub points: Vec<AptPoint>,
+    /// Major words that were kept and not evaluated, by first appearance.
+    pub unknown: Vec<AptUnknownWord>,
+}
+
+/// A statement of an APT file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AptStatement {
+    /// First line, from 1.
+    pub line: u32,
+    /// As it stands, continuation lines joined.
+    pub text: Box<str>,
+    /// What it means, where it matters to the tool.
+    pub meaning: AptMeaning,
+}
+
+/// What an APT statement means.
+#[derive(Clone, Debug, PartialEq)]
+pub enum AptMeaning {
+    /// PARTNO.
+    PartName(String),
+    /// PPRINT, INSERT, REMARK, `$$`.
+    Comment,
+    /// UNITS: mm per unit of the file.
+    Unit(f64),
+    /// CUTTER: diameter and corner radius, mm; the corner radius is 0 where it is not given.
+    Cutter {
+        /// mm.
+        diameter: f64,
+        /// mm.
+        corner_radius: f64,
+    },
+    /// LOADTL, LOAD/TOOL.
+    Tool(u32),
+    /// SPINDL with a speed.
+    Spindle {
+        /// Revolutions per minute.
+        rpm: f64,
+        /// CLW, and where nothing is said.
+        clockwise: bool,
+    },
+    /// FEDRAT, mm/min.
+    Feed(f64),
+    /// RAPID: the next point at rapid rate.
+    Rapid,
+    /// GOTO, FROM, GODLTA: index in [`AptFile::points`].
+    Point(usize),
+    /// MULTAX: whether points carry axes.
+    MultiAxis(bool),
+    /// CYCLE: whether a cycle is on.
+    Cycle(bool),
+    /// CIRCLE: the next point is the end of an arc.
+    Circle,
+    /// FINI.
+    End,
+    /// Known to say nothing about where the tool is (COOLNT, SELECT, …).
+    Auxiliary,
+    /// Kept and not evaluated.
+    Unknown,
+}
+
+/// A point the tool goes to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AptPoint {
+    /// Line of the statement, from 1.
+    pub line: u32,
+    /// How it goes there.
+    pub kind: AptPointKind,
+    /// Tip and axis as given, in the file's own frame, mm.
+    pub cl: ClPoint,
+    /// mm/min; `None` for rapids and before the first FEDRAT.
+    pub feed: Option<f64>,
+}
+
+/// How the tool goes to a point.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AptPointKind {
+    /// FROM: it is there.
+    Start,
+    /// Behind RAPID.
+    Rapid,
+    /// Straight, cutting.
+    Linear,
+    /// End of a CIRCLE.
+    Arc,
+    /// A place of a cycle.
+    Cycle,
+}
+
+/// A major word that was kept and not evaluated.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct AptUnknownWord {
+    /// Upper case.
+    pub word: String,
+    /// First line, from 1.
+    pub line: u32,
+    /// Number of statements.
+    pub count: usize,
+}

@@ -1,0 +1,210 @@
+use facemill_cl_data::ClPoint;
+use nalgebra::{Point3, Unit, Vector3};
+
+use super::{
+    AptFile, AptMeaning, AptPoint, AptPointKind, AptStatement, AptUnknownWord,
+    statement::{RawStatement, Statements, parse},
+};
+use crate::{ReadError, ReadFault};
+
+/// mm per inch.
+const INCH: f64 = 25.4;
+
+/// Reads an APT cutter-location file: its points with rapids and feeds, and every statement. Lines continued by `$` are
+/// joined. Major words that are not known are kept and listed; nothing is skipped silently.
+///
+/// A point without an axis has the one of MULTAX files before it, or +z where none has been given or MULTAX is off.
+/// Points are in the file's own frame: words that move the frame (CSYS, TRACUT, ORIGIN, …) are among the unknown.
+///
+/// # Errors
+/// When a known statement has values that are none of its own, or an axis of length zero.
+pub fn read_apt(text: impl AsRef<[u8]>) -> Result<AptFile, ReadError> {
+    let mut reader = AptReader { file: AptFile::default(), state: State::default() };
+    for statement in Statements::new(text.as_ref()) {
+        let meaning = reader.statement(&statement)?;
+        reader.file.statements.push(AptStatement { line: statement.line, text: statement.text.into(), meaning });
+    }
+    Ok(reader.file)
+}
+
+struct AptReader {
+    file: AptFile,
+    state: State,
+}
+
+struct State {
+    unit: f64,
+    axis: Unit<Vector3<f64>>,
+    tip: Option<Point3<f64>>,
+    feed: Option<f64>,
+    is_rapid: bool,
+    is_arc: bool,
+    is_cycle: bool,
+}
+
+impl Default for State {
+    fn default() -> Self {
+        Self {
+            unit: 1.0,
+            axis: Vector3::z_axis(),
+            tip: None,
+            feed: None,
+            is_rapid: false,
+            is_arc: false,
+            is_cycle: false,
+        }
+    }
+}
+
+impl AptReader {
+    fn statement(&mut self, raw: &RawStatement) -> Result<AptMeaning, ReadError> {
+        if raw.text.starts_with("$$") {
+            return Ok(AptMeaning::Comment);
+        }
+        let (word, start) = raw.major_word();
+        let values = raw.values(start);
+        Ok(match word.as_str() {
+            "PARTNO" => AptMeaning::PartName(raw.text[start..].trim().to_owned()),
+            "PPRINT" | "INSERT" | "REMARK" => AptMeaning::Comment,
+            "UNITS" | "UNIT" => self.unit(raw, &values)?,
+            "CUTTER" => self.cutter(raw, &values)?,
+            "LOADTL" | "LOAD" => tool(raw, &word, &values)?,
+            "SPINDL" => spindle(raw, &values),
+            "FEDRAT" => self.feed(raw, &values)?,
+            "RAPID" => {
+                self.state.is_rapid = true;
+                AptMeaning::Rapid
+            }
+            "GOTO" | "FROM" | "GODLTA" => self.point(raw, &word, &values)?,
+            "MULTAX" => {
+                let is_on = !has(&values, "OFF");
+                if !is_on {
+                    self.state.axis = Vector3::z_axis();
+                }
+                AptMeaning::MultiAxis(is_on)
+            }
+            "CYCLE" => {
+                self.state.is_cycle = !has(&values, "OFF");
+                AptMeaning::Cycle(self.state.is_cycle)
+            }
+            "CIRCLE" => {
+                self.state.is_arc = true;
+                AptMeaning::Circle
+            }
+            "FINI" | "END" => AptMeaning::End,
+            "COOLNT" | "SELECT" | "TOOLNO" | "STOP" | "OPSTOP" | "DELAY" | "MACHIN" | "INTOL" | "OUTTOL" | "TOLER" => {
+                AptMeaning::Auxiliary
+            }
+            _ => {
+                self.keep_unknown(word, raw.line);
+                AptMeaning::Unknown
+            }
+        })
+    }
+
+    fn unit(&mut self, raw: &RawStatement, values: &[(usize, &str)]) -> Result<AptMeaning, ReadError> {
+        self.state.unit = if has(values, "MM") {
+            1.0
+        } else if has(values, "INCH") || has(values, "INCHES") || has(values, "IN") {
+            INCH
+        } else if has(values, "CM") {
+            10.0
+        } else {
+            return Err(fault(raw, "UNITS", "expected MM, CM or INCHES"));
+        };
+        Ok(AptMeaning::Unit(self.state.unit))
+    }
+
+    fn cutter(&self, raw: &RawStatement, values: &[(usize, &str)]) -> Result<AptMeaning, ReadError> {
+        let length = |value: &(usize, &str)| Ok(raw.number(*value)? * self.state.unit);
+        let diameter = values.first().ok_or_else(|| fault(raw, "CUTTER", "expected a diameter"))?;
+        let corner_radius = values.get(1).map(length).transpose()?.unwrap_or(0.0);
+        Ok(AptMeaning::Cutter { diameter: length(diameter)?, corner_radius })
+    }
+
+    fn feed(&mut self, raw: &RawStatement, values: &[(usize, &str)]) -> Result<AptMeaning, ReadError> {
+        if has(values, "MMPR") || has(values, "IPR") || has(values, "INVERS") {
+            return Err(fault(raw, "FEDRAT", "feed per revolution and inverse time are not supported"));
+        }
+        let number = values.iter().find(|(_, v)| v.bytes().any(|b| b.is_ascii_digit()));
+        let value = raw.number(*number.ok_or_else(|| fault(raw, "FEDRAT", "expected a number"))?)?;
+        let unit = if has(values, "MMPM") {
+            1.0
+        } else if has(values, "IPM") {
+            INCH
+        } else {
+            self.state.unit
+        };
+        self.state.feed = Some(value * unit);
+        self.state.is_rapid = false;
+        Ok(AptMeaning::Feed(value * unit))
+    }
+
+    fn point(&mut self, raw: &RawStatement, word: &str, values: &[(usize, &str)]) -> Result<AptMeaning, ReadError> {
+        let numbers = values.iter().map(|v| raw.number(*v)).collect::<Result<Vec<_>, _>>()?;
+        let (&[x, y, z], axis) = numbers
+            .split_first_chunk()
+            .filter(|(_, rest)| matches!((word, rest.len()), ("GODLTA", 0) | ("GOTO" | "FROM", 0 | 3)))
+            .ok_or_else(|| fault(raw, word, "expected x, y, z or x, y, z, i, j, k"))?;
+        if let &[i, j, k] = axis {
+            let axis = Unit::try_new(Vector3::new(i, j, k), 1e-9);
+            self.state.axis = axis.ok_or_else(|| fault(raw, word, "the axis has length zero"))?;
+        }
+        let given = Vector3::new(x, y, z) * self.state.unit;
+        let tip = match (word, self.state.tip) {
+            ("GODLTA", None) => return Err(fault(raw, word, "there is no point before it")),
+            ("GODLTA", Some(from)) => from + given,
+            _ => Point3::from(given),
+        };
+        if !tip.coords.iter().all(|v| v.is_finite()) {
+            return Err(fault(raw, word, "a coordinate is too large"));
+        }
+        Ok(self.push_point(raw.line, word, tip))
+    }
+
+    fn push_point(&mut self, line: u32, word: &str, tip: Point3<f64>) -> AptMeaning {
+        let state = &mut self.state;
+        let kind = match word {
+            "FROM" => AptPointKind::Start,
+            _ if state.is_rapid => AptPointKind::Rapid,
+            _ if state.is_arc => AptPointKind::Arc,
+            _ if state.is_cycle => AptPointKind::Cycle,
+            _ => AptPointKind::Linear,
+        };
+        let feed = state.feed.filter(|_| !matches!(kind, AptPointKind::Rapid | AptPointKind::Start));
+        state.tip = Some(tip);
+        // RAPID and CIRCLE are for one point.
+        (state.is_rapid, state.is_arc) = (false, false);
+        self.file.points.push(AptPoint { line, kind, cl: ClPoint { tip, axis: state.axis }, feed });
+        AptMeaning::Point(self.file.points.len() - 1)
+    }
+
+    fn keep_unknown(&mut self, word: String, line: u32) {
+        match self.file.unknown.iter_mut().find(|unknown| unknown.word == word) {
+            Some(unknown) => unknown.count += 1,
+            None => self.file.unknown.push(AptUnknownWord { word, line, count: 1 }),
+        }
+    }
+}
+
+/// The first whole number of the values.
+fn tool(raw: &RawStatement, word: &str, values: &[(usize, &str)]) -> Result<AptMeaning, ReadError> {
+    let number = values.iter().find_map(|(_, v)| v.parse().ok());
+    number.map(AptMeaning::Tool).ok_or_else(|| fault(raw, word, "expected a tool number"))
+}
+
+/// Without a speed (ON, OFF, LOCK) it says nothing that is kept.
+fn spindle(_raw: &RawStatement, values: &[(usize, &str)]) -> AptMeaning {
+    match values.iter().find_map(|(_, v)| parse(v)) {
+        Some(rpm) => AptMeaning::Spindle { rpm, clockwise: !has(values, "CCLW") },
+        None => AptMeaning::Auxiliary,
+    }
+}
+
+fn has(values: &[(usize, &str)], word: &str) -> bool {
+    values.iter().any(|(_, value)| value.eq_ignore_ascii_case(word))
+}
+
+fn fault(raw: &RawStatement, word: &str, why: &'static str) -> ReadError {
+    raw.error(0, ReadFault::Statement { word: word.to_owned(), why })
+}

@@ -1,0 +1,133 @@
+use std::fmt::Write;
+
+use facemill_cl_data::ClPoint;
+
+use super::{AptMove, AptSpec};
+use crate::{Coolant, WriteError, number_text};
+
+/// Of tip coordinates, mm.
+const TIP_DECIMALS: u8 = 5;
+/// Of axis components: the written axis is a unit vector to 1e-7 and points 1e-7 rad from the given one at most.
+const AXIS_DECIMALS: u8 = 7;
+/// Columns of a statement; longer ones are continued behind `$`.
+const LINE_LENGTH: usize = 72;
+
+/// The APT file, with `\n` line ends: tip (1e-5 mm) and axis (1e-7) in the workpiece frame, tip feeds in mm/min.
+///
+/// # Errors
+/// When a number is not finite or too large, or a feed or speed is not positive.
+pub fn write_apt(spec: &AptSpec) -> Result<String, WriteError> {
+    let mut writer = AptWriter { text: String::with_capacity(256 + 72 * spec.moves.len()), feed: None };
+    writer.header(spec)?;
+    for (index, step) in spec.moves.iter().enumerate() {
+        match step {
+            AptMove::Comment(text) => writer.free_text("PPRINT/", text),
+            AptMove::Rapid(cl) => {
+                writer.line("RAPID");
+                writer.goto(index, cl)?;
+            }
+            AptMove::Linear { cl, feed } => {
+                writer.feed(index, *feed)?;
+                writer.goto(index, cl)?;
+            }
+        }
+    }
+    writer.line("COOLNT/OFF");
+    writer.line("SPINDL/OFF");
+    writer.line("FINI");
+    Ok(writer.text)
+}
+
+struct AptWriter {
+    text: String,
+    /// FEDRAT in force.
+    feed: Option<String>,
+}
+
+impl AptWriter {
+    fn header(&mut self, spec: &AptSpec) -> Result<(), WriteError> {
+        self.free_text("PARTNO/", &spec.part_name);
+        self.line("UNITS/MM");
+        self.line("MULTAX/ON");
+        // Diameter, corner radius, its centre's distance from the axis and height over the tip, two angles, height.
+        let (radius, corner) = (spec.cutter.radius, spec.cutter.corner_radius);
+        let values = [2.0 * radius, corner, radius - corner, corner, 0.0, 0.0, spec.cutter.height];
+        let fault = |value| WriteError::Number { place: "cutter".to_owned(), what: "a length", value };
+        let values = values.map(|v| number_text::number(v, TIP_DECIMALS, false).ok_or_else(|| fault(v)));
+        let values = values.into_iter().collect::<Result<Vec<_>, _>>()?;
+        self.statement("CUTTER/", &values);
+        self.line(&format!("LOADTL/{}", spec.tool_number));
+        let rpm = number_text::number(spec.spindle.rpm, 1, false).filter(|_| spec.spindle.rpm >= 0.05);
+        let rpm = rpm.ok_or_else(|| WriteError::Number {
+            place: "spindle.rpm".to_owned(),
+            what: "a spindle speed",
+            value: spec.spindle.rpm,
+        })?;
+        self.line(&format!("SPINDL/{rpm},RPM,{}", if spec.spindle.clockwise { "CLW" } else { "CCLW" }));
+        self.line(match spec.coolant {
+            Coolant::Off => "COOLNT/OFF",
+            Coolant::Flood => "COOLNT/FLOOD",
+            Coolant::Mist => "COOLNT/MIST",
+        });
+        Ok(())
+    }
+
+    fn feed(&mut self, index: usize, feed: f64) -> Result<(), WriteError> {
+        let text = number_text::number(feed, 3, false).filter(|_| feed >= 0.0005);
+        let text = text.ok_or_else(|| WriteError::Number {
+            place: format!("move {index}"),
+            what: "a feed in mm/min",
+            value: feed,
+        })?;
+        if self.feed.as_ref() != Some(&text) {
+            self.line(&format!("FEDRAT/{text},MMPM"));
+            self.feed = Some(text);
+        }
+        Ok(())
+    }
+
+    fn goto(&mut self, index: usize, cl: &ClPoint) -> Result<(), WriteError> {
+        let tip = cl.tip.coords.iter().map(|v| number_text::number(*v, TIP_DECIMALS, false));
+        let axis = cl.axis.iter().map(|v| number_text::number(*v, AXIS_DECIMALS, false));
+        let values: Option<Vec<String>> = tip.chain(axis).collect();
+        self.statement("GOTO/", &values.ok_or(WriteError::Coordinate { index })?);
+        Ok(())
+    }
+
+    fn statement(&mut self, word: &str, values: &[String]) {
+        let mut length = word.len();
+        self.text.push_str(word);
+        for (k, value) in values.iter().enumerate() {
+            if k > 0 {
+                self.text.push(',');
+                length += 1;
+            }
+            // One column is kept for the comma or the continuation mark.
+            if length + value.len() + 1 > LINE_LENGTH {
+                self.text.push_str("$\n");
+                length = 0;
+            }
+            self.text.push_str(value);
+            length += value.len();
+        }
+        self.text.push('\n');
+    }
+
+    fn free_text(&mut self, word: &str, text: &str) {
+        // `$` would continue the line; nothing outside ASCII is sure to be read.
+        let clean = |c: char| match c {
+            '$' => '?',
+            c if c == ' ' || c.is_ascii_graphic() => c,
+            c if c.is_whitespace() => ' ',
+            _ => '?',
+        };
+        self.text.push_str(word);
+        self.text.extend(text.chars().map(clean));
+        self.text.push('\n');
+    }
+
+    fn line(&mut self, text: &str) {
+        // Writing to a String cannot fail.
+        let _ = writeln!(self.text, "{text}");
+    }
+}

@@ -1,0 +1,42 @@
+//! The FANUC dialect: writer (template around a body of blocks) and reader.
+
+mod block;
+mod body;
+mod g_words;
+mod lexer;
+mod lines;
+mod modal;
+mod motion;
+mod reader;
+mod template;
+mod text;
+
+use std::collections::BTreeSet;
+
+pub use reader::{FanucReader, read_fanuc};
+
+use crate::{PostSettings, ProgramSpec, WriteError};
+use body::BodyWriter;
+use lines::LineSink;
+
+/// The program as FANUC text, with `\n` line ends.
+pub(crate) fn write(spec: &ProgramSpec, settings: &PostSettings) -> Result<String, WriteError> {
+    let lines = template::render(spec, settings)?;
+    let labels: BTreeSet<u32> = lines.iter().filter_map(|line| label(line)).collect();
+    let mut sink = LineSink::new(settings, labels, spec.program.blocks.len());
+    for line in &lines {
+        if line == template::BODY {
+            BodyWriter::new(spec, settings, &mut sink).write(&spec.program.blocks)?;
+        } else {
+            sink.push_template_line(line)?;
+        }
+    }
+    Ok(sink.into_text())
+}
+
+/// Block number that a line of the template has already.
+fn label(line: &str) -> Option<u32> {
+    let digits = line.strip_prefix(['N', 'n'])?.trim_start();
+    let end = digits.find(|c: char| !c.is_ascii_digit()).unwrap_or(digits.len());
+    digits[..end].parse().ok()
+}

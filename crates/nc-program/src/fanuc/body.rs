@@ -1,0 +1,223 @@
+use std::fmt::Write;
+
+use super::{
+    lines::LineSink,
+    template::{coolant_code, feed_code, spindle_code, spindle_speed},
+    text::{clean_comment, comment_pieces, push_axis_word},
+};
+use crate::{AxisLetter, AxisWords, Block, FeedMode, PostSettings, ProgramSpec, WriteError, number_text};
+
+/// Writes blocks as lines and leaves out what the control remembers.
+pub(super) struct BodyWriter<'a> {
+    spec: &'a ProgramSpec,
+    settings: &'a PostSettings,
+    sink: &'a mut LineSink,
+    modal: Modal,
+    /// The line being written; kept for its memory.
+    line: String,
+    /// Index of the block being written, for errors.
+    index: usize,
+}
+
+/// What the control is known to remember. Words are in units of their last decimal.
+#[derive(Default)]
+struct Modal {
+    /// Absolute words and feed mode have been said.
+    is_set: bool,
+    motion: Option<&'static str>,
+    words: Vec<(AxisLetter, i64)>,
+    feed: Option<i64>,
+}
+
+impl<'a> BodyWriter<'a> {
+    pub(super) fn new(spec: &'a ProgramSpec, settings: &'a PostSettings, sink: &'a mut LineSink) -> Self {
+        Self { spec, settings, sink, modal: Modal::default(), line: String::new(), index: 0 }
+    }
+
+    pub(super) fn write(&mut self, blocks: &[Block]) -> Result<(), WriteError> {
+        for (index, block) in blocks.iter().enumerate() {
+            self.index = index;
+            self.block(block)?;
+        }
+        Ok(())
+    }
+
+    fn block(&mut self, block: &Block) -> Result<(), WriteError> {
+        match block {
+            Block::Comment(text) => self.comment(text),
+            Block::Rapid { words } => self.rapid(words),
+            Block::Linear { words, feed } => self.linear(words, *feed),
+            Block::ToolCall { number } => {
+                self.modal = Modal::default();
+                self.sink.push_block(&format!("T{number} M6"))
+            }
+            Block::SpindleOn { rpm, clockwise } => {
+                let speed = spindle_speed(*rpm, &self.place())?;
+                self.sink.push_block(&format!("S{speed} {}", spindle_code(*clockwise)))
+            }
+            Block::SpindleOff => self.sink.push_block("M5"),
+            Block::Coolant(coolant) => self.sink.push_block(coolant_code(*coolant)),
+            Block::Dwell { seconds } => self.dwell(*seconds),
+            Block::WorkOffset(offset) => {
+                self.modal.words.clear();
+                self.sink.push_block(&offset.to_string())
+            }
+            Block::LengthCompensation { register, length, words } => self.compensation(*register, *length, words),
+            Block::LengthCompensationOff => {
+                self.modal.words.clear();
+                self.sink.push_block("G49")
+            }
+            Block::Home { axes } => self.home(axes),
+            Block::Stop => self.sink.push_block("M0"),
+            Block::End => self.sink.push_block("M30"),
+            Block::Raw(text) => {
+                self.modal = Modal::default();
+                text.lines().map(str::trim).filter(|l| !l.is_empty()).try_for_each(|l| self.sink.push_template_line(l))
+            }
+        }
+    }
+
+    fn comment(&mut self, text: &str) -> Result<(), WriteError> {
+        for piece in comment_pieces(&clean_comment(text), self.sink.limit() - 2) {
+            self.sink.push_plain(&format!("({piece})"))?;
+        }
+        Ok(())
+    }
+
+    fn rapid(&mut self, words: &AxisWords) -> Result<(), WriteError> {
+        self.start_motion("G0");
+        self.words(words)?;
+        self.sink.push_block(&self.line)
+    }
+
+    fn linear(&mut self, words: &AxisWords, feed: f64) -> Result<(), WriteError> {
+        self.start_motion("G1");
+        self.words(words)?;
+        let (decimals, what) = match self.settings.feed_mode {
+            FeedMode::G94 | FeedMode::Rtcp => (self.settings.decimals.feed, "a feed in mm/min"),
+            FeedMode::G93 => (self.settings.decimals.inverse_time, "a feed in 1/min"),
+        };
+        let units = number_text::units(feed, decimals).filter(|units| *units > 0);
+        let units = units.ok_or_else(|| self.number_error(what, feed))?;
+        // Inverse time belongs to its block and is not remembered.
+        if self.settings.feed_mode == FeedMode::G93 || self.modal.feed != Some(units) {
+            self.space();
+            self.line.push('F');
+            number_text::push_units(&mut self.line, units, decimals, self.settings.trailing_zeros);
+            self.modal.feed = Some(units);
+        }
+        self.sink.push_block(&self.line)
+    }
+
+    fn dwell(&mut self, seconds: f64) -> Result<(), WriteError> {
+        let milliseconds = number_text::units(seconds, 3).filter(|ms| *ms >= 0);
+        let milliseconds = milliseconds.ok_or_else(|| self.number_error("a dwell", seconds))?;
+        self.sink.push_block(&format!("G4 P{milliseconds}"))
+    }
+
+    fn compensation(&mut self, register: u32, length: f64, words: &AxisWords) -> Result<(), WriteError> {
+        let text = number_text::number(length, 3, true).ok_or_else(|| self.number_error("a length", length))?;
+        self.sink.push_plain(&format!("(TOOL LENGTH {text})"))?;
+        self.modal.words.clear();
+        self.start_motion("G0");
+        self.space();
+        self.line.push_str(if self.settings.feed_mode == FeedMode::Rtcp { "G43.4" } else { "G43" });
+        self.words(words)?;
+        // Writing to a String cannot fail.
+        let _ = write!(self.line, " H{register}");
+        self.sink.push_block(&self.line)
+    }
+
+    fn home(&mut self, axes: &[AxisLetter]) -> Result<(), WriteError> {
+        self.modal = Modal::default();
+        if axes.is_empty() {
+            return Ok(());
+        }
+        self.line.clear();
+        self.line.push_str("G91 G28");
+        for axis in axes {
+            self.check_axis(*axis)?;
+            self.space();
+            push_axis_word(&mut self.line, *axis, 0, self.settings);
+        }
+        self.sink.push_block(&self.line)?;
+        self.sink.push_block("G90")
+    }
+
+    fn start_motion(&mut self, code: &'static str) {
+        self.line.clear();
+        if !self.modal.is_set {
+            self.modal.is_set = true;
+            self.line.push_str("G90 ");
+            self.line.push_str(feed_code(self.settings.feed_mode));
+        }
+        if self.modal.motion != Some(code) {
+            self.modal.motion = Some(code);
+            self.space();
+            self.line.push_str(code);
+        }
+    }
+
+    /// Words that have changed; all of them where none has, so that every block of the program stays a motion.
+    fn words(&mut self, words: &AxisWords) -> Result<(), WriteError> {
+        let mut is_changed = false;
+        for word in words.iter() {
+            self.check_axis(word.letter)?;
+            let units = number_text::units(word.value, self.settings.decimals.of(word.letter.kind()));
+            let units = units.ok_or_else(|| self.number_error("an axis word", word.value))?;
+            if self.modal.remember(word.letter, units) {
+                is_changed = true;
+                self.push_word(word.letter, units);
+            }
+        }
+        if !is_changed {
+            for word in words.iter() {
+                if let Some(units) = self.modal.word(word.letter) {
+                    self.push_word(word.letter, units);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn push_word(&mut self, axis: AxisLetter, units: i64) {
+        self.space();
+        push_axis_word(&mut self.line, axis, units, self.settings);
+    }
+
+    fn check_axis(&self, letter: AxisLetter) -> Result<(), WriteError> {
+        let is_known = self.spec.axes.iter().any(|axis| axis.letter == letter);
+        if is_known { Ok(()) } else { Err(WriteError::NoSuchAxis { place: self.place(), letter }) }
+    }
+
+    fn space(&mut self) {
+        if !self.line.is_empty() {
+            self.line.push(' ');
+        }
+    }
+
+    fn place(&self) -> String {
+        format!("block {}", self.index)
+    }
+
+    fn number_error(&self, what: &'static str, value: f64) -> WriteError {
+        WriteError::Number { place: self.place(), what, value }
+    }
+}
+
+impl Modal {
+    fn word(&self, axis: AxisLetter) -> Option<i64> {
+        self.words.iter().find(|(letter, _)| *letter == axis).map(|(_, units)| *units)
+    }
+
+    /// Whether the word differs from the one remembered.
+    fn remember(&mut self, axis: AxisLetter, units: i64) -> bool {
+        match self.words.iter_mut().find(|(letter, _)| *letter == axis) {
+            Some((_, known)) => std::mem::replace(known, units) != units,
+            None => {
+                self.words.push((axis, units));
+                true
+            }
+        }
+    }
+}

@@ -1,0 +1,183 @@
+//! What the G and H words of a block do to the modal state.
+
+use super::{
+    block::{AxisRole, BlockReading},
+    lexer::Word,
+    modal::MotionCode,
+};
+use crate::{AxisKind, Compensation, MacroKind, Plane, ReadCommand, ReadError, ReadFault, WorkOffset};
+
+impl BlockReading<'_> {
+    /// Every G word of the block, in order.
+    pub(super) fn g_words(&mut self) -> Result<(), ReadError> {
+        for k in 0..self.line.words.len() {
+            let word = self.line.words[k];
+            if word.letter == b'G' {
+                // Codes have at most one decimal; ten times the number is a whole one.
+                let code = (word.value * 10.0).round();
+                if (word.value * 10.0 - code).abs() > 1e-9 || !(0.0..10_000.0).contains(&code) || word.index > 0 {
+                    return Err(self.fault(&word, ReadFault::UnknownWord));
+                }
+                self.line.words[k].is_used = true;
+                self.g_word(&word, code as u16)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// `code` is ten times the G number.
+    fn g_word(&mut self, word: &Word, code: u16) -> Result<(), ReadError> {
+        let modal = &mut *self.modal;
+        match code {
+            0 => self.set_motion(MotionCode::Rapid),
+            10 => self.set_motion(MotionCode::Linear),
+            20 | 30 => self.set_motion(MotionCode::Arc { clockwise: code == 20 }),
+            40 => self.role = AxisRole::Dwell,
+            50 | 51 => self.look_ahead(word)?,
+            // Look-ahead, exact stop, path modes: they change how exactly a path is kept, not where it goes.
+            80 | 610 | 611 | 620 | 640 => self.has_parameters = true,
+            // States that are off: exact stop once, polar words, polar interpolation, scaling, mirror, rotation, stroke check.
+            90 | 110 | 131 | 150 | 230 | 400 | 500 | 501 | 690 | 970 | 980 | 990 => {}
+            100 | 520 | 920 => self.set_role(AxisRole::Data, MacroKind::Setting),
+            170 => modal.plane = Plane::Xy,
+            180 => modal.plane = Plane::Zx,
+            190 => modal.plane = Plane::Yz,
+            200 => modal.is_inch = true,
+            210 => modal.is_inch = false,
+            280 => self.role = AxisRole::Reference(1),
+            300 => self.role = AxisRole::Reference(self.second_reference()?),
+            430 => self.set_compensation(Compensation::Length(0)),
+            434 => self.set_compensation(Compensation::Rtcp(0)),
+            490 => self.set_compensation(Compensation::Off),
+            530 => self.role = AxisRole::MachineTarget,
+            540 | 550 | 560 | 570 | 580 | 590 => self.set_offset(WorkOffset::new(code / 10 - 53)),
+            541 => self.additional_offset(word)?,
+            650 | 660 | 670 => self.set_role(AxisRole::Data, MacroKind::Call),
+            800 => modal.cycle = None,
+            730 | 740 | 760 | 810 | 820 | 830 | 840 | 850 | 860 | 870 | 880 | 890 => {
+                modal.cycle = Some((code / 10) as u8);
+                self.has_parameters = true;
+            }
+            900 => modal.is_incremental = false,
+            910 => modal.is_incremental = true,
+            930 | 940 => self.set_feed_mode(code == 930),
+            410 | 420 => return Err(self.unsupported(word, "cutter radius compensation moves the tool off the words")),
+            435 => return Err(self.unsupported(word, "words with tool vectors")),
+            440 => return Err(self.unsupported(word, "negative length compensation")),
+            510 | 511 | 160 | 680 => return Err(self.unsupported(word, "scaled, mirrored, polar or turned words")),
+            682 => return Err(self.unsupported(word, "a tilted working plane")),
+            950 | 960 => return Err(self.unsupported(word, "feed per revolution or constant surface speed")),
+            _ => return Err(self.fault(word, ReadFault::UnknownWord)),
+        }
+        Ok(())
+    }
+
+    /// G5 P and G5.1 Q switch the look-ahead, and their axis words say for which axes. On some controls G5 and G5.1 without
+    /// them are splines.
+    fn look_ahead(&mut self, word: &Word) -> Result<(), ReadError> {
+        let switch = if word.value == 5.0 { b'P' } else { b'Q' };
+        if self.take(switch).is_none() || self.line.words.iter().any(|w| matches!(w.letter, b'I' | b'J')) {
+            return Err(self.unsupported(word, "a spline"));
+        }
+        self.role = AxisRole::Data;
+        self.has_parameters = true;
+        Ok(())
+    }
+
+    fn set_motion(&mut self, code: MotionCode) {
+        self.modal.motion = Some(code);
+        self.modal.cycle = None;
+    }
+
+    /// Words of this block are no positions, and what it does is not evaluated.
+    pub(super) fn set_role(&mut self, role: AxisRole, kind: MacroKind) {
+        self.role = role;
+        self.has_parameters = true;
+        if kind == MacroKind::Call {
+            self.modal.forget_motion();
+        } else {
+            self.modal.position.forget_words();
+        }
+        self.block.commands.push(ReadCommand::Macro { kind, text: self.block.text.to_string() });
+    }
+
+    fn set_feed_mode(&mut self, inverse_time: bool) {
+        if inverse_time != self.modal.inverse_time {
+            self.modal.feed = None;
+        }
+        self.modal.inverse_time = inverse_time;
+    }
+
+    fn set_offset(&mut self, offset: Option<WorkOffset>) {
+        if let Some(offset) = offset
+            && offset != self.modal.work_offset
+        {
+            self.modal.work_offset = offset;
+            self.modal.position.forget_words();
+        }
+    }
+
+    fn additional_offset(&mut self, word: &Word) -> Result<(), ReadError> {
+        let number = self.take(b'P').map(|p| self.whole(&p)).transpose()?.unwrap_or(0);
+        let offset = u16::try_from(number).ok().filter(|n| *n > 0).and_then(|n| WorkOffset::new(n.saturating_add(6)));
+        if offset.is_none() {
+            return Err(self.fault(word, ReadFault::Number));
+        }
+        self.set_offset(offset);
+        Ok(())
+    }
+
+    fn second_reference(&mut self) -> Result<u8, ReadError> {
+        let Some(word) = self.take(b'P') else {
+            return Ok(2);
+        };
+        let number = self.whole(&word)?;
+        u8::try_from(number).ok().filter(|n| (2..=4).contains(n)).ok_or_else(|| self.fault(&word, ReadFault::Number))
+    }
+
+    /// Length register of the compensation; 0 stands for the one in force.
+    fn set_compensation(&mut self, compensation: Compensation) {
+        let register = self.modal.length_register;
+        let compensation = match compensation {
+            Compensation::Off => Compensation::Off,
+            Compensation::Length(_) => Compensation::Length(register),
+            Compensation::Rtcp(_) => Compensation::Rtcp(register),
+        };
+        self.change_compensation(compensation);
+    }
+
+    /// H, in a block with G43 or alone.
+    pub(super) fn compensation_register(&mut self) -> Result<(), ReadError> {
+        // Of the tool radius; without a radius compensation it has no effect.
+        self.take(b'D');
+        let Some(word) = self.take(b'H') else {
+            return Ok(());
+        };
+        let register = self.whole(&word)?;
+        self.modal.length_register = register;
+        self.change_compensation(match self.modal.compensation {
+            Compensation::Off => Compensation::Off,
+            Compensation::Length(_) => Compensation::Length(register),
+            Compensation::Rtcp(_) => Compensation::Rtcp(register),
+        });
+        Ok(())
+    }
+
+    /// The words of axes that do not move now would be other numbers: those along the spindle with a length, all linear
+    /// ones with RTCP.
+    fn change_compensation(&mut self, compensation: Compensation) {
+        let before = std::mem::replace(&mut self.modal.compensation, compensation);
+        if before == compensation {
+            return;
+        }
+        let is_rtcp = |c| matches!(c, Compensation::Rtcp(_));
+        let all = is_rtcp(before) || is_rtcp(compensation);
+        let words = self.modal.position.words();
+        for word in words.iter().filter(|w| w.letter.kind() == AxisKind::Linear) {
+            // Which linear axis is along the spindle, the text does not say. Controls use Z unless told otherwise.
+            if all || word.letter.letter() == 'Z' {
+                self.modal.position.forget_word(word.letter);
+            }
+        }
+    }
+}

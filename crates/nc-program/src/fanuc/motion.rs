@@ -1,0 +1,143 @@
+//! Where a block moves the axes.
+
+use super::{
+    block::{AxisRole, BlockReading, axis_of},
+    lexer::Word,
+    modal::MotionCode,
+};
+use crate::{ArcWords, AxisAt, AxisLetter, AxisWords, Feed, MotionKind, ReadError, ReadMotion};
+
+impl BlockReading<'_> {
+    /// Moves the axes that the block names, if they are targets.
+    pub(super) fn motion(&mut self) -> Result<(), ReadError> {
+        let Some(first) = self.line.words.iter().find(|w| !w.is_used && axis_of(w).is_some()).copied() else {
+            return self.motion_without_axes();
+        };
+        match self.role {
+            AxisRole::Target | AxisRole::MachineTarget => {
+                let kind = self.motion_kind(&first)?;
+                let arc = self.arc_words(kind);
+                self.move_axes(kind)?;
+                self.push_motion(kind, None, arc);
+            }
+            AxisRole::Reference(number) => {
+                let via = self.return_axes(number)?;
+                self.push_motion(MotionKind::ReferenceReturn, via, None);
+            }
+            AxisRole::Data => {
+                for word in &mut self.line.words {
+                    word.is_used |= axis_of(word).is_some();
+                }
+            }
+            AxisRole::Dwell => {}
+        }
+        Ok(())
+    }
+
+    /// A full circle names its centre only.
+    fn motion_without_axes(&mut self) -> Result<(), ReadError> {
+        let is_arc = matches!(self.modal.motion, Some(MotionCode::Arc { .. })) && self.modal.cycle.is_none();
+        let has_centre = self.line.words.iter().any(|w| matches!(w.letter, b'I' | b'J' | b'K'));
+        if let (AxisRole::Target, true, true, Some(MotionCode::Arc { clockwise })) =
+            (self.role, is_arc, has_centre, self.modal.motion)
+        {
+            let kind = MotionKind::Arc { clockwise };
+            let arc = self.arc_words(kind);
+            self.push_motion(kind, None, arc);
+        }
+        Ok(())
+    }
+
+    fn motion_kind(&self, first: &Word) -> Result<MotionKind, ReadError> {
+        match (self.modal.cycle, self.modal.motion) {
+            (Some(code), _) => Ok(MotionKind::Cycle { code }),
+            (None, Some(MotionCode::Rapid)) => Ok(MotionKind::Rapid),
+            (None, Some(MotionCode::Linear)) => Ok(MotionKind::Linear),
+            (None, Some(MotionCode::Arc { clockwise })) => Ok(MotionKind::Arc { clockwise }),
+            (None, None) => Err(self.unsupported(first, "no motion code (G0, G1, …) is known to be in force")),
+        }
+    }
+
+    fn arc_words(&mut self, kind: MotionKind) -> Option<Box<ArcWords>> {
+        if matches!(kind, MotionKind::Cycle { .. }) {
+            self.has_parameters = true;
+        }
+        if !matches!(kind, MotionKind::Arc { .. }) {
+            return None;
+        }
+        let unit = self.length_unit();
+        let mut take = |letter| self.take(letter).map(|w| w.value * unit);
+        let (i, j, k, r) = (take(b'I'), take(b'J'), take(b'K'), take(b'R'));
+        Some(Box::new(ArcWords { plane: self.modal.plane, i, j, k, r }))
+    }
+
+    fn move_axes(&mut self, kind: MotionKind) -> Result<(), ReadError> {
+        for k in 0..self.line.words.len() {
+            let word = self.line.words[k];
+            let Some(axis) = axis_of(&word).filter(|_| !word.is_used) else { continue };
+            self.line.words[k].is_used = true;
+            let target = self.target(&word, axis)?;
+            // Depth of the hole, from which the cycle returns to a height that it remembers.
+            let is_depth = matches!(kind, MotionKind::Cycle { .. }) && axis.letter() == 'Z';
+            let at = if is_depth { None } else { target };
+            self.modal.position.set(axis, at).map_err(|e| self.line.word_error(&word, e.into()))?;
+        }
+        Ok(())
+    }
+
+    /// Where a word sends its axis, `None` where it goes from an unknown place.
+    fn target(&self, word: &Word, axis: AxisLetter) -> Result<Option<AxisAt>, ReadError> {
+        let value = word.value * self.axis_unit(axis);
+        if self.role == AxisRole::MachineTarget {
+            return if self.modal.is_incremental {
+                Err(self.unsupported(word, "machine values (G53) with incremental words"))
+            } else {
+                Ok(Some(AxisAt::Machine(value)))
+            };
+        }
+        if !self.modal.is_incremental {
+            return Ok(Some(AxisAt::Word(value)));
+        }
+        Ok(match self.modal.position.get(axis) {
+            Some(AxisAt::Word(from)) => Some(AxisAt::Word(from + value)),
+            Some(AxisAt::Machine(from)) => Some(AxisAt::Machine(from + value)),
+            Some(AxisAt::Reference(n)) if value == 0.0 => Some(AxisAt::Reference(n)),
+            Some(AxisAt::Reference(_)) | None => None,
+        })
+    }
+
+    /// Sends the named axes to a reference position and returns the words of the point they go over, if any.
+    fn return_axes(&mut self, number: u8) -> Result<Option<Box<AxisWords>>, ReadError> {
+        let mut via = AxisWords::new();
+        let mut is_direct = self.modal.is_incremental;
+        for k in 0..self.line.words.len() {
+            let word = self.line.words[k];
+            let Some(axis) = axis_of(&word).filter(|_| !word.is_used) else { continue };
+            self.line.words[k].is_used = true;
+            is_direct &= word.value == 0.0;
+            let over = self.target(&word, axis)?;
+            if let Some(AxisAt::Word(value)) = over {
+                via.set(axis, value).map_err(|e| self.line.word_error(&word, e.into()))?;
+            } else if word.value != 0.0 {
+                return Err(self.unsupported(&word, "an incremental way to the reference from an unknown place"));
+            }
+            let at = Some(AxisAt::Reference(number));
+            self.modal.position.set(axis, at).map_err(|e| self.line.word_error(&word, e.into()))?;
+        }
+        Ok((!is_direct).then(|| Box::new(via)))
+    }
+
+    fn push_motion(&mut self, kind: MotionKind, via: Option<Box<AxisWords>>, arc: Option<Box<ArcWords>>) {
+        let modal = &*self.modal;
+        let feed = modal.feed.filter(|_| !kind.is_rapid()).map(|value| Feed { mode: modal.feed_mode(), value });
+        self.block.motion = Some(ReadMotion {
+            kind,
+            position: modal.position,
+            feed,
+            work_offset: modal.work_offset,
+            compensation: modal.compensation,
+            via,
+            arc,
+        });
+    }
+}

@@ -1,0 +1,265 @@
+use minijinja::{Environment, Error, ErrorKind, UndefinedBehavior, syntax::SyntaxConfig, value::Serde};
+use serde::Serialize;
+
+use super::text::{clean_comment, push_axis_word};
+use crate::{
+    AxisKind, AxisLetter, AxisSpec, AxisWords, Coolant, FeedMode, PostSettings, ProgramSpec, WriteError, number_text,
+};
+
+/// Stands for the motions while the template is rendered, because they can be longer than all the rest together.
+pub(super) const BODY: &str = "\u{1}body\u{1}";
+
+/// What a template sees. Names and comments are in the control's characters, positions are words.
+#[derive(Serialize)]
+struct Context {
+    program: ProgramContext,
+    job: JobContext,
+    tool: ToolContext,
+    spindle: SpindleContext,
+    coolant: CodeContext,
+    work_offset: String,
+    feed: FeedContext,
+    axes: Vec<AxisContext>,
+    home: WordsContext,
+    first: WordsContext,
+    approach: WordsContext,
+    body: &'static str,
+}
+
+#[derive(Serialize)]
+struct ProgramContext {
+    number: u32,
+    name: String,
+}
+
+#[derive(Serialize)]
+struct JobContext {
+    name: String,
+}
+
+#[derive(Serialize)]
+struct ToolContext {
+    number: u32,
+    name: String,
+    radius: f64,
+    corner_radius: f64,
+    length: f64,
+    length_register: u32,
+}
+
+#[derive(Serialize)]
+struct SpindleContext {
+    rpm: i64,
+    clockwise: bool,
+    code: &'static str,
+}
+
+#[derive(Serialize)]
+struct CodeContext {
+    code: &'static str,
+}
+
+#[derive(Serialize)]
+struct FeedContext {
+    mode: FeedMode,
+    code: &'static str,
+}
+
+#[derive(Serialize)]
+struct AxisContext {
+    letter: AxisLetter,
+    rotary: bool,
+    along_spindle: bool,
+    /// Machine limits as words' numbers, none for an axis without one.
+    min: Option<String>,
+    max: Option<String>,
+}
+
+/// Words of one position, joined by blanks and sorted by what moves together.
+#[derive(Default, Serialize)]
+struct WordsContext {
+    /// The axis along the spindle.
+    spindle: String,
+    /// The other linear axes.
+    across: String,
+    /// All linear axes.
+    linear: String,
+    rotary: String,
+    /// Every axis.
+    all: String,
+}
+
+/// The template's lines, trimmed, without empty ones; exactly one is [`BODY`].
+pub(super) fn render(spec: &ProgramSpec, settings: &PostSettings) -> Result<Vec<String>, WriteError> {
+    let context = context(spec, settings)?;
+    let template = &settings.template;
+    let fault = |e: Error| WriteError::Template {
+        name: template.name.clone(),
+        line: e.line(),
+        message: e.detail().map_or_else(|| e.kind().to_string(), |d| format!("{}: {d}", e.kind())),
+    };
+    let mut environment = Environment::new();
+    // A misspelt variable must not write an empty word.
+    environment.set_undefined_behavior(UndefinedBehavior::Strict);
+    environment.set_syntax(SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build().map_err(fault)?);
+    environment.set_auto_escape_callback(|_| minijinja::AutoEscape::None);
+    environment.add_filter("fixed", fixed);
+    environment.add_template(&template.name, &template.text).map_err(fault)?;
+    let rendered = environment.get_template(&template.name).map_err(fault)?;
+    let text = rendered.render(Serde(&context)).map_err(fault)?;
+    let lines: Vec<String> = text.lines().map(|l| l.trim().to_owned()).filter(|l| !l.is_empty()).collect();
+    let count = lines.iter().filter(|l| l.contains(BODY)).count();
+    if count == 1 && lines.iter().any(|l| l == BODY) {
+        Ok(lines)
+    } else {
+        Err(WriteError::TemplateBody { name: template.name.clone(), count })
+    }
+}
+
+/// Filter `fixed(n)`: a number with n decimals, all written.
+fn fixed(value: f64, decimals: u8) -> Result<String, Error> {
+    let text = (decimals <= 6).then(|| number_text::number(value, decimals, true)).flatten();
+    text.ok_or_else(|| Error::new(ErrorKind::InvalidOperation, format!("{value} with {decimals} decimals")))
+}
+
+fn context(spec: &ProgramSpec, settings: &PostSettings) -> Result<Context, WriteError> {
+    let Some((first, true)) = spec.program.first_motion() else {
+        return Err(WriteError::FirstMotion);
+    };
+    let approach = match settings.feed_mode {
+        FeedMode::Rtcp => spec.approach.as_ref().ok_or(WriteError::NoApproach)?,
+        FeedMode::G94 | FeedMode::G93 => first,
+    };
+    check_axes(&spec.axes)?;
+    Ok(Context {
+        program: ProgramContext {
+            number: settings.program_number,
+            name: clean_comment(settings.program_name.as_ref().unwrap_or(&spec.job_name)),
+        },
+        job: JobContext { name: clean_comment(&spec.job_name) },
+        tool: tool(spec)?,
+        spindle: spindle(spec)?,
+        coolant: CodeContext { code: coolant_code(spec.coolant) },
+        work_offset: spec.work_offset.to_string(),
+        feed: FeedContext { mode: settings.feed_mode, code: feed_code(settings.feed_mode) },
+        axes: spec.axes.iter().map(|axis| axis_context(axis, settings)).collect(),
+        home: home(&spec.axes, settings)?,
+        first: position(first, &spec.axes, settings, "the first motion")?,
+        approach: position(approach, &spec.axes, settings, "the approach")?,
+        body: BODY,
+    })
+}
+
+fn check_axes(axes: &[AxisSpec]) -> Result<(), WriteError> {
+    match axes.iter().enumerate().find(|(k, axis)| axes[..*k].iter().any(|other| other.letter == axis.letter)) {
+        Some((_, axis)) => Err(WriteError::TwoAxes(axis.letter)),
+        None => Ok(()),
+    }
+}
+
+fn tool(spec: &ProgramSpec) -> Result<ToolContext, WriteError> {
+    let tool = &spec.tool;
+    let lengths = [("radius", tool.radius), ("corner_radius", tool.corner_radius), ("length", tool.length)];
+    for (field, value) in lengths {
+        if number_text::units(value, 3).is_none() {
+            return Err(WriteError::Number { place: format!("tool.{field}"), what: "a length", value });
+        }
+    }
+    Ok(ToolContext {
+        number: tool.number,
+        name: clean_comment(&tool.name),
+        radius: tool.radius,
+        corner_radius: tool.corner_radius,
+        length: tool.length,
+        length_register: tool.length_register,
+    })
+}
+
+fn spindle(spec: &ProgramSpec) -> Result<SpindleContext, WriteError> {
+    let (rpm, clockwise) = (spec.spindle.rpm, spec.spindle.clockwise);
+    Ok(SpindleContext { rpm: spindle_speed(rpm, "spindle.rpm")?, clockwise, code: spindle_code(clockwise) })
+}
+
+/// Whole revolutions per minute; controls take no decimals there.
+pub(super) fn spindle_speed(rpm: f64, place: &str) -> Result<i64, WriteError> {
+    let speed = number_text::units(rpm, 0).filter(|speed| *speed > 0);
+    speed.ok_or_else(|| WriteError::Number { place: place.to_owned(), what: "a spindle speed", value: rpm })
+}
+
+pub(super) fn spindle_code(clockwise: bool) -> &'static str {
+    if clockwise { "M3" } else { "M4" }
+}
+
+pub(super) fn coolant_code(coolant: Coolant) -> &'static str {
+    match coolant {
+        Coolant::Off => "M9",
+        Coolant::Flood => "M8",
+        Coolant::Mist => "M7",
+    }
+}
+
+pub(super) fn feed_code(mode: FeedMode) -> &'static str {
+    match mode {
+        FeedMode::G94 | FeedMode::Rtcp => "G94",
+        FeedMode::G93 => "G93",
+    }
+}
+
+fn axis_context(axis: &AxisSpec, settings: &PostSettings) -> AxisContext {
+    let kind = axis.letter.kind();
+    let limit = |value| number_text::number(value, settings.decimals.of(kind), settings.trailing_zeros);
+    AxisContext {
+        letter: axis.letter,
+        rotary: kind == AxisKind::Rotary,
+        along_spindle: axis.along_spindle,
+        min: limit(axis.min),
+        max: limit(axis.max),
+    }
+}
+
+fn home(axes: &[AxisSpec], settings: &PostSettings) -> Result<WordsContext, WriteError> {
+    let mut words = WordsContext::default();
+    for axis in axes {
+        add_word(&mut words, axis, 0.0, settings, "home")?;
+    }
+    Ok(words)
+}
+
+fn position(
+    words: &AxisWords,
+    axes: &[AxisSpec],
+    settings: &PostSettings,
+    place: &str,
+) -> Result<WordsContext, WriteError> {
+    let mut all = WordsContext::default();
+    for word in words.iter() {
+        let axis = axes.iter().find(|axis| axis.letter == word.letter);
+        let axis = axis.ok_or_else(|| WriteError::NoSuchAxis { place: place.to_owned(), letter: word.letter })?;
+        add_word(&mut all, axis, word.value, settings, place)?;
+    }
+    Ok(all)
+}
+
+fn add_word(
+    words: &mut WordsContext,
+    axis: &AxisSpec,
+    value: f64,
+    settings: &PostSettings,
+    place: &str,
+) -> Result<(), WriteError> {
+    let decimals = settings.decimals.of(axis.letter.kind());
+    let units = number_text::units(value, decimals);
+    let units = units.ok_or_else(|| WriteError::Number { place: place.to_owned(), what: "an axis word", value })?;
+    let groups: &mut [&mut String] = match (axis.letter.kind(), axis.along_spindle) {
+        (AxisKind::Rotary, _) => &mut [&mut words.rotary, &mut words.all],
+        (AxisKind::Linear, true) => &mut [&mut words.spindle, &mut words.linear, &mut words.all],
+        (AxisKind::Linear, false) => &mut [&mut words.across, &mut words.linear, &mut words.all],
+    };
+    for group in groups {
+        if !group.is_empty() {
+            group.push(' ');
+        }
+        push_axis_word(group, axis.letter, units, settings);
+    }
+    Ok(())
+}

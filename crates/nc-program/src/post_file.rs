@@ -1,0 +1,245 @@
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::{AxisKind, FeedMode};
+
+/// The `post` section of a job file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PostFile {
+    /// Control the program is written for.
+    pub dialect: Dialect,
+    /// What F means.
+    #[serde(default)]
+    pub feed_mode: FeedMode,
+    /// Path of a minijinja template; the dialect's own where absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub template: Option<String>,
+    /// Program number (O), 1 to 99999999.
+    #[serde(default = "default_program_number")]
+    pub program_number: u32,
+    /// Name beside the program number; the job's name where absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub program_name: Option<String>,
+    /// Block numbers (N); none where null.
+    #[serde(default = "default_block_numbers")]
+    pub block_numbers: Option<BlockNumbers>,
+    /// Decimals of the words.
+    #[serde(default)]
+    pub decimals: Decimals,
+    /// Write `X100.000` instead of `X100.`; both have a decimal point, without which a control may count in micrometres.
+    #[serde(default)]
+    pub trailing_zeros: bool,
+    /// Longest line, 20 to 500 characters.
+    #[serde(default = "default_max_line_length")]
+    pub max_line_length: u16,
+}
+
+/// Control a program is written for or was written for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum Dialect {
+    /// FANUC 15M and later: G94 norm over all axes, G93, G43.4.
+    #[default]
+    Fanuc,
+}
+
+/// Numbering of blocks. Behind 99999 it starts again; numbers that the template uses itself are left out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BlockNumbers {
+    /// First number, 1 to 99999.
+    pub start: u32,
+    /// Difference of neighbours, 1 to 1000.
+    pub step: u32,
+}
+
+/// Decimals of words.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Decimals {
+    /// Of mm, 0 to 6.
+    pub linear: u8,
+    /// Of deg, 0 to 6.
+    pub rotary: u8,
+    /// Of mm/min, 0 to 6.
+    pub feed: u8,
+    /// Of 1/min in G93, 0 to 6.
+    pub inverse_time: u8,
+}
+
+/// A value of a [`PostFile`] that is out of its range.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{field} is {value}: it must be from {min} to {max}")]
+pub struct PostError {
+    /// Name in the file, below `post`.
+    pub field: &'static str,
+    /// As given.
+    pub value: u32,
+    /// Smallest allowed.
+    pub min: u32,
+    /// Largest allowed.
+    pub max: u32,
+}
+
+/// How a program is written: a checked [`PostFile`] with the template's text.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PostSettings {
+    pub(crate) dialect: Dialect,
+    pub(crate) feed_mode: FeedMode,
+    pub(crate) template: Template,
+    pub(crate) program_number: u32,
+    pub(crate) program_name: Option<String>,
+    pub(crate) block_numbers: Option<BlockNumbers>,
+    pub(crate) decimals: Decimals,
+    pub(crate) trailing_zeros: bool,
+    pub(crate) max_line_length: usize,
+}
+
+/// A template and what its errors call it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Template {
+    /// File name, for errors.
+    pub name: String,
+    /// minijinja source.
+    pub text: String,
+}
+
+/// Largest difference between a word and the number it was written from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RoundingBound {
+    /// Of every linear axis, mm.
+    pub linear: f64,
+    /// Of every rotary axis, rad.
+    pub rotary: f64,
+}
+
+/// Largest block number; older controls have five digits.
+pub(crate) const LAST_BLOCK_NUMBER: u32 = 99_999;
+
+fn default_program_number() -> u32 {
+    1001
+}
+
+// serde needs the type of the field.
+#[expect(clippy::unnecessary_wraps, reason = "the default of an optional field")]
+fn default_block_numbers() -> Option<BlockNumbers> {
+    Some(BlockNumbers { start: 1, step: 1 })
+}
+
+fn default_max_line_length() -> u16 {
+    120
+}
+
+impl Default for PostFile {
+    /// What a file says that names the default dialect and nothing else.
+    fn default() -> Self {
+        Self {
+            dialect: Dialect::default(),
+            feed_mode: FeedMode::default(),
+            template: None,
+            program_number: default_program_number(),
+            program_name: None,
+            block_numbers: default_block_numbers(),
+            decimals: Decimals::default(),
+            trailing_zeros: false,
+            max_line_length: default_max_line_length(),
+        }
+    }
+}
+
+impl Default for Decimals {
+    fn default() -> Self {
+        Self { linear: 3, rotary: 3, feed: 1, inverse_time: 3 }
+    }
+}
+
+impl Decimals {
+    /// Decimals of an axis word.
+    #[must_use]
+    pub fn of(&self, kind: AxisKind) -> u8 {
+        match kind {
+            AxisKind::Linear => self.linear,
+            AxisKind::Rotary => self.rotary,
+        }
+    }
+}
+
+impl PostFile {
+    /// Checks the ranges and joins the template: the text of the file that [`PostFile::template`] names, which the
+    /// caller has read, or `None` for the dialect's own.
+    ///
+    /// # Errors
+    /// When a number is out of its range.
+    pub fn settings(&self, template: Option<Template>) -> Result<PostSettings, PostError> {
+        in_range("program_number", self.program_number, 1, 99_999_999)?;
+        for (field, decimals) in [
+            ("decimals.linear", self.decimals.linear),
+            ("decimals.rotary", self.decimals.rotary),
+            ("decimals.feed", self.decimals.feed),
+            ("decimals.inverse_time", self.decimals.inverse_time),
+        ] {
+            in_range(field, decimals.into(), 0, 6)?;
+        }
+        in_range("max_line_length", self.max_line_length.into(), 20, 500)?;
+        if let Some(numbers) = self.block_numbers {
+            in_range("block_numbers.start", numbers.start, 1, LAST_BLOCK_NUMBER)?;
+            in_range("block_numbers.step", numbers.step, 1, 1000)?;
+        }
+        Ok(PostSettings {
+            dialect: self.dialect,
+            feed_mode: self.feed_mode,
+            template: template.unwrap_or_else(|| Template::of(self.dialect)),
+            program_number: self.program_number,
+            program_name: self.program_name.clone(),
+            block_numbers: self.block_numbers,
+            decimals: self.decimals,
+            trailing_zeros: self.trailing_zeros,
+            max_line_length: self.max_line_length.into(),
+        })
+    }
+}
+
+fn in_range(field: &'static str, value: u32, min: u32, max: u32) -> Result<(), PostError> {
+    if (min..=max).contains(&value) { Ok(()) } else { Err(PostError { field, value, min, max }) }
+}
+
+impl Template {
+    /// The template that comes with a dialect: a start for one's own.
+    #[must_use]
+    pub fn of(dialect: Dialect) -> Self {
+        match dialect {
+            Dialect::Fanuc => {
+                Self { name: "fanuc.j2".to_owned(), text: include_str!("../templates/fanuc.j2").to_owned() }
+            }
+        }
+    }
+}
+
+impl PostSettings {
+    /// Control the program is written for.
+    #[must_use]
+    pub fn dialect(&self) -> Dialect {
+        self.dialect
+    }
+
+    /// What F means.
+    #[must_use]
+    pub fn feed_mode(&self) -> FeedMode {
+        self.feed_mode
+    }
+
+    /// Decimals of the words.
+    #[must_use]
+    pub fn decimals(&self) -> Decimals {
+        self.decimals
+    }
+
+    /// How far rounding to the written decimals may move an axis: half a unit of the last decimal.
+    #[must_use]
+    pub fn rounding_bound(&self) -> RoundingBound {
+        let half_unit = |decimals: u8| 0.5 * 10f64.powi(-i32::from(decimals));
+        RoundingBound { linear: half_unit(self.decimals.linear), rotary: half_unit(self.decimals.rotary).to_radians() }
+    }
+}

@@ -1,0 +1,63 @@
+use crate::{AxisLetter, AxisWords, Coolant, NcProgram, WorkOffset};
+
+/// Everything a dialect's writer needs to know: the program and what the template's header says about it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ProgramSpec {
+    /// What the operator reads at the top.
+    pub job_name: String,
+    /// The tool the program was computed for.
+    pub tool: ToolSpec,
+    /// Spindle speed and sense.
+    pub spindle: SpindleSpec,
+    /// Coolant while cutting.
+    pub coolant: Coolant,
+    /// Work offset all words refer to.
+    pub work_offset: WorkOffset,
+    /// Axes of the machine, in the machine's order.
+    pub axes: Vec<AxisSpec>,
+    /// The motions. The first must be a rapid and name every axis the program uses: the template brings the machine there
+    /// axis by axis.
+    pub program: NcProgram,
+    /// Words of the first position without length compensation. Needed under RTCP, where the first motion's words are the
+    /// tip's, to bring the axes there before RTCP is on; not used otherwise.
+    pub approach: Option<AxisWords>,
+}
+
+/// What the program says about its tool.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ToolSpec {
+    /// Place in the magazine (T).
+    pub number: u32,
+    /// Name for the operator.
+    pub name: String,
+    /// Cutter radius R, mm.
+    pub radius: f64,
+    /// Corner radius r, mm.
+    pub corner_radius: f64,
+    /// From the spindle's gauge line to the tip, mm: the length the program was computed with.
+    pub length: f64,
+    /// Number of the control's length register (H).
+    pub length_register: u32,
+}
+
+/// Spindle speed and sense.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SpindleSpec {
+    /// Revolutions per minute, positive.
+    pub rpm: f64,
+    /// Clockwise seen from the spindle toward the tool (M3).
+    pub clockwise: bool,
+}
+
+/// What the program says about a machine axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AxisSpec {
+    /// Its name in NC text.
+    pub letter: AxisLetter,
+    /// Smallest machine value, mm or deg; −∞ for an axis without a limit.
+    pub min: f64,
+    /// Largest machine value, mm or deg; ∞ for an axis without a limit.
+    pub max: f64,
+    /// Whether it is the linear axis parallel to the spindle at the zero pose: retracted first, approached last.
+    pub along_spindle: bool,
+}

@@ -1,0 +1,241 @@
+use crate::{AxisWords, Coolant, FeedMode, ReadPosition, WorkOffset};
+
+/// An NC program as its text says it: modal state resolved, nothing executed.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ReadProgram {
+    /// Every line that says something, in order.
+    pub blocks: Vec<ReadBlock>,
+    /// Tool lengths the program was computed with, from its `(TOOL LENGTH …)` comments.
+    pub tool_lengths: Vec<ToolLengthNote>,
+    /// What a reader could not decide from the text alone.
+    pub notes: Vec<ReadNote>,
+}
+
+/// One line of a program.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ReadBlock {
+    /// Line in the file, from 1.
+    pub line: u32,
+    /// Block number (N).
+    pub number: Option<u32>,
+    /// The line without blanks at its ends; bytes that are not UTF-8 (they can stand in comments only) are replaced.
+    pub text: Box<str>,
+    /// Whether the line starts with `/`, so that a switch on the control decides if it is executed. Positions are
+    /// resolved as if it were.
+    pub skippable: bool,
+    /// Where the block moves to.
+    pub motion: Option<ReadMotion>,
+    /// What else it says.
+    pub commands: Vec<ReadCommand>,
+}
+
+/// A move and the modal state it is made in.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ReadMotion {
+    /// How it goes.
+    pub kind: MotionKind,
+    /// Where every axis is known to be at its end, in the order the program first named them. Axes of unknown position
+    /// (not programmed yet, or since an offset changed) are absent.
+    pub position: ReadPosition,
+    /// Feed of a cutting move; `None` for rapids and where the program has not given one.
+    pub feed: Option<Feed>,
+    /// Work offset in force.
+    pub work_offset: WorkOffset,
+    /// Length compensation in force.
+    pub compensation: Compensation,
+    /// Where a reference return goes first, in words; `None` where it goes directly.
+    pub via: Option<Box<AxisWords>>,
+    /// Centre or radius of an arc.
+    pub arc: Option<Box<ArcWords>>,
+}
+
+/// How a move goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MotionKind {
+    /// At rapid rate (G0), under the control's rapid law.
+    Rapid,
+    /// Cutting (G1), under the control's cutting law.
+    Linear,
+    /// Cutting along an arc or helix (G2, G3); its position is the end.
+    Arc {
+        /// G2.
+        clockwise: bool,
+    },
+    /// At rapid rate to a reference position of the machine (G28, G30).
+    ReferenceReturn,
+    /// A drilling or boring cycle (G73 to G89) at the position; what it does along the tool is not resolved.
+    Cycle {
+        /// The G number.
+        code: u8,
+    },
+}
+
+impl MotionKind {
+    /// Whether it is made at rapid rate.
+    #[must_use]
+    pub fn is_rapid(self) -> bool {
+        matches!(self, Self::Rapid | Self::ReferenceReturn)
+    }
+}
+
+/// Feed of a cutting move.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Feed {
+    /// What the number means.
+    pub mode: FeedMode,
+    /// mm/min, or 1/min in G93. As programmed, so 0 is possible.
+    pub value: f64,
+}
+
+/// Tool length compensation in force.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Compensation {
+    /// None (G49).
+    #[default]
+    Off,
+    /// Along the axis parallel to the spindle at the zero pose, by this length register (G43 H).
+    Length(u32),
+    /// RTCP with this length register: the linear words are the tip's (G43.4 H).
+    Rtcp(u32),
+}
+
+/// Plane of arcs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Plane {
+    /// G17.
+    #[default]
+    Xy,
+    /// G18.
+    Zx,
+    /// G19.
+    Yz,
+}
+
+/// Centre or radius of an arc, as programmed, mm.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ArcWords {
+    /// Plane of the circle.
+    pub plane: Plane,
+    /// I.
+    pub i: Option<f64>,
+    /// J.
+    pub j: Option<f64>,
+    /// K.
+    pub k: Option<f64>,
+    /// R.
+    pub r: Option<f64>,
+}
+
+/// What a block says besides its motion.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ReadCommand {
+    /// Text in parentheses or behind a semicolon.
+    Comment(String),
+    /// Program number (O).
+    ProgramNumber(u32),
+    /// Tool number (T); the change itself is M6.
+    Tool(u32),
+    /// Spindle speed (S), 1/min.
+    SpindleSpeed(f64),
+    /// Spindle on.
+    SpindleOn {
+        /// M3.
+        clockwise: bool,
+    },
+    /// Spindle off (M5).
+    SpindleOff,
+    /// Tool change (M6).
+    ToolChange,
+    /// Coolant state (M7, M8, M9).
+    Coolant(Coolant),
+    /// Dwell (G4), s.
+    Dwell(f64),
+    /// Stop, or optional stop (M0, M1).
+    Stop {
+        /// M1.
+        optional: bool,
+    },
+    /// End of program (M2, M30).
+    End,
+    /// Any other M function, which is the machine builder's.
+    Function(u32),
+    /// Text that is kept and not evaluated.
+    Macro {
+        /// What it is.
+        kind: MacroKind,
+        /// As it stands.
+        text: String,
+    },
+}
+
+/// What a macro line is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MacroKind {
+    /// `#100=…`.
+    Assignment,
+    /// `#3000=n(text)`: an alarm that stops the control.
+    Alarm,
+    /// `IF`, `GOTO`, `WHILE`, `END` and O words with a condition.
+    Branch,
+    /// Subprogram and macro calls (M98, M99, G65 to G67); may move every axis.
+    Call,
+    /// Words whose value is a variable or an expression; may move every axis.
+    VariableWords,
+    /// A setting of offsets or control data (G10, G52, G92) and its words.
+    Setting,
+}
+
+/// Length a program was computed with.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ToolLengthNote {
+    /// Line of the comment, from 1.
+    pub line: u32,
+    /// mm.
+    pub length: f64,
+}
+
+/// Something a reader could not decide from the text alone, once per kind.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ReadNote {
+    /// First line it concerns, from 1.
+    pub line: u32,
+    /// Number of lines it concerns.
+    pub count: usize,
+    /// What it is.
+    pub kind: NoteKind,
+}
+
+/// Kinds of [`ReadNote`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NoteKind {
+    /// An axis word without a decimal point was read in mm or deg; a control may count it in least increments.
+    NoDecimalPoint,
+    /// Macro text was kept and not evaluated, and may change what is executed or where the axes are. A check that only
+    /// raises an alarm (`IF […] GOTO n`, `#3000=…`, `N n`) does not count.
+    NotEvaluated,
+    /// Blocks with `/` are read as executed.
+    Skippable,
+    /// A feed was given in inch/min; the part of it that belongs to rotary axes depends on the control.
+    InchFeed,
+    /// Lines behind the end mark `%` were not read.
+    BehindEnd,
+}
+
+impl ReadProgram {
+    /// Length the program was computed with, mm: that of its first note.
+    #[must_use]
+    pub fn tool_length(&self) -> Option<f64> {
+        self.tool_lengths.first().map(|note| note.length)
+    }
+
+    /// Whether the control does what the blocks say: no macro text may skip, repeat or move anything.
+    #[must_use]
+    pub fn is_evaluated(&self) -> bool {
+        self.notes.iter().all(|note| note.kind != NoteKind::NotEvaluated)
+    }
+
+    /// All moves with their blocks, in order.
+    pub fn motions(&self) -> impl Iterator<Item = (&ReadBlock, &ReadMotion)> {
+        self.blocks.iter().filter_map(|block| Some((block, block.motion.as_ref()?)))
+    }
+}

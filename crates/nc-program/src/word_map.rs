@@ -1,0 +1,268 @@
+use nalgebra::Point3;
+
+use crate::{AxisAt, AxisKind, AxisLetter, AxisWords, Compensation, ReadMotion, WorkOffset};
+
+/// How a machine axis appears in NC words.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MappedAxis {
+    /// Its name.
+    pub letter: AxisLetter,
+    /// Machine value that the work offset calls zero, mm or rad.
+    pub offset: f64,
+    /// Travel of this axis per mm of tool length that keeps the tip in its place at the machine's zero pose: 1 for the
+    /// axis parallel to the spindle (−1 where its positive sense is into the work), 0 for all others. Length compensation
+    /// acts on it.
+    pub along_spindle: f64,
+}
+
+/// Joint values (mm, rad, in the machine's axis order, as its scales show them) to NC words (mm, deg) and back, for one
+/// work offset and one tool length.
+///
+/// word = joint − offset, and with length compensation (G43 H) along the axis parallel to the spindle less the tool
+/// length: in FEED (9) the programmed Z is the tip's Z at B = 0.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WordMap {
+    axes: Vec<MappedAxis>,
+    work_offset: WorkOffset,
+    tool_length: f64,
+}
+
+/// Why joint values and words do not go together.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum WordMapError {
+    /// Two axes of a machine have one name.
+    #[error("two axes are named {0}")]
+    TwoAxes(AxisLetter),
+    /// More axes than a position can hold.
+    #[error(transparent)]
+    TooManyAxes(#[from] crate::TooManyAxes),
+    /// An offset, factor or length is NaN or infinite.
+    #[error("an offset or length is not finite")]
+    NotFinite,
+    /// The number of joint values is not that of the axes.
+    #[error("{given} joint values for {axes} axes")]
+    WrongCount {
+        /// Number of values.
+        given: usize,
+        /// Number of axes.
+        axes: usize,
+    },
+    /// The position of an axis is not known from the program.
+    #[error("the program has not said where axis {0} is")]
+    UnknownAxis(AxisLetter),
+    /// The program names an axis that the machine does not have.
+    #[error("the machine has no axis {0}")]
+    NoSuchAxis(AxisLetter),
+    /// The motion refers to another work offset.
+    #[error("the motion refers to {found}, this is {expected}")]
+    OtherOffset {
+        /// Offset of the motion.
+        found: WorkOffset,
+        /// Offset of the map.
+        expected: WorkOffset,
+    },
+    /// Under RTCP the linear words are the tip's: joint values follow from the machine's kinematics only.
+    #[error("the words are the tip's under RTCP")]
+    Rtcp,
+}
+
+impl WordMap {
+    /// A map for these axes, in the machine's order; `tool_length` (mm) is from the gauge line to the tip.
+    ///
+    /// # Errors
+    /// When two axes share a name, there are more than [`AxisWords::CAPACITY`], or a number is not finite.
+    pub fn new(axes: Vec<MappedAxis>, work_offset: WorkOffset, tool_length: f64) -> Result<Self, WordMapError> {
+        AxisWords::from_words(axes.iter().map(|a| (a.letter, 0.0)))?;
+        for (k, axis) in axes.iter().enumerate() {
+            if axes[..k].iter().any(|other| other.letter == axis.letter) {
+                return Err(WordMapError::TwoAxes(axis.letter));
+            }
+            if !(axis.offset.is_finite() && axis.along_spindle.is_finite()) {
+                return Err(WordMapError::NotFinite);
+            }
+        }
+        if !tool_length.is_finite() {
+            return Err(WordMapError::NotFinite);
+        }
+        Ok(Self { axes, work_offset, tool_length })
+    }
+
+    /// The axes, in the machine's order.
+    #[must_use]
+    pub fn axes(&self) -> &[MappedAxis] {
+        &self.axes
+    }
+
+    /// The work offset the words refer to.
+    #[must_use]
+    pub fn work_offset(&self) -> WorkOffset {
+        self.work_offset
+    }
+
+    /// From the gauge line to the tip, mm.
+    #[must_use]
+    pub fn tool_length(&self) -> f64 {
+        self.tool_length
+    }
+
+    /// Words of joint values with the length compensation on (G43 H).
+    ///
+    /// # Errors
+    /// When the number of values is not that of the axes.
+    pub fn words(&self, joints: &[f64]) -> Result<AxisWords, WordMapError> {
+        self.words_with(joints, self.tool_length)
+    }
+
+    /// Words of joint values with the length compensation off (G49).
+    ///
+    /// # Errors
+    /// When the number of values is not that of the axes.
+    pub fn uncompensated_words(&self, joints: &[f64]) -> Result<AxisWords, WordMapError> {
+        self.words_with(joints, 0.0)
+    }
+
+    /// Words under RTCP: X, Y, Z of `tip` (mm, in the frame of the work offset, fixed to the table), other axes as
+    /// without it.
+    ///
+    /// # Errors
+    /// When the number of values is not that of the axes.
+    pub fn rtcp_words(&self, tip: &Point3<f64>, joints: &[f64]) -> Result<AxisWords, WordMapError> {
+        let mut words = self.words(joints)?;
+        for axis in &self.axes {
+            if let Some(k) = tip_coordinate(axis.letter) {
+                words.set(axis.letter, tip[k])?;
+            }
+        }
+        Ok(words)
+    }
+
+    /// Joint values of words with the length compensation on: the inverse of [`WordMap::words`].
+    ///
+    /// # Errors
+    /// When a word is missing or of an axis that the machine does not have.
+    pub fn joints(&self, words: &AxisWords) -> Result<Vec<f64>, WordMapError> {
+        if let Some(stranger) = words.iter().find(|w| self.axes.iter().all(|a| a.letter != w.letter)) {
+            return Err(WordMapError::NoSuchAxis(stranger.letter));
+        }
+        let joint = |axis: &MappedAxis| {
+            let word = words.get(axis.letter).ok_or(WordMapError::UnknownAxis(axis.letter))?;
+            Ok(joint_of_word(axis, word, self.tool_length))
+        };
+        self.axes.iter().map(joint).collect()
+    }
+
+    /// Joint values at the end of a move that has been read, with the compensation that is on there. `reference` holds
+    /// the joint values of the machine's reference position (G28).
+    ///
+    /// # Errors
+    /// When the place of an axis is not known, the program names an axis that the machine does not have, the move uses
+    /// another work offset or RTCP, or `reference` has not one value for each axis.
+    pub fn joints_at(&self, motion: &ReadMotion, reference: &[f64]) -> Result<Vec<f64>, WordMapError> {
+        self.check_count(reference)?;
+        self.check_frame(motion)?;
+        let length = match motion.compensation {
+            Compensation::Off => 0.0,
+            Compensation::Length(_) => self.tool_length,
+            Compensation::Rtcp(_) => return Err(WordMapError::Rtcp),
+        };
+        let joint = |(axis, home): (&MappedAxis, &f64)| match motion.position.get(axis.letter) {
+            Some(AxisAt::Word(word)) => Ok(joint_of_word(axis, word, length)),
+            Some(AxisAt::Machine(value)) => Ok(in_joint_unit(axis.letter, value)),
+            Some(AxisAt::Reference(1)) => Ok(*home),
+            Some(AxisAt::Reference(_)) | None => Err(WordMapError::UnknownAxis(axis.letter)),
+        };
+        self.axes.iter().zip(reference).map(joint).collect()
+    }
+
+    fn words_with(&self, joints: &[f64], length: f64) -> Result<AxisWords, WordMapError> {
+        self.check_count(joints)?;
+        let word = |(axis, joint): (&MappedAxis, &f64)| {
+            let value = joint - axis.offset - axis.along_spindle * length;
+            (axis.letter, if axis.letter.kind() == AxisKind::Rotary { value.to_degrees() } else { value })
+        };
+        Ok(AxisWords::from_words(self.axes.iter().zip(joints).map(word))?)
+    }
+
+    fn check_count(&self, joints: &[f64]) -> Result<(), WordMapError> {
+        let (given, axes) = (joints.len(), self.axes.len());
+        if given == axes { Ok(()) } else { Err(WordMapError::WrongCount { given, axes }) }
+    }
+
+    fn check_frame(&self, motion: &ReadMotion) -> Result<(), WordMapError> {
+        if let Some((stranger, _)) = motion.position.iter().find(|(l, _)| self.axes.iter().all(|a| a.letter != *l)) {
+            return Err(WordMapError::NoSuchAxis(stranger));
+        }
+        let uses_words = motion.position.iter().any(|(_, at)| matches!(at, AxisAt::Word(_)));
+        if uses_words && motion.work_offset != self.work_offset {
+            return Err(WordMapError::OtherOffset { found: motion.work_offset, expected: self.work_offset });
+        }
+        Ok(())
+    }
+}
+
+fn joint_of_word(axis: &MappedAxis, word: f64, length: f64) -> f64 {
+    in_joint_unit(axis.letter, word) + axis.offset + axis.along_spindle * length
+}
+
+fn in_joint_unit(letter: AxisLetter, value: f64) -> f64 {
+    if letter.kind() == AxisKind::Rotary { value.to_radians() } else { value }
+}
+
+/// Which coordinate of the tip the axis' word is under RTCP.
+fn tip_coordinate(letter: AxisLetter) -> Option<usize> {
+    match letter.letter() {
+        'X' => Some(0),
+        'Y' => Some(1),
+        'Z' => Some(2),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn head_b_table_c(length: f64) -> WordMap {
+        let axis = |letter, offset, along_spindle| MappedAxis { letter, offset, along_spindle };
+        let axes = vec![
+            axis(AxisLetter::X, 12.0, 0.0),
+            axis(AxisLetter::Y, -7.5, 0.0),
+            axis(AxisLetter::Z, 100.0, 1.0),
+            axis(AxisLetter::B, 0.0, 0.0),
+            axis(AxisLetter::C, 0.25, 0.0),
+        ];
+        WordMap::new(axes, WorkOffset::default(), length).unwrap()
+    }
+
+    #[test]
+    fn words_of_joints_turn_back_into_the_joints() {
+        let map = head_b_table_c(253.0);
+        for k in -20..20 {
+            let t = f64::from(k);
+            let joints = [t * 13.7, t * -4.1, t * 7.3, t * 0.07, t * 0.31];
+            let back = map.joints(&map.words(&joints).unwrap()).unwrap();
+            assert!(joints.iter().zip(&back).all(|(a, b)| (a - b).abs() < 1e-12), "{joints:?} {back:?}");
+        }
+    }
+
+    #[test]
+    fn compensated_z_is_the_tip_at_the_zero_pose() {
+        // The gauge line at machine Z = 400 with a tool of 253 has its tip at 147, which G54 with Z = 100 calls 47.
+        let words = head_b_table_c(253.0).words(&[0.0, 0.0, 400.0, 0.0, 0.0]).unwrap();
+        assert_eq!(words.get(AxisLetter::Z), Some(47.0));
+        let words = head_b_table_c(253.0).uncompensated_words(&[0.0, 0.0, 400.0, 0.0, 0.0]).unwrap();
+        assert_eq!(words.get(AxisLetter::Z), Some(300.0));
+    }
+
+    #[test]
+    fn faults_are_named() {
+        let map = head_b_table_c(1.0);
+        assert_eq!(map.words(&[0.0; 4]), Err(WordMapError::WrongCount { given: 4, axes: 5 }));
+        let words = AxisWords::from_words([(AxisLetter::X, 0.0)]).unwrap();
+        assert_eq!(map.joints(&words), Err(WordMapError::UnknownAxis(AxisLetter::Y)));
+        let words = AxisWords::from_words([(AxisLetter::A, 0.0)]).unwrap();
+        assert_eq!(map.joints(&words), Err(WordMapError::NoSuchAxis(AxisLetter::A)));
+        let twice = vec![map.axes[0], map.axes[0]];
+        assert_eq!(WordMap::new(twice, WorkOffset::default(), 0.0), Err(WordMapError::TwoAxes(AxisLetter::X)));
+    }
+}

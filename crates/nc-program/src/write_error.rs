@@ -1,0 +1,73 @@
+use crate::AxisLetter;
+
+/// Why a program cannot be written.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum WriteError {
+    /// The template does not compile, or asks for something that is not there.
+    #[error("template {name}{}: {message}", line.map(|l| format!(", line {l}")).unwrap_or_default())]
+    Template {
+        /// File name.
+        name: String,
+        /// Line in the template, from 1, where it is known.
+        line: Option<usize>,
+        /// What is wrong.
+        message: String,
+    },
+    /// The motions have no place, or more than one.
+    #[error("template {name}: `{{{{ body }}}}` must stand alone on exactly one line, and stands on {count}")]
+    TemplateBody {
+        /// File name.
+        name: String,
+        /// Number of lines that are the body.
+        count: usize,
+    },
+    /// The first motion is a cut, or there is none: the template would go there at rapid rate.
+    #[error("the first motion must be a rapid")]
+    FirstMotion,
+    /// RTCP words say nothing about where the axes are before RTCP is on.
+    #[error("under RTCP the program needs the words of its first position without length compensation (`approach`)")]
+    NoApproach,
+    /// Two axes of the machine have the same name.
+    #[error("two axes are named {0}")]
+    TwoAxes(AxisLetter),
+    /// A block names an axis that the machine does not have.
+    #[error("{place}: the machine has no axis {letter}")]
+    NoSuchAxis {
+        /// Block, such as `block 12`.
+        place: String,
+        /// The axis.
+        letter: AxisLetter,
+    },
+    /// A number that no word can hold: not finite, too large, or a feed, speed or time that is not positive once rounded.
+    #[error("{place}: {value} cannot be written as {what}")]
+    Number {
+        /// Block, such as `block 12`, or field, such as `tool.length`.
+        place: String,
+        /// What it was to be.
+        what: &'static str,
+        /// The number.
+        value: f64,
+    },
+    /// A line longer than the control takes.
+    #[error("`{text}` is longer than {limit} characters")]
+    LineTooLong {
+        /// The line.
+        text: String,
+        /// Most characters.
+        limit: usize,
+    },
+    /// A character that the control does not know, or a parenthesis inside a comment.
+    #[error("`{text}`: character {character:?} cannot stand there")]
+    Character {
+        /// The line.
+        text: String,
+        /// The character.
+        character: char,
+    },
+    /// A cutter location with a number that is not finite or too large.
+    #[error("move {index}: a coordinate is not finite or too large")]
+    Coordinate {
+        /// Index of the move, from 0.
+        index: usize,
+    },
+}

@@ -1,0 +1,230 @@
+//! Laws of APT cutter-location files.
+
+use std::path::Path;
+
+use crate::kit::{Random, SHARED_NC};
+use facemill_cl_data::ClPoint;
+use facemill_nc_program::*;
+use nalgebra::{Point3, Unit, Vector3};
+
+fn spec(moves: Vec<AptMove>) -> AptSpec {
+    AptSpec {
+        part_name: "Blade $1 (Prüfung)".to_owned(),
+        tool_number: 7,
+        cutter: AptCutter { radius: 80.0, corner_radius: 6.0, height: 50.0 },
+        spindle: SpindleSpec { rpm: 350.0, clockwise: false },
+        coolant: Coolant::Flood,
+        moves,
+    }
+}
+
+fn random_cl(random: &mut Random) -> ClPoint {
+    let mut coordinate = || (random.unit() - 0.5) * 2e4;
+    let tip = Point3::new(coordinate(), coordinate(), coordinate());
+    let axis = Vector3::new(coordinate(), coordinate(), coordinate());
+    ClPoint { tip, axis: Unit::try_new(axis, 1e-6).unwrap_or(Vector3::z_axis()) }
+}
+
+#[test]
+fn what_is_written_is_read() {
+    let mut random = Random(21);
+    let moves: Vec<AptMove> = (0..2000)
+        .map(|_| match random.below(4) {
+            0 => AptMove::Rapid(random_cl(&mut random)),
+            _ => AptMove::Linear { cl: random_cl(&mut random), feed: [100.0, 0.25, 3333.3333][random.below(3)] },
+        })
+        .collect();
+    let text = write_apt(&spec(moves.clone())).unwrap();
+    assert!(text.lines().all(|line| line.len() <= 72 && line.is_ascii()));
+    let file = read_apt(&text).unwrap();
+    assert_eq!(file.unknown, []);
+    assert_eq!(file.points.len(), moves.len());
+    for (step, point) in moves.iter().zip(&file.points) {
+        let (cl, feed) = match step {
+            AptMove::Rapid(cl) => (cl, None),
+            AptMove::Linear { cl, feed } => (cl, Some(*feed)),
+            AptMove::Comment(_) => unreachable!(),
+        };
+        assert_eq!(point.kind, if feed.is_some() { AptPointKind::Linear } else { AptPointKind::Rapid });
+        assert!((cl.tip - point.cl.tip).amax() <= 0.5e-5 + 1e-10);
+        assert!((cl.axis.into_inner() - point.cl.axis.into_inner()).norm() < 1e-6);
+        assert!((feed.unwrap_or(0.0) - point.feed.unwrap_or(0.0)).abs() <= 0.0005 + 1e-10);
+    }
+}
+
+/// The axis is a unit vector in the text already, for readers that do not normalise.
+#[test]
+fn written_axes_are_unit_to_a_millionth() {
+    let mut random = Random(22);
+    let moves = (0..2000).map(|_| AptMove::Rapid(random_cl(&mut random))).collect();
+    let text = write_apt(&spec(moves)).unwrap().replace("$\n", "");
+    let mut count = 0;
+    for values in text.lines().filter_map(|line| line.strip_prefix("GOTO/")) {
+        let values: Vec<f64> = values.split(',').map(|v| v.parse().unwrap()).collect();
+        let norm = values[3..].iter().map(|v| v * v).sum::<f64>().sqrt();
+        assert!(values.len() == 6 && (norm - 1.0).abs() < 1e-6);
+        count += 1;
+    }
+    assert_eq!(count, 2000);
+}
+
+#[test]
+fn header_says_part_unit_cutter_tool_spindle_and_coolant() {
+    let cl = ClPoint { tip: Point3::new(1.0, -2.5, -0.0), axis: Vector3::z_axis() };
+    let moves = vec![
+        AptMove::Comment("pass 1".to_owned()),
+        AptMove::Rapid(cl),
+        AptMove::Linear { cl, feed: 500.0 },
+        AptMove::Linear { cl, feed: 500.0 },
+    ];
+    let expected = "\
+PARTNO/Blade ?1 (Pr?fung)
+UNITS/MM
+MULTAX/ON
+CUTTER/160.,6.,74.,6.,0.,0.,50.
+LOADTL/7
+SPINDL/350.,RPM,CCLW
+COOLNT/FLOOD
+PPRINT/pass 1
+RAPID
+GOTO/1.,-2.5,0.,0.,0.,1.
+FEDRAT/500.,MMPM
+GOTO/1.,-2.5,0.,0.,0.,1.
+GOTO/1.,-2.5,0.,0.,0.,1.
+COOLNT/OFF
+SPINDL/OFF
+FINI
+";
+    let text = write_apt(&spec(moves)).unwrap();
+    assert_eq!(text, expected);
+    let meanings: Vec<_> = read_apt(&text).unwrap().statements.into_iter().map(|s| s.meaning).collect();
+    assert_eq!(meanings[3], AptMeaning::Cutter { diameter: 160.0, corner_radius: 6.0 });
+    assert_eq!(meanings[5], AptMeaning::Spindle { rpm: 350.0, clockwise: false });
+    assert_eq!(meanings.last(), Some(&AptMeaning::End));
+}
+
+#[test]
+fn what_cannot_be_written_is_refused() {
+    let at = |x: f64| ClPoint { tip: Point3::new(x, 0.0, 0.0), axis: Vector3::z_axis() };
+    let write = |step: AptMove| write_apt(&spec(vec![step])).unwrap_err();
+    assert_eq!(write(AptMove::Rapid(at(f64::NAN))), WriteError::Coordinate { index: 0 });
+    for feed in [0.0, -1.0, f64::NAN, 1e-4] {
+        assert!(matches!(write(AptMove::Linear { cl: at(0.0), feed }), WriteError::Number { .. }), "{feed}");
+    }
+}
+
+#[test]
+fn other_forms_are_understood() {
+    let text = "$$ made elsewhere
+PARTNO/PART 5
+units / inches
+FROM/0,0,1
+FEDRAT/IPM,10
+GOTO / 1.0, 2., $ the rest
+  3E0, 0, 0, 2
+GODLTA/0,0,-1
+RAPID/
+GOTO/0,0,5
+CIRCLE/0,0,0,0,0,1,5
+GOTO/5,0,0
+CYCLE/DRILL,FEDTO,1.
+GOTO/7,0,0
+CYCLE/OFF
+MULTAX/OFF
+GOTO/8,0,0 $$ last
+CSYS/1,0,0
+CSYS/2,0,0
+FINI";
+    let file = read_apt(text).unwrap();
+    let kinds: Vec<_> = file.points.iter().map(|p| p.kind).collect();
+    use AptPointKind::{Arc, Cycle, Linear, Rapid, Start};
+    assert_eq!(kinds, [Start, Linear, Linear, Rapid, Arc, Cycle, Linear]);
+    assert!((file.points[1].cl.tip - Point3::new(25.4, 50.8, 76.2)).norm() < 1e-12);
+    assert_eq!((file.points[1].line, file.points[1].feed), (6, Some(254.0)));
+    assert!((file.points[2].cl.tip - Point3::new(25.4, 50.8, 50.8)).norm() < 1e-12);
+    assert!(file.points.iter().all(|p| p.cl.axis == Vector3::z_axis()));
+    assert_eq!(file.unknown, [AptUnknownWord { word: "CSYS".to_owned(), line: 18, count: 2 }]);
+}
+
+#[test]
+fn faults_are_placed() {
+    for (text, expected) in [
+        ("GOTO/1,2", "line 1, column 1: GOTO: expected x, y, z or x, y, z, i, j, k"),
+        ("UNITS/MM\n  GOTO/1,x2,3", "line 2, column 10: `x2` has no valid number"),
+        ("GOTO/1,2,$\n  inf", "line 2, column 3: `inf` has no valid number"),
+        ("GOTO/1,2,3,0,0,0", "line 1, column 1: GOTO: the axis has length zero"),
+        ("GODLTA/1,2,3", "line 1, column 1: GODLTA: there is no point before it"),
+        ("UNITS/FEET", "line 1, column 1: UNITS: expected MM, CM or INCHES"),
+        ("FEDRAT/0.1,MMPR", "line 1, column 1: FEDRAT: feed per revolution and inverse time are not supported"),
+        ("CUTTER/", "line 1, column 1: CUTTER: expected a diameter"),
+    ] {
+        assert_eq!(read_apt(text).unwrap_err().to_string(), expected, "{text}");
+    }
+}
+
+#[test]
+fn no_bytes_make_the_reader_panic() {
+    let mut random = Random(23);
+    let words = [
+        "GOTO/",
+        "FEDRAT/",
+        "CUTTER/",
+        "$\n",
+        "$$",
+        "\n",
+        ",",
+        "1.5",
+        "-2",
+        "1e308",
+        "UNITS/INCHES",
+        "RAPID",
+        "/",
+        " ",
+        "é",
+        "FROM/",
+        "GODLTA/",
+        "LOADTL/",
+        "SPINDL/",
+        "CYCLE/",
+        "MMPM",
+        "\u{feff}",
+    ];
+    for _ in 0..6000 {
+        let text: Vec<u8> = (0..random.below(40)).flat_map(|_| words[random.below(words.len())].bytes()).collect();
+        check_read(&text);
+        let text: Vec<u8> = (0..random.below(80)).map(|_| random.bits() as u8).collect();
+        check_read(&text);
+    }
+}
+
+fn check_read(text: &[u8]) {
+    if let Ok(file) = read_apt(text) {
+        for point in &file.points {
+            assert!(point.cl.tip.iter().all(|v| v.is_finite()) && (point.cl.axis.norm() - 1.0).abs() < 1e-9);
+        }
+    }
+}
+
+/// Files of a CAM system.
+#[test]
+fn published_files_are_read_whole() {
+    for (name, n_points, unknown) in [
+        ("aamorim_Interface-glue.apt", 6311, 20 + 4 + 4 + 4 + 4),
+        ("aamorim_basemach.apt", 2090, 124 + 12 + 12 + 5 + 5),
+        ("aamorim_manufacture3-top.apt", 360, 42 + 14 + 14 + 28 + 14 + 14),
+    ] {
+        let path = Path::new(SHARED_NC).join(name);
+        let Ok(text) = std::fs::read(&path) else {
+            eprintln!("skipped: {} is not there", path.display());
+            continue;
+        };
+        let file = read_apt(&text).unwrap_or_else(|e| panic!("{name}: {e}"));
+        assert_eq!(file.points.len(), n_points, "{name}");
+        assert_eq!(file.unknown.iter().map(|u| u.count).sum::<usize>(), unknown, "{name}: {:?}", file.unknown);
+        let words: Vec<_> = file.unknown.iter().map(|u| u.word.as_str()).collect();
+        let expected = ["CSI_SET_FLUTE_LENGTH", "CSI_SET_EXTENSION_LENGTH", "TRNTYP", "CSYS", "CUTCOM", "SETUP"];
+        assert!(words.iter().all(|w| expected.contains(w)), "{words:?}");
+        assert!(file.points.iter().filter(|p| p.kind == AptPointKind::Linear).all(|p| p.feed.is_some()));
+        assert_eq!(file.statements.last().map(|s| s.meaning.clone()), Some(AptMeaning::End));
+    }
+}

@@ -1,0 +1,113 @@
+//! Programs for the tests: seeded, with values that sit on rounding borders and repeat often.
+
+use facemill_nc_program::{
+    AxisLetter, AxisSpec, AxisWords, Block, Coolant, FeedMode, NcProgram, PostFile, PostSettings, ProgramSpec,
+    SpindleSpec, ToolSpec, WorkOffset,
+};
+
+/// Programs from public sources, beside the workspace; tests that read them are skipped where they are absent.
+pub(crate) const SHARED_NC: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data/nc");
+
+/// Axes of the sample machine, in its order.
+pub(crate) const AXES: [AxisLetter; 5] = [AxisLetter::X, AxisLetter::Y, AxisLetter::Z, AxisLetter::B, AxisLetter::C];
+
+/// Splitmix64: small, seeded, independent of the code under test.
+pub(crate) struct Random(pub(crate) u64);
+
+impl Random {
+    pub(crate) fn bits(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    pub(crate) fn below(&mut self, n: usize) -> usize {
+        (self.bits() % n as u64) as usize
+    }
+
+    pub(crate) fn unit(&mut self) -> f64 {
+        (self.bits() >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    /// Mostly anywhere, often 0, tiny, or half a unit of the third decimal.
+    pub(crate) fn coordinate(&mut self) -> f64 {
+        match self.below(8) {
+            0 => 0.0,
+            1 => -0.0,
+            2 => (self.unit() - 0.5) * 0.002,
+            3 => (self.below(2001) as f64 - 1000.0) * 0.0005,
+            4 => self.below(3) as f64,
+            _ => (self.unit() - 0.5) * 5000.0,
+        }
+    }
+}
+
+pub(crate) fn words(values: &[(AxisLetter, f64)]) -> AxisWords {
+    AxisWords::from_words(values.iter().copied()).unwrap()
+}
+
+pub(crate) fn settings(feed_mode: FeedMode) -> PostSettings {
+    PostFile { feed_mode, ..post_file() }.settings(None).unwrap()
+}
+
+pub(crate) fn post_file() -> PostFile {
+    facemill_file_format::from_json(br#"{"dialect": "fanuc"}"#).unwrap()
+}
+
+pub(crate) fn spec(blocks: Vec<Block>) -> ProgramSpec {
+    let limits = [(-100.0, 2000.0), (-900.0, 900.0), (0.0, 1500.0), (-30.0, 110.0), (f64::NEG_INFINITY, f64::INFINITY)];
+    let axes = AXES.iter().zip(limits).map(|(&letter, (min, max))| AxisSpec {
+        letter,
+        min,
+        max,
+        along_spindle: letter == AxisLetter::Z,
+    });
+    ProgramSpec {
+        job_name: "Propeller (Prüfung)".to_owned(),
+        tool: ToolSpec {
+            number: 7,
+            name: "face mill D160 r6".to_owned(),
+            radius: 80.0,
+            corner_radius: 6.0,
+            length: 420.0,
+            length_register: 7,
+        },
+        spindle: SpindleSpec { rpm: 350.4, clockwise: true },
+        coolant: Coolant::Flood,
+        work_offset: WorkOffset::default(),
+        axes: axes.collect(),
+        program: NcProgram { blocks },
+        approach: Some(words(&[
+            (AxisLetter::X, 11.0),
+            (AxisLetter::Y, 12.0),
+            (AxisLetter::Z, 13.0),
+            (AxisLetter::B, 14.0),
+            (AxisLetter::C, 15.0),
+        ])),
+    }
+}
+
+/// A rapid that names every axis, then `n` motions, each of which names some and changes some.
+pub(crate) fn random_blocks(random: &mut Random, n: usize) -> Vec<Block> {
+    let mut position: Vec<(AxisLetter, f64)> = AXES.iter().map(|l| (*l, random.coordinate())).collect();
+    let mut blocks = vec![Block::Rapid { words: words(&position) }];
+    for _ in 0..n {
+        for word in &mut position {
+            if random.below(3) == 0 {
+                word.1 = random.coordinate();
+            }
+        }
+        let named: Vec<_> = position.iter().copied().filter(|_| random.below(4) > 0).collect();
+        if named.is_empty() {
+            blocks.push(Block::Comment("nothing".to_owned()));
+        } else if random.below(5) == 0 {
+            blocks.push(Block::Rapid { words: words(&named) });
+        } else {
+            let feed = [100.0, 250.0, 0.06, 12345.67, 1.0 + random.unit() * 3000.0][random.below(5)];
+            blocks.push(Block::Linear { words: words(&named), feed });
+        }
+    }
+    blocks
+}

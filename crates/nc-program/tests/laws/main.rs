@@ -1,0 +1,7 @@
+//! Laws of the dialects, each of writer and reader together and of the reader alone.
+
+mod apt;
+mod fanuc;
+mod fanuc_reader;
+mod kit;
+mod post_file;
