@@ -1,0 +1,107 @@
+//! Meshes and brute-force answers for the tests of the Z-map.
+
+use facemill_surface_model::TriMesh;
+use nalgebra::{Isometry3, Point3, Vector3};
+
+/// SplitMix64.
+pub(crate) struct Random(pub(crate) u64);
+
+impl Random {
+    pub(crate) fn unit(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    pub(crate) fn within(&mut self, from: f64, to: f64) -> f64 {
+        from + (to - from) * self.unit()
+    }
+
+    pub(crate) fn vector(&mut self, size: f64) -> Vector3<f64> {
+        Vector3::from_fn(|_, _| self.within(-size, size))
+    }
+
+    pub(crate) fn pose(&mut self, size: f64) -> Isometry3<f64> {
+        Isometry3::new(self.vector(size), self.vector(3.0))
+    }
+}
+
+/// Height field over n × n squares of the given size.
+pub(crate) fn field(n: u32, square: f64, height: impl Fn(f64, f64) -> f64) -> TriMesh {
+    let at = |k: u32| square * f64::from(k);
+    let vertices =
+        (0..=n).flat_map(|j| (0..=n).map(move |i| (at(i), at(j)))).map(|(x, y)| Point3::new(x, y, height(x, y)));
+    let corner = |i: u32, j: u32| j * (n + 1) + i;
+    let squares = (0..n).flat_map(|j| (0..n).map(move |i| (i, j)));
+    let triangles = squares.flat_map(|(i, j)| {
+        let [a, b, c, d] = [corner(i, j), corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1)];
+        [[a, b, c], [a, c, d]]
+    });
+    TriMesh::new(vertices.collect(), triangles.collect()).expect("indices are in range")
+}
+
+/// A wavy field of 60 × 60 mm, 15 mm high.
+pub(crate) fn waves() -> TriMesh {
+    field(20, 3.0, |x, y| 7.5 * (0.3 * x).sin() * (0.23 * y + 0.1 * x).cos())
+}
+
+/// Triangles of all sizes, shapes and directions, slivers, vertical ones and points among them.
+pub(crate) fn soup(seed: u64, n: u32) -> TriMesh {
+    let mut random = Random(seed);
+    let mut vertices = Vec::new();
+    for k in 0..n {
+        let size = [0.2, 1.0, 5.0, 40.0][(4.0 * random.unit()) as usize];
+        let a = Point3::from(random.vector(30.0));
+        let (u, v) = (random.vector(size), random.vector(size));
+        let (u, v) = match k % 8 {
+            0 => (u, u + 1e-7 * v),
+            1 => (u, Vector3::new(0.0, 0.0, v.z)),
+            2 => (Vector3::new(u.x, 0.0, 0.0), v),
+            3 if k % 16 == 3 => (Vector3::zeros(), Vector3::zeros()),
+            _ => (u, v),
+        };
+        vertices.extend([a, a + u, a + v]);
+    }
+    TriMesh::new(vertices, (0..n).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]).collect()).expect("indices are in range")
+}
+
+/// A closed ball of icosphere facets.
+pub(crate) fn ball(center: Point3<f64>, radius: f64, n: u32) -> TriMesh {
+    let point = |i: u32, j: u32| {
+        let (u, v) =
+            (std::f64::consts::PI * f64::from(i) / f64::from(n), std::f64::consts::TAU * f64::from(j) / f64::from(n));
+        center + radius * Vector3::new(u.sin() * v.cos(), u.sin() * v.sin(), u.cos())
+    };
+    let vertices = (0..=n).flat_map(|i| (0..n).map(move |j| point(i, j)));
+    let squares = (0..n).flat_map(|i| (0..n).map(move |j| (i, j)));
+    let triangles = squares.flat_map(|(i, j)| {
+        let at = |i: u32, j: u32| i * n + j % n;
+        [[at(i, j), at(i + 1, j), at(i + 1, j + 1)], [at(i, j), at(i + 1, j + 1), at(i, j + 1)]]
+    });
+    TriMesh::new(vertices.collect(), triangles.collect()).expect("indices are in range")
+}
+
+/// Points all over a triangle, corners and edges included, `n` to an edge.
+pub(crate) fn points_of(corners: [Point3<f64>; 3], n: u32) -> impl Iterator<Item = Point3<f64>> {
+    let [a, b, c] = corners;
+    (0..=n).flat_map(move |i| {
+        (0..=n - i).map(move |j| a + (b - a) * (f64::from(i) / f64::from(n)) + (c - a) * (f64::from(j) / f64::from(n)))
+    })
+}
+
+/// Largest t of origin + t·direction on the mesh, by Möller and Trumbore's intersection with every triangle.
+pub(crate) fn highest_along(mesh: &TriMesh, origin: Point3<f64>, direction: Vector3<f64>) -> Option<f64> {
+    let hit = |[a, b, c]: [Point3<f64>; 3]| {
+        let (e1, e2) = (b - a, c - a);
+        let h = direction.cross(&e2);
+        let det = e1.dot(&h);
+        let s = origin - a;
+        let u = s.dot(&h) / det;
+        let q = s.cross(&e1);
+        let v = direction.dot(&q) / det;
+        (u >= 0.0 && v >= 0.0 && u + v <= 1.0).then(|| e2.dot(&q) / det)
+    };
+    (0..mesh.triangles().len()).filter_map(|t| hit(mesh.corners(t))).reduce(f64::max)
+}
