@@ -25,10 +25,12 @@
 //! Lengths are mm, angles rad, areas mm². The section plane has x to the right and y up; what a value means there, and
 //! what is an error, [`ChipSection`] and [`ChipAreaError`] say. It must not know machines or meshes.
 
+mod error;
 mod level_curve;
 mod outline;
 mod section;
 mod slab;
 
+pub use error::{ChipAreaError, Position};
 pub use outline::{OutlineError, chip_area_between_outlines};
-pub use section::{ChipAreaError, ChipSection, Position, SectionCutter, SectionSurface, StepSign, chip_area};
+pub use section::{ChipSection, SectionCutter, SectionSurface, StepSign, chip_area};

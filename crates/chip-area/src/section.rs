@@ -1,5 +1,6 @@
 use nalgebra::{Point2, Vector2};
 
+use crate::error::{ChipAreaError, Position};
 use crate::level_curve::{Branch, LevelCurve};
 use crate::slab::{Bottom, Edge, Layer, ToolSection, piece_at};
 
@@ -68,82 +69,6 @@ pub struct ChipSection {
     pub lean: f64,
 }
 
-/// Which of the two positions of a section.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Position {
-    /// The one before the step.
-    First,
-    /// The one after the step.
-    Second,
-}
-
-/// Why a section has no chip area.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-pub enum ChipAreaError {
-    /// A value is NaN or infinite.
-    #[error("{field} is not finite")]
-    NotFinite {
-        /// Field of [`ChipSection`].
-        field: &'static str,
-    },
-    /// A radius is not positive.
-    #[error("{field} is {value} mm, but must be positive")]
-    NotPositive {
-        /// `cutter.radius` or `surface.radius`.
-        field: &'static str,
-        /// Its value, mm.
-        value: f64,
-    },
-    /// A length is negative.
-    #[error("{field} is {value} mm, but must not be negative")]
-    Negative {
-        /// Field of [`ChipSection`].
-        field: &'static str,
-        /// Its value, mm.
-        value: f64,
-    },
-    /// A ball does not fit into a concave surface.
-    #[error("a ball of radius {cutter_radius} mm does not fit into a concave surface of radius {surface_radius} mm")]
-    BallTooLarge {
-        /// Radius of the ball, mm.
-        cutter_radius: f64,
-        /// Radius of the surface, mm.
-        surface_radius: f64,
-    },
-    /// The stock reaches the centre of a concave surface.
-    #[error(
-        "a depth of cut of {depth_of_cut} mm reaches the centre of a concave surface of radius {surface_radius} mm"
-    )]
-    DepthReachesCentre {
-        /// Depth of cut, mm.
-        depth_of_cut: f64,
-        /// Radius of the surface, mm.
-        surface_radius: f64,
-    },
-    /// The step goes half around the surface or farther.
-    #[error("a step-over of {step_over} mm goes half around a surface of radius {surface_radius} mm or farther")]
-    StepTooLong {
-        /// Step-over, mm.
-        step_over: f64,
-        /// Radius of the surface, mm.
-        surface_radius: f64,
-    },
-    /// The cutter is below the surface: at the CC point, or with the other end of a flat bottom, or with a flute that
-    /// runs into a concave surface before it has left the stock of the cut.
-    #[error("the cutter is below the surface at the {} position", match position { Position::First => "first", Position::Second => "second" })]
-    BelowSurface {
-        /// Where.
-        position: Position,
-    },
-    /// The tool lies along a plane: its flute cuts without end.
-    #[error("the tool axis lies in the plane that is cut, so that the chip has no end")]
-    AxisInPlane,
-    /// One corner of the flat cutter touches at the first position and the other one at the second: the surface turns
-    /// through the direction of the bottom between them.
-    #[error("the flat cutter changes the corner it touches the surface with between the two positions")]
-    CornerChanges,
-}
-
 /// Area of the chip between two neighbouring positions, mm²: the stock inside the cutter at the second position and not
 /// inside the cutter at the first (CHIP (2) to (9)).
 ///
@@ -152,11 +77,11 @@ pub enum ChipAreaError {
 /// of the outline.
 ///
 /// Closed form up to rounding: the outlines are circles and lines, and between their crossings the chip is bounded by
-/// one arc from below and one from above, whose integrals are elementary. Of the ten printed values seven are met to the
-/// print's 4e-4, which is what the paper's own comparison reaches, and three are not: the untilted convex ball (exact
-/// 2.0909 at the 45° of the paper's table 1; the printed 1.9863 is the area at 25°), the tilted concave flat (exact
-/// 1.8217, printed 1.8247) and the tilted concave ball (exact 2.3684, printed 2.4444). The cause of the last two is not
-/// known; the exact area is returned.
+/// one arc from below and one from above, whose integrals are elementary. Of the ten printed values seven are met to
+/// the print's 4e-4, which is what the paper's own comparison reaches, and three are not: the untilted convex ball
+/// (exact 2.0909 at the 45° of the paper's table 1; the printed 1.9863 is the area at 25°), the tilted concave flat
+/// (exact 1.8217, printed 1.8247) and the tilted concave ball (exact 2.3684, printed 2.4444). The cause of the last two
+/// is not known; the exact area is returned.
 ///
 /// Limits: 0 for a depth of cut or a step of 0; a plane is the limit of both curved surfaces.
 ///
