@@ -1,0 +1,53 @@
+use facemill_surface_model::{Group, TriMesh};
+use nalgebra::Point3;
+
+/// Vertices and the triangles of named groups, collected in any order.
+#[derive(Debug)]
+pub(crate) struct GroupedMesh {
+    vertices: Vec<Point3<f64>>,
+    groups: Vec<(&'static str, Vec<[u32; 3]>)>,
+}
+
+impl GroupedMesh {
+    /// A mesh whose groups come in this order.
+    pub(crate) fn new(names: &[&'static str]) -> Self {
+        Self { vertices: Vec::new(), groups: names.iter().map(|&name| (name, Vec::new())).collect() }
+    }
+
+    /// Index of a new vertex.
+    pub(crate) fn vertex(&mut self, point: Point3<f64>) -> u32 {
+        self.vertices.push(point);
+        u32::try_from(self.vertices.len() - 1).expect("resolutions are limited to far fewer than 2^32 vertices")
+    }
+
+    /// Adds the quad `a, b, c, d` to a group (by its place in the list), split along the shorter diagonal. Corners that
+    /// coincide make it a triangle, or nothing.
+    pub(crate) fn quad(&mut self, group: usize, [a, b, c, d]: [u32; 4]) {
+        let length_sq = |p: u32, q: u32| (self.vertices[p as usize] - self.vertices[q as usize]).norm_squared();
+        let split = if length_sq(a, c) <= length_sq(b, d) { [[a, b, c], [a, c, d]] } else { [[a, b, d], [b, c, d]] };
+        for triangle in split {
+            self.triangle(group, triangle);
+        }
+    }
+
+    /// Adds a triangle to a group unless two of its corners are the same vertex.
+    pub(crate) fn triangle(&mut self, group: usize, [a, b, c]: [u32; 3]) {
+        if a != b && b != c && c != a {
+            self.groups[group].1.push([a, b, c]);
+        }
+    }
+
+    /// The mesh; groups without triangles are left out.
+    pub(crate) fn build(self) -> TriMesh {
+        let (mut triangles, mut groups) = (Vec::new(), Vec::new());
+        for (name, members) in self.groups {
+            let start = triangles.len();
+            triangles.extend(members);
+            if triangles.len() > start {
+                groups.push(Group { name: name.to_owned(), triangles: start..triangles.len() });
+            }
+        }
+        TriMesh::with_groups(self.vertices, triangles, groups)
+            .expect("coordinates of checked specifications are finite, indices come from `vertex`")
+    }
+}
