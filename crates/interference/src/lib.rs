@@ -1,1 +1,55 @@
-//! Room to be built: see `docs/architecture.md`.
+//! Exact verdicts and distances: the bodies of a tool assembly against a triangle mesh.
+//!
+//! A body is a [`Solid`](facemill_cl_data::Solid), a frustum or box dilated by a ball, at a pose `mesh_from_solid`. An
+//! [`Interference`] answers whether it touches the mesh ([`Verdict`], with a witness on the mesh), and how far the mesh
+//! is from the undilated body ([`Separation`]). Nothing is sampled: a spike smaller than any sample spacing is found,
+//! whatever the tool axis. Of a mesh with closed components a body wholly inside one is a hit too; an open mesh is a
+//! surface only.
+//!
+//! - [`MeshTree`] is the one to use: a tree of flat pieces of the surface, each bounded by the distance of the body at
+//!   its centre, and an exact test of the body against a triangle.
+//! - [`ParryMesh`] is the plain reference: parry3d's tree and its GJK.
+//! - [`lift_to_free`] seats a body: the least lift along a direction that frees it.
+//!
+//! ```
+//! use facemill_cl_data::{RoundFrustum, Solid};
+//! use facemill_interference::{Interference, MeshTree, Verdict};
+//! use facemill_surface_model::TriMesh;
+//! use nalgebra::{Isometry3, Point3, Vector3};
+//!
+//! let corner = |x, y| Point3::new(x, y, 0.0);
+//! let square = vec![corner(-50.0, -50.0), corner(50.0, -50.0), corner(50.0, 50.0), corner(-50.0, 50.0)];
+//! let tree = MeshTree::new(&TriMesh::new(square, vec![[0, 1, 2], [0, 2, 3]])?);
+//! // A face mill of R 25, r 2: a disc of radius 23 dilated by 2, from 2 mm above its tip.
+//! let mill = Solid::Frustum(RoundFrustum {
+//!     z_low: 2.0, z_high: 48.0, radius_low: 23.0, radius_high: 23.0, rounding: 2.0,
+//! });
+//! let tip_at = |z| Isometry3::from(nalgebra::Translation3::new(0.0, 0.0, z));
+//! assert_eq!(tree.verdict(&mill, &tip_at(0.001), None), Verdict::Free);
+//! assert!(matches!(tree.verdict(&mill, &tip_at(-0.001), None), Verdict::Hit(_)));
+//! # Ok::<(), facemill_surface_model::MeshError>(())
+//! ```
+//!
+//! Verdicts are exact but for a band of 1e-9 mm in the rounding (for coordinates up to some metres); within it, as
+//! where a number is not finite, the answer is a hit, so that free always means proven. The crate must not know
+//! machines, search or stock.
+
+mod body;
+mod bound;
+mod closed;
+mod edge;
+mod facet;
+#[cfg(test)]
+mod laws;
+mod lift;
+mod mesh_tree;
+mod parry_mesh;
+mod query;
+#[cfg(test)]
+mod test_kit;
+mod tree_build;
+
+pub use lift::lift_to_free;
+pub use mesh_tree::MeshTree;
+pub use parry_mesh::ParryMesh;
+pub use query::{Interference, Separation, Verdict, Witness};

@@ -1,0 +1,278 @@
+//! Undilated convex bodies placed in the mesh frame: distance with its gradient, and support points.
+
+use facemill_cl_data::{RoundBox, RoundFrustum, Solid};
+use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
+
+/// A closed convex body. Its distance f is convex and 1-Lipschitz, so f(p) + g·(q − p) bounds f(q) from below for every
+/// q.
+pub(crate) trait Body {
+    /// Distance f from `p` (0 inside) and its gradient g there: the unit vector away from the nearest point of the
+    /// body, zero inside.
+    fn distance(&self, p: &Point3<f64>) -> (f64, Vector3<f64>);
+
+    /// A point of the body farthest in the direction `along`, which need not be of unit length.
+    fn support(&self, along: &Vector3<f64>) -> Point3<f64>;
+}
+
+/// A solid's core as the body kind that fits it.
+pub(crate) enum Placed {
+    Cylinder(Cylinder),
+    Frustum(Frustum),
+    Block(Block),
+}
+
+impl Placed {
+    pub(crate) fn new(solid: &Solid, mesh_from_solid: &Isometry3<f64>) -> Self {
+        match solid {
+            Solid::Frustum(f) if f.radius_low == f.radius_high || f.z_high <= f.z_low => {
+                Self::Cylinder(Cylinder::new(f, mesh_from_solid))
+            }
+            Solid::Frustum(f) => Self::Frustum(Frustum::new(f, mesh_from_solid)),
+            Solid::Box(b) => Self::Block(Block::new(b, mesh_from_solid)),
+        }
+    }
+}
+
+/// Solid cylinder, or disc where its height is 0.
+pub(crate) struct Cylinder {
+    /// Centre of the lower end.
+    base: Point3<f64>,
+    axis: Vector3<f64>,
+    radius: f64,
+    height: f64,
+}
+
+impl Cylinder {
+    fn new(f: &RoundFrustum, mesh_from_solid: &Isometry3<f64>) -> Self {
+        Self {
+            base: mesh_from_solid * Point3::new(0.0, 0.0, f.z_low),
+            axis: mesh_from_solid * Vector3::z(),
+            radius: f.radius_low.max(f.radius_high),
+            height: (f.z_high - f.z_low).max(0.0),
+        }
+    }
+}
+
+impl Body for Cylinder {
+    #[inline]
+    fn distance(&self, p: &Point3<f64>) -> (f64, Vector3<f64>) {
+        let from_base = p - self.base;
+        let z = from_base.dot(&self.axis);
+        let beside = from_base - self.axis * z;
+        let radial_sq = beside.norm_squared();
+        let above = if z < 0.0 { z } else { (z - self.height).max(0.0) };
+        if radial_sq <= self.radius * self.radius {
+            return (above.abs(), self.axis * sign(above));
+        }
+        let radial = radial_sq.sqrt();
+        let out = radial - self.radius;
+        let distance = (out * out + above * above).sqrt();
+        if distance > 0.0 {
+            (distance, (beside * (out / radial) + self.axis * above) / distance)
+        } else {
+            (distance, Vector3::zeros())
+        }
+    }
+
+    fn support(&self, along: &Vector3<f64>) -> Point3<f64> {
+        let up = along.dot(&self.axis);
+        let end = if up > 0.0 { self.height } else { 0.0 };
+        self.base + self.axis * end + unit_across(along, &self.axis) * self.radius
+    }
+}
+
+/// Solid frustum with different radii and a positive height.
+pub(crate) struct Frustum {
+    base: Point3<f64>,
+    axis: Vector3<f64>,
+    radius_low: f64,
+    radius_high: f64,
+    height: f64,
+    /// Length of the slanted side, and its unit direction (radial, along the axis).
+    slant: f64,
+    slant_radial: f64,
+    slant_axial: f64,
+}
+
+impl Frustum {
+    fn new(f: &RoundFrustum, mesh_from_solid: &Isometry3<f64>) -> Self {
+        let (widening, height) = (f.radius_high - f.radius_low, f.z_high - f.z_low);
+        let slant = widening.hypot(height);
+        Self {
+            base: mesh_from_solid * Point3::new(0.0, 0.0, f.z_low),
+            axis: mesh_from_solid * Vector3::z(),
+            radius_low: f.radius_low,
+            radius_high: f.radius_high,
+            height,
+            slant,
+            slant_radial: widening / slant,
+            slant_axial: height / slant,
+        }
+    }
+
+    /// Offset (radial, along the axis) of a point of the half plane from its nearest point of the trapezoid.
+    #[inline]
+    fn offset(&self, radial: f64, z: f64) -> (f64, f64) {
+        if z < 0.0 && radial <= self.radius_low {
+            return (0.0, z);
+        }
+        if z > self.height && radial <= self.radius_high {
+            return (0.0, z - self.height);
+        }
+        let (out, up) = (radial - self.radius_low, z);
+        let beyond = out * self.slant_axial - up * self.slant_radial;
+        if beyond <= 0.0 && (0.0..=self.height).contains(&z) {
+            return (0.0, 0.0);
+        }
+        let along = (out * self.slant_radial + up * self.slant_axial).clamp(0.0, self.slant);
+        (out - along * self.slant_radial, up - along * self.slant_axial)
+    }
+}
+
+impl Body for Frustum {
+    #[inline]
+    fn distance(&self, p: &Point3<f64>) -> (f64, Vector3<f64>) {
+        let from_base = p - self.base;
+        let z = from_base.dot(&self.axis);
+        let beside = from_base - self.axis * z;
+        let radial = beside.norm();
+        let (out, up) = self.offset(radial, z);
+        let distance = (out * out + up * up).sqrt();
+        if distance == 0.0 {
+            return (distance, Vector3::zeros());
+        }
+        let outward = if radial > 0.0 { beside * (out / radial) } else { Vector3::zeros() };
+        (distance, (outward + self.axis * up) / distance)
+    }
+
+    fn support(&self, along: &Vector3<f64>) -> Point3<f64> {
+        let up = along.dot(&self.axis);
+        let outward = unit_across(along, &self.axis);
+        let reach = outward.dot(along);
+        if self.radius_low * reach >= self.radius_high * reach + self.height * up {
+            self.base + outward * self.radius_low
+        } else {
+            self.base + self.axis * self.height + outward * self.radius_high
+        }
+    }
+}
+
+/// Solid box.
+pub(crate) struct Block {
+    center: Point3<f64>,
+    /// Columns are the box's axes.
+    axes: Matrix3<f64>,
+    half: Vector3<f64>,
+}
+
+impl Block {
+    fn new(b: &RoundBox, mesh_from_solid: &Isometry3<f64>) -> Self {
+        Self {
+            center: mesh_from_solid * Point3::origin(),
+            axes: mesh_from_solid.rotation.to_rotation_matrix().into_inner(),
+            half: b.half_extents,
+        }
+    }
+}
+
+impl Body for Block {
+    #[inline]
+    fn distance(&self, p: &Point3<f64>) -> (f64, Vector3<f64>) {
+        let local = self.axes.tr_mul(&(p - self.center));
+        let out = local.zip_map(&self.half, |x, h| x - x.clamp(-h.abs(), h.abs()));
+        let distance = out.norm();
+        if distance > 0.0 { (distance, self.axes * out / distance) } else { (distance, Vector3::zeros()) }
+    }
+
+    fn support(&self, along: &Vector3<f64>) -> Point3<f64> {
+        let local = self.axes.tr_mul(along);
+        self.center + self.axes * local.zip_map(&self.half, |x, h| if x < 0.0 { -h } else { h })
+    }
+}
+
+#[inline]
+fn sign(x: f64) -> f64 {
+    if x > 0.0 {
+        1.0
+    } else if x < 0.0 {
+        -1.0
+    } else {
+        0.0
+    }
+}
+
+/// Unit vector of the part of `v` across the unit vector `axis`; zero where there is none.
+fn unit_across(v: &Vector3<f64>, axis: &Vector3<f64>) -> Vector3<f64> {
+    let across = v - axis * v.dot(axis);
+    let norm = across.norm();
+    if norm == 0.0 {
+        return Vector3::zeros();
+    }
+    // Nearly along the axis the difference above is mostly rounding, of which a part lies along the axis: taken out
+    // again, or a large radius would put the point off the body's end.
+    let unit = across / norm;
+    let again = unit - axis * unit.dot(axis);
+    let norm = again.norm();
+    if norm > 0.5 { again / norm } else { Vector3::zeros() }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use crate::test_kit::{Lcg, sample_solids};
+
+    #[test]
+    fn distance_is_that_of_the_solid_and_its_gradient_a_slope() {
+        let mut lcg = Lcg::new(11);
+        for solid in sample_solids() {
+            for _ in 0..400 {
+                let pose = lcg.pose(40.0);
+                let p = pose * lcg.point(60.0);
+                let (f, g) = distance(&Placed::new(&solid, &pose), &p);
+                let expected = solid.core_distance(&pose.inverse_transform_point(&p));
+                assert!((f - expected).abs() < 1e-11, "{solid:?}: {f} for {expected}");
+                assert!(f == 0.0 || (g.norm() - 1.0).abs() < 1e-12);
+                // Convexity: the slope bounds the distance everywhere.
+                let q = pose * lcg.point(60.0);
+                let (there, _) = distance(&Placed::new(&solid, &pose), &q);
+                assert!(there >= f + g.dot(&(q - p)) - 1e-10, "{solid:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn support_point_is_of_the_body_and_none_is_farther() {
+        let mut lcg = Lcg::new(12);
+        for solid in sample_solids() {
+            for _ in 0..100 {
+                let pose = lcg.pose(40.0);
+                let along = lcg.unit();
+                let body = Placed::new(&solid, &pose);
+                let s = support(&body, &along);
+                assert!(distance(&body, &s).0 < 1e-12);
+                for _ in 0..50 {
+                    // The nearest point of the body to any point is p − f·g.
+                    let p = pose * lcg.point(80.0);
+                    let (f, g) = distance(&body, &p);
+                    assert!(along.dot(&(p - g * f - s)) < 1e-11, "{solid:?}");
+                }
+            }
+        }
+    }
+
+    fn distance(body: &Placed, p: &Point3<f64>) -> (f64, Vector3<f64>) {
+        match body {
+            Placed::Cylinder(b) => b.distance(p),
+            Placed::Frustum(b) => b.distance(p),
+            Placed::Block(b) => b.distance(p),
+        }
+    }
+
+    fn support(body: &Placed, along: &Vector3<f64>) -> Point3<f64> {
+        match body {
+            Placed::Cylinder(b) => b.support(along),
+            Placed::Frustum(b) => b.support(along),
+            Placed::Block(b) => b.support(along),
+        }
+    }
+}

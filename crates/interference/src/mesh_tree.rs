@@ -1,0 +1,259 @@
+use facemill_cl_data::Solid;
+use facemill_surface_model::TriMesh;
+use nalgebra::{Isometry3, Point3, Vector3};
+
+use crate::body::{Body, Placed};
+use crate::closed::ClosedParts;
+use crate::edge::{Goal, Sample};
+use crate::facet::nearest_on_triangle;
+use crate::query::{Interference, Separation, Verdict, Witness};
+use crate::tree_build::{Node, Tree};
+
+/// Exact interference against a mesh by a tree of flat slabs.
+///
+/// Each node's slab lies in the plane of its piece of the surface, and one evaluation of the body's (convex) distance
+/// at its centre bounds the distance of the whole piece; at the leaves the least distance over each triangle is found
+/// exactly. Verdicts are exact but for a band of 1e-9 mm in the rounding, distances to 1e-9 mm, for coordinates up to
+/// some metres.
+///
+/// A body whose pose or size is not finite counts as a hit, and as distance 0; against an empty mesh everything is
+/// free.
+#[derive(Clone, Debug)]
+pub struct MeshTree {
+    nodes: Vec<Node>,
+    /// Corners of the triangles in the order of the leaves.
+    corners: Vec<[Point3<f64>; 3]>,
+    /// Index in the mesh of the triangles in the order of the leaves.
+    triangles: Vec<u32>,
+    /// Place in the order of the leaves of the mesh's triangles.
+    place: Vec<u32>,
+    closed: ClosedParts,
+}
+
+/// Distance at which the body counts as touching, mm. A point computed to be on the body is off it by the rounding of
+/// its coordinates (1e-12 mm at 4 m): smaller than that, a body of rounding 0 that a triangle passes through would be
+/// missed; larger, poses that are free would be refused.
+const TOUCH: f64 = 1e-10;
+
+/// Median splits of 2^32 triangles are 32 deep; one node waits per level.
+const STACK: usize = 64;
+
+impl MeshTree {
+    /// The tree of a mesh; some 2 µs and 150 bytes per triangle.
+    pub fn new(mesh: &TriMesh) -> Self {
+        let all: Vec<_> = (0..mesh.triangles().len()).map(|t| mesh.corners(t)).collect();
+        let Tree { nodes, order: triangles } = Tree::build(&all);
+        let corners = triangles.iter().map(|&t| all[t as usize]).collect();
+        let mut place = vec![0; triangles.len()];
+        for (k, &t) in triangles.iter().enumerate() {
+            place[t as usize] = k as u32;
+        }
+        Self { nodes, corners, closed: ClosedParts::new(&all, &triangles), triangles, place }
+    }
+
+    /// Number of the mesh's components that are closed, so that a body can be inside them.
+    pub fn n_closed_components(&self) -> usize {
+        self.closed.len()
+    }
+
+    fn surface_verdict(&self, body: &impl Body, rounding: f64, hint: Option<u32>) -> Verdict {
+        let goal = Goal { enough: rounding + TOUCH, beyond: rounding + TOUCH };
+        let test = |place: usize| {
+            let sample = nearest_on_triangle(body, &self.corners[place], goal)?;
+            Some(Witness { triangle: self.triangles[place], point: sample.point })
+        };
+        if let Some(witness) = self.hinted(hint).and_then(test) {
+            return Verdict::Hit(witness);
+        }
+        let mut stack = Pending::new();
+        stack.push_root(&self.nodes, body);
+        while let Some((_, node)) = stack.pop() {
+            let node = &self.nodes[node as usize];
+            if node.n_triangles == 0 {
+                stack.push_children(&self.nodes, node.first, body, goal.beyond);
+                continue;
+            }
+            let first = node.first as usize;
+            if let Some(witness) = (first..first + node.n_triangles as usize).find_map(test) {
+                return Verdict::Hit(witness);
+            }
+        }
+        Verdict::Free
+    }
+
+    fn surface_distance(&self, body: &impl Body, at_most: f64, hint: Option<u32>) -> Option<Separation> {
+        let mut nearest = Nearest { beyond: at_most, found: None };
+        if let Some(place) = self.hinted(hint) {
+            nearest.look(body, &self.corners, place);
+        }
+        let mut stack = Pending::new();
+        stack.push_root(&self.nodes, body);
+        while let Some((bound, node)) = stack.pop() {
+            if nearest.meets() {
+                break;
+            }
+            // What waited may have been overtaken by a nearer triangle.
+            if bound > nearest.beyond {
+                continue;
+            }
+            let node = &self.nodes[node as usize];
+            if node.n_triangles == 0 {
+                stack.push_children(&self.nodes, node.first, body, nearest.beyond);
+                continue;
+            }
+            let first = node.first as usize;
+            for place in first..first + node.n_triangles as usize {
+                nearest.look(body, &self.corners, place);
+            }
+        }
+        let (sample, place) = nearest.found?;
+        Some(Separation { distance: sample.distance, triangle: self.triangles[place], point: sample.point })
+    }
+
+    /// Place of the hinted triangle.
+    fn hinted(&self, hint: Option<u32>) -> Option<usize> {
+        self.place.get(hint? as usize).map(|&p| p as usize)
+    }
+}
+
+impl Interference for MeshTree {
+    fn verdict(&self, solid: &Solid, mesh_from_solid: &Isometry3<f64>, hint: Option<u32>) -> Verdict {
+        if !is_finite(solid, mesh_from_solid) {
+            return self
+                .first_corner()
+                .map_or(Verdict::Free, |(triangle, point)| Verdict::Hit(Witness { triangle, point }));
+        }
+        let rounding = solid.rounding();
+        let verdict = match Placed::new(solid, mesh_from_solid) {
+            Placed::Cylinder(body) => self.surface_verdict(&body, rounding, hint),
+            Placed::Frustum(body) => self.surface_verdict(&body, rounding, hint),
+            Placed::Block(body) => self.surface_verdict(&body, rounding, hint),
+        };
+        if !verdict.is_free() {
+            return verdict;
+        }
+        // Nothing of the surface is in the body: it is inside as a whole or not at all.
+        self.way_out(solid, mesh_from_solid).map_or(Verdict::Free, Verdict::Hit)
+    }
+
+    fn core_distance(
+        &self,
+        solid: &Solid,
+        mesh_from_solid: &Isometry3<f64>,
+        at_most: f64,
+        hint: Option<u32>,
+    ) -> Option<Separation> {
+        if !is_finite(solid, mesh_from_solid) {
+            return self.first_corner().map(|(triangle, point)| Separation { distance: 0.0, triangle, point });
+        }
+        match Placed::new(solid, mesh_from_solid) {
+            Placed::Cylinder(body) => self.surface_distance(&body, at_most, hint),
+            Placed::Frustum(body) => self.surface_distance(&body, at_most, hint),
+            Placed::Block(body) => self.surface_distance(&body, at_most, hint),
+        }
+    }
+}
+
+impl MeshTree {
+    /// Whether a body that touches nothing of the surface is inside a closed component.
+    #[cfg(test)]
+    pub(crate) fn closed_contains(&self, solid: &Solid, pose: &Isometry3<f64>) -> bool {
+        self.way_out(solid, pose).is_some()
+    }
+
+    /// Where the half line from inside the body leaves a closed component that it starts in.
+    fn way_out(&self, solid: &Solid, mesh_from_solid: &Isometry3<f64>) -> Option<Witness> {
+        if self.closed.is_empty() {
+            return None;
+        }
+        let (origin, along) = (mesh_from_solid * solid.interior_point(), mesh_from_solid * Vector3::z());
+        let (place, point) = self.closed.way_out(&self.nodes, &self.corners, &origin, &along)?;
+        Some(Witness { triangle: self.triangles[place], point })
+    }
+
+    /// A triangle and a point of it to name where nothing can be computed; `None` for an empty mesh.
+    fn first_corner(&self) -> Option<(u32, Point3<f64>)> {
+        Some((*self.triangles.first()?, self.corners.first()?[0]))
+    }
+}
+
+/// Whether every number of the body and its pose is finite.
+pub(crate) fn is_finite(solid: &Solid, pose: &Isometry3<f64>) -> bool {
+    let finite_pose = pose.translation.vector.iter().chain(pose.rotation.coords.iter()).all(|v| v.is_finite());
+    let finite_solid = match solid {
+        Solid::Frustum(f) => [f.z_low, f.z_high, f.radius_low, f.radius_high, f.rounding].iter().all(|v| v.is_finite()),
+        Solid::Box(b) => b.half_extents.iter().all(|v| v.is_finite()) && b.rounding.is_finite(),
+    };
+    finite_pose && finite_solid
+}
+
+/// The nearest sample found so far, and the distance beyond which nothing is of interest.
+struct Nearest {
+    beyond: f64,
+    found: Option<(Sample, usize)>,
+}
+
+impl Nearest {
+    #[inline]
+    fn look(&mut self, body: &impl Body, corners: &[[Point3<f64>; 3]], place: usize) {
+        let goal = Goal { enough: TOUCH, beyond: self.beyond };
+        let Some(mut sample) = nearest_on_triangle(body, &corners[place], goal) else { return };
+        if sample.distance <= TOUCH {
+            sample.distance = 0.0;
+        }
+        let nearer = sample.distance < self.beyond || self.found.is_none() && sample.distance <= self.beyond;
+        if nearer {
+            self.beyond = sample.distance;
+            self.found = Some((sample, place));
+        }
+    }
+
+    fn meets(&self) -> bool {
+        self.found.is_some() && self.beyond <= 0.0
+    }
+}
+
+/// Nodes still to be looked at with their bounds, the nearer of two children on top.
+struct Pending {
+    nodes: [(f64, u32); STACK],
+    n: usize,
+}
+
+impl Pending {
+    fn new() -> Self {
+        Self { nodes: [(0.0, 0); STACK], n: 0 }
+    }
+
+    fn push_root(&mut self, nodes: &[Node], body: &impl Body) {
+        if let Some(root) = nodes.first() {
+            self.push(root.slab.least_distance(body), 0);
+        }
+    }
+
+    #[inline]
+    fn push(&mut self, bound: f64, node: u32) {
+        self.nodes[self.n] = (bound, node);
+        self.n += 1;
+    }
+
+    /// Both children unless proven farther than `beyond`.
+    #[inline]
+    fn push_children(&mut self, nodes: &[Node], first: u32, body: &impl Body, beyond: f64) {
+        let bound = |k: u32| nodes[(first + k) as usize].slab.least_distance(body);
+        let (left, right) = ((bound(0), first), (bound(1), first + 1));
+        let (near, far) = if right.0 < left.0 { (right, left) } else { (left, right) };
+        for (bound, node) in [far, near] {
+            // A bound that is not a number proves nothing.
+            let proven = bound > beyond;
+            if !proven {
+                self.push(bound, node);
+            }
+        }
+    }
+
+    #[inline]
+    fn pop(&mut self) -> Option<(f64, u32)> {
+        self.n = self.n.checked_sub(1)?;
+        Some(self.nodes[self.n])
+    }
+}

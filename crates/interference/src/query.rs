@@ -1,0 +1,69 @@
+use facemill_cl_data::Solid;
+use nalgebra::{Isometry3, Point3};
+
+/// Where a body touches the mesh.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Witness {
+    /// Index of the triangle in the mesh.
+    pub triangle: u32,
+    /// A point of that triangle within the body, mesh frame. Of a body that is wholly inside a closed component it is
+    /// the point where the component's surface is crossed on the way out along the body's z axis.
+    pub point: Point3<f64>,
+}
+
+/// Whether a body touches the mesh.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Verdict {
+    /// It does not, and is not inside: proven.
+    Free,
+    /// It does, or is inside, or could not be proven free because a number is not finite.
+    Hit(Witness),
+}
+
+impl Verdict {
+    /// Whether it is [`Verdict::Free`].
+    pub fn is_free(&self) -> bool {
+        matches!(self, Self::Free)
+    }
+
+    /// The triangle that was hit: the hint for the next pose.
+    pub fn triangle(&self) -> Option<u32> {
+        match self {
+            Self::Free => None,
+            Self::Hit(w) => Some(w.triangle),
+        }
+    }
+}
+
+/// Nearest point of the mesh to an undilated body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Separation {
+    /// Distance from the body's core to the mesh's surface, mm; 0 where they meet.
+    pub distance: f64,
+    /// Index of a nearest triangle in the mesh.
+    pub triangle: u32,
+    /// The point of that triangle, mesh frame.
+    pub point: Point3<f64>,
+}
+
+/// Answers about convex bodies and one mesh. Mesh frame, mm.
+///
+/// `hint` is a triangle of the mesh to look at first, such as that of the last answer. It changes the speed, and which
+/// of several witnesses or nearest points is named, but never the verdict nor (by more than 1e-9 mm) the distance. A
+/// hint that is no triangle is ignored.
+pub trait Interference: Sync {
+    /// Whether the dilated solid touches the mesh's surface or is wholly inside one of its closed components.
+    ///
+    /// Touching counts as a hit: free means that every point of the mesh is farther than the rounding from the core.
+    fn verdict(&self, solid: &Solid, mesh_from_solid: &Isometry3<f64>, hint: Option<u32>) -> Verdict;
+
+    /// Distance from the mesh's surface to the undilated core of the solid, 0 where they meet, searched up to `at_most`
+    /// mm; `None` where it is larger. The surface only: a core inside a closed component has a distance too.
+    fn core_distance(
+        &self,
+        solid: &Solid,
+        mesh_from_solid: &Isometry3<f64>,
+        at_most: f64,
+        hint: Option<u32>,
+    ) -> Option<Separation>;
+}
