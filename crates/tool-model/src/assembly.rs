@@ -127,8 +127,8 @@ impl ToolAssembly {
         self.file.gauge_length_mm
     }
 
-    /// Every non-cutting body of the assembly, dilated by its clearance, in the tool frame: the sections of the cutter body
-    /// from the end of the flute, then those of the holder from its nose.
+    /// Every non-cutting body of the assembly, dilated by its clearance, in the tool frame: the sections of the cutter
+    /// body from the end of the flute, then those of the holder from its nose.
     pub fn collision_bodies(&self) -> Vec<PlacedSolid> {
         let body = placed("cutter body", &self.file.body, self.file.flute_length_mm);
         let holder = placed("holder", &self.file.holder, self.file.stick_out_mm);

@@ -2,11 +2,11 @@ use std::f64::consts::FRAC_1_SQRT_2;
 
 use facemill_cl_data::RoundFrustum;
 
-/// The cutting part of a tool: radius R, corner radius r, cutting height. r = 0 is a flat cutter, r = R a ball, between them
-/// a bull-nose or face mill with round corners. Tool frame: origin at the tip, z toward the spindle, mm.
+/// The cutting part of a tool: radius R, corner radius r, cutting height. r = 0 is a flat cutter, r = R a ball, between
+/// them a bull-nose or face mill with round corners. Tool frame: origin at the tip, z toward the spindle, mm.
 ///
-/// As a solid it is what the turning cutter sweeps: the bottom disc, the quarter torus of the corner, and the cylinder up to
-/// the flute length.
+/// As a solid it is what the turning cutter sweeps: the bottom disc, the quarter torus of the corner, and the cylinder
+/// up to the flute length.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cutter {
     radius: f64,

@@ -1,8 +1,8 @@
 //! The tool: cutter, cutter body and holder as solids of revolution, and how a cutter touches a surface.
 //!
-//! A tool file ([`ToolFile`], format [`FORMAT`]) becomes a checked [`ToolAssembly`]: a [`Cutter`] (radius R, corner radius r)
-//! below a cutter body and a stack of holder frusta. All its lengths are measured from the tool tip, and all its bodies are
-//! in the tool frame: origin at the tip, z toward the spindle, mm.
+//! A tool file ([`ToolFile`], format [`FORMAT`]) becomes a checked [`ToolAssembly`]: a [`Cutter`] (radius R, corner
+//! radius r) below a cutter body and a stack of holder frusta. All its lengths are measured from the tool tip, and all
+//! its bodies are in the tool frame: origin at the tip, z toward the spindle, mm.
 //!
 //! - [`cl_from_cc`] puts the cutter on a CC point (CLOPT (1), (2), torus form, flat limit).
 //! - [`Cutter::test_body`] is the body whose freedom proves that no cutter point is deeper than the tolerance.

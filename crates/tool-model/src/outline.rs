@@ -7,9 +7,9 @@ use crate::{Cutter, contact::canonical};
 
 /// Outline of a tilted cutter seen along the feed: what a straight pass leaves of the stock.
 ///
-/// It lies in the section plane across the feed: y to the left of the feed (N × Et), z along N, origin at the CC point, mm.
-/// The region it bounds is convex: the bottom rim (circle of radius R − r about a point r above the tip) is seen as an
-/// ellipse, the corner offsets it by r, and the flute sweeps it along the tool axis up to the upper rim (radius R).
+/// It lies in the section plane across the feed: y to the left of the feed (N × Et), z along N, origin at the CC point,
+/// mm. The region it bounds is convex: the bottom rim (circle of radius R − r about a point r above the tip) is seen as
+/// an ellipse, the corner offsets it by r, and the flute sweeps it along the tool axis up to the upper rim (radius R).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Outline {
     cutter: Cutter,
@@ -34,10 +34,11 @@ impl Outline {
         Self { cutter: *cutter, tip, axis, axis_along: sin * turn_cos }
     }
 
-    /// The point of the outline whose outward normal is (sin φ, −cos φ): φ = 0 is the lowest point, the contact; −π/2 and
-    /// π/2 are the ends to the right and left. Closed form (support function of the ellipse, offset by r).
+    /// The point of the outline whose outward normal is (sin φ, −cos φ): φ = 0 is the lowest point, the contact; −π/2
+    /// and π/2 are the ends to the right and left. Closed form (support function of the ellipse, offset by r).
     ///
-    /// Where a straight piece has that normal, it is one point of that piece: its middle where the bottom is seen edge on.
+    /// Where a straight piece has that normal, it is one point of that piece: its middle where the bottom is seen edge
+    /// on.
     pub fn point_at(&self, phi: f64) -> Point2<f64> {
         self.point_and_radius(phi).0
     }
@@ -117,8 +118,8 @@ impl Outline {
         Self { tip: Point2::from(into(self.tip - origin)), axis: into(self.axis), ..*self }
     }
 
-    /// The outline seen from the other side, with left and right exchanged: that of a pass cut in the opposite direction,
-    /// in the frame of this one.
+    /// The outline seen from the other side, with left and right exchanged: that of a pass cut in the opposite
+    /// direction, in the frame of this one.
     #[must_use]
     pub fn mirrored(&self) -> Self {
         let (mut tip, mut axis) = (self.tip, self.axis);
@@ -254,7 +255,8 @@ mod tests {
 
     #[test]
     fn curvature_is_that_of_a_sampled_silhouette() {
-        // Independent of the outline: radius of curvature h + h'' of the samples' support function h seen along the feed.
+        // Independent of the outline: radius of curvature h + h'' of the samples' support function h seen along the
+        // feed.
         let cutter = Cutter::new(25.0, 2.0, 20.0).unwrap();
         for (tilt, rotate) in [(0.05, 0.0), (0.1, -0.5), (0.2, -1.2)] {
             let posture = Posture { tilt, rotate };
