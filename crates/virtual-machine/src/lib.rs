@@ -1,1 +1,78 @@
-//! Room to be built: see `docs/architecture.md`.
+//! Runs NC text on a virtual machine tool and reports what it would do (VMT, first form).
+//!
+//! [`verify`] takes a program that was read back from its text, a [`VirtualSetup`] (machine, mounting, work offset, tool,
+//! obstacles) and [`VerifySettings`], and gives a [`Verification`]: [`Finding`]s, the largest gouge, the smallest
+//! clearance, times and lengths.
+//!
+//! ```
+//! use facemill_cl_data::Silent;
+//! use facemill_interference::MeshTree;
+//! use facemill_inverse_kinematics::Machine;
+//! use facemill_nc_program::{Dialect, MappedAxis, WordMap, WorkOffset, read_program};
+//! use facemill_surface_model::TriMesh;
+//! use facemill_tool_model::ToolAssembly;
+//! use facemill_virtual_machine::*;
+//! use nalgebra::{Isometry3, Point3};
+//!
+//! let machine = Machine::head_b_table_c()?;
+//! let axes = machine.axes().iter().map(|a| MappedAxis {
+//!     letter: a.letter.as_str().parse().unwrap(),
+//!     offset: 0.0,
+//!     along_spindle: if a.letter == "Z" { 1.0 } else { 0.0 },
+//! });
+//! let words = WordMap::new(axes.collect(), WorkOffset::default(), 120.0)?;
+//! let tool = ToolAssembly::from_json(br#"{
+//!     "format": "facemill-tool/1", "name": "mill 50", "number": 1, "radius_mm": 25, "corner_radius_mm": 4,
+//!     "n_inserts": 4, "flute_length_mm": 12, "max_ramp_angle_deg": 3, "spindle_rotation": "clockwise",
+//!     "stick_out_mm": 60, "gauge_length_mm": 120,
+//!     "body": { "clearance_mm": 1, "sections": [{ "length_mm": 48, "diameter_low_mm": 44, "diameter_high_mm": 44 }] },
+//!     "holder": { "clearance_mm": 2, "sections": [{ "length_mm": 60, "diameter_low_mm": 80, "diameter_high_mm": 80 }] }
+//! }"#)?;
+//! // The part is a square on the table; the program cuts 0.2 mm too deep on its way.
+//! let corner = |x, y| Point3::new(x, y, 0.0);
+//! let square = vec![corner(-90.0, -90.0), corner(90.0, -90.0), corner(90.0, 90.0), corner(-90.0, 90.0)];
+//! let mesh = MeshTree::new(&TriMesh::new(square, vec![[0, 1, 2], [0, 2, 3]])?);
+//! let text = "G21 G90 G94\nG0 G43 X-200. Y0. Z50. B0. C0. H1\nG0 Z0.1\nG1 X0. F1000.\nG1 X100. Z-0.2\nG0 Z100.\n";
+//! let program = read_program(text, Dialect::Fanuc)?;
+//!
+//! let part = VirtualObstacle { name: "plate".into(), mesh: &mesh, kind: ObstacleKind::Part, allowance: 0.0, stock: 0.0 };
+//! let setup = VirtualSetup {
+//!     machine: &machine,
+//!     table_from_work: Isometry3::identity(),
+//!     words: &words,
+//!     table_from_rtcp_words: Isometry3::identity(),
+//!     tool: &tool,
+//!     obstacles: vec![part],
+//! };
+//! let v = verify(&program, &setup, &VerifySettings::default(), &Silent)?;
+//! let gouge = v.findings.iter().find(|f| f.kind == FindingKind::Gouge).expect("the cut is too deep");
+//! assert_eq!(gouge.worst_line, 5);
+//! assert!(matches!(gouge.measure, Some(Measure::DepthMm(depth)) if (depth - 0.2).abs() < 0.01));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! What it measures with is the distance between solids and mesh, not the test the search decided by; what it measures is
+//! the text. A position is tested exactly; between two positions, which are at most a proven distance apart, nothing is
+//! claimed. Stock is a thickness on a mesh or the raw solid: nothing is cut yet.
+//!
+//! It must not know how the path was planned.
+
+mod chunk_result;
+mod cutter_depth;
+mod episodes;
+mod finding;
+mod moves;
+mod ramp;
+mod report;
+mod rtcp;
+mod scene;
+mod setup;
+mod stepping;
+mod timing;
+mod track;
+mod verify;
+mod walker;
+
+pub use finding::{AxisReading, ClearancePlace, Finding, FindingKind, GougePlace, Measure, Pose, Verification};
+pub use setup::{ObstacleKind, VerifyError, VerifySettings, VirtualObstacle, VirtualSetup};
+pub use verify::verify;

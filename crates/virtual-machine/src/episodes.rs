@@ -1,0 +1,86 @@
+use std::collections::BTreeMap;
+
+use facemill_cl_data::ClPoint;
+use facemill_inverse_kinematics::AxisValues;
+use nalgebra::Point3;
+
+use crate::{FindingKind, Measure};
+
+/// What makes two contacts the same thing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct Key {
+    pub(crate) kind: FindingKind,
+    pub(crate) body: Option<usize>,
+    pub(crate) obstacle: Option<usize>,
+    pub(crate) axis: Option<usize>,
+}
+
+/// One fault at one position.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Contact {
+    pub(crate) key: Key,
+    pub(crate) measure: Option<Measure>,
+    /// Workpiece frame.
+    pub(crate) place: Option<Point3<f64>>,
+    pub(crate) axes: AxisValues,
+    /// Workpiece frame.
+    pub(crate) cl: ClPoint,
+}
+
+/// The same thing on moves that follow each other.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Episode {
+    pub(crate) first_move: usize,
+    pub(crate) last_move: usize,
+    pub(crate) worst_move: usize,
+    pub(crate) worst: Contact,
+}
+
+/// Episodes in the order in which they began.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Episodes {
+    pub(crate) all: Vec<Episode>,
+    /// The last one of each key.
+    latest: BTreeMap<Key, usize>,
+}
+
+impl Key {
+    pub(crate) fn of_body(kind: FindingKind, body: usize, obstacle: usize) -> Self {
+        Self { kind, body: Some(body), obstacle: Some(obstacle), axis: None }
+    }
+
+    pub(crate) fn of_cutter(kind: FindingKind, obstacle: usize) -> Self {
+        Self { kind, body: None, obstacle: Some(obstacle), axis: None }
+    }
+
+    pub(crate) fn of_axis(kind: FindingKind, axis: Option<usize>) -> Self {
+        Self { kind, body: None, obstacle: None, axis }
+    }
+}
+
+impl Episodes {
+    /// Adds what happens on a move. Moves come in order.
+    pub(crate) fn record(&mut self, move_index: usize, contact: Contact) {
+        let (first_move, last_move, worst_move) = (move_index, move_index, move_index);
+        self.add(Episode { first_move, last_move, worst_move, worst: contact });
+    }
+
+    /// Adds an episode of the following moves, as part of the one it continues where there is one.
+    pub(crate) fn add(&mut self, episode: Episode) {
+        let key = episode.worst.key;
+        let open = self.latest.get(&key).map(|&k| &mut self.all[k]);
+        if let Some(open) = open.filter(|e| episode.first_move <= e.last_move + 1) {
+            open.last_move = open.last_move.max(episode.last_move);
+            let worse = match (&episode.worst.measure, &open.worst.measure) {
+                (Some(new), Some(old)) => new.is_worse_than(old),
+                _ => false,
+            };
+            if worse {
+                (open.worst, open.worst_move) = (episode.worst, episode.worst_move);
+            }
+            return;
+        }
+        self.latest.insert(key, self.all.len());
+        self.all.push(episode);
+    }
+}

@@ -1,0 +1,259 @@
+use std::fmt;
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+/// What running a program showed.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct Verification {
+    /// One for each episode of contact or fault, sorted by first line, then kind.
+    pub findings: Vec<Finding>,
+    /// Deepest place of the cutter below the allowance of a part, check surface or fixture in a cutting move, also where
+    /// it is within the limit; `None` where it was nowhere below.
+    pub largest_gouge: Option<GougePlace>,
+    /// Nearest that a non-cutting body came to a part, check surface or fixture, over all tested positions.
+    pub smallest_clearance: Option<ClearancePlace>,
+    /// Number of tested positions.
+    pub n_positions: usize,
+    /// Number of blocks with a motion.
+    pub n_blocks: usize,
+    /// Time in cutting moves at the programmed feeds, s.
+    pub cutting_time_s: f64,
+    /// Time in rapids at the axes' largest velocities, s.
+    pub rapid_time_s: f64,
+    /// Way of the tip relative to the workpiece in cutting moves, mm.
+    pub cutting_length_mm: f64,
+}
+
+impl Verification {
+    /// The findings that make the program unfit: all but near misses.
+    pub fn faults(&self) -> impl Iterator<Item = &Finding> {
+        self.findings.iter().filter(|f| f.kind.is_fault())
+    }
+}
+
+/// Where the cutter was deepest.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct GougePlace {
+    /// Depth below the obstacle's allowance, mm.
+    pub depth_mm: f64,
+    /// The obstacle.
+    pub obstacle: String,
+    /// Line of the program, from 1.
+    pub line: u32,
+    /// A point of the obstacle in the cutter, workpiece frame, mm.
+    pub place_work_mm: [f64; 3],
+}
+
+/// Where a non-cutting body was nearest.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct ClearancePlace {
+    /// Distance of the body as it is, without the clearance it is to keep, from the obstacle's mesh without stock, mm; 0
+    /// where they touch or overlap.
+    pub distance_mm: f64,
+    /// The body.
+    pub body: String,
+    /// The obstacle.
+    pub obstacle: String,
+    /// Line of the program, from 1.
+    pub line: u32,
+    /// Nearest point of the obstacle, workpiece frame, mm.
+    pub place_work_mm: [f64; 3],
+}
+
+/// One episode: the same thing on blocks that follow each other, told by its worst position.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct Finding {
+    /// What happens.
+    pub kind: FindingKind,
+    /// First line of the program it happens on, from 1.
+    pub first_line: u32,
+    /// Last line.
+    pub last_line: u32,
+    /// Line it is worst on.
+    pub worst_line: u32,
+    /// Number (N) of that block.
+    pub block_number: Option<u32>,
+    /// Text of that block.
+    pub block_text: String,
+    /// The body of the tool or machine.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub body: Option<String>,
+    /// What it meets.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub obstacle: Option<String>,
+    /// The axis.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub axis: Option<String>,
+    /// How bad it is at its worst.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub measure: Option<Measure>,
+    /// Contact point, workpiece frame, mm.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub place_work_mm: Option<[f64; 3]>,
+    /// Where tool and axes are.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pose: Option<Pose>,
+    /// What else there is to say.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub note: String,
+}
+
+/// Position of the machine.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct Pose {
+    /// Tool tip, workpiece frame, mm.
+    pub tip_work_mm: [f64; 3],
+    /// Tool axis, workpiece frame.
+    pub axis_work: [f64; 3],
+    /// What the scales show.
+    pub axis_values: Vec<AxisReading>,
+}
+
+/// Value of one axis.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct AxisReading {
+    /// Its address.
+    pub axis: String,
+    /// mm, or deg for a rotary axis.
+    pub value: f64,
+}
+
+/// Kinds of findings.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum FindingKind {
+    /// The cutter below an obstacle's allowance in a cutting move.
+    Gouge,
+    /// A body of the machine's head within its clearance of an obstacle or the stock on it.
+    Collision,
+    /// A non-cutting body of the tool assembly within its clearance of an obstacle or the stock on it.
+    HolderCollision,
+    /// The cutter in an obstacle, or in the stock on it, in a rapid.
+    RapidCollision,
+    /// A non-cutting body near its clearance, inside or outside.
+    NearMiss,
+    /// An axis beyond its limits.
+    AxisLimit,
+    /// The programmed feed needs an axis to be faster than it can be.
+    AxisSpike,
+    /// The axes cannot follow the programmed motion.
+    ReachFailure,
+    /// The cutter goes down into stock more steeply than it may.
+    RampTooSteep,
+    /// A cutting move without a feed.
+    NoFeed,
+    /// The program does not say where an axis is, so the motion was not tested.
+    UnknownPosition,
+    /// The program says that it was computed for a tool of another length.
+    OtherToolLength,
+    /// A block whose effect on the axes is not known, or that is not simulated.
+    UnknownBlock,
+}
+
+/// Size of a fault, or of what is left.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Measure {
+    /// Depth of the cutter below allowance or stock, mm.
+    DepthMm(f64),
+    /// Distance of the body as it is from the obstacle's mesh, mm; 0 where they overlap.
+    DistanceMm(f64),
+    /// Way of a linear axis beyond its limit.
+    ExcessMm(f64),
+    /// Way of a rotary axis beyond its limit.
+    ExcessDeg(f64),
+    /// Angle of descent below the bottom plane.
+    AngleDeg(f64),
+    /// Needed velocity over the largest possible.
+    VelocityRatio(f64),
+}
+
+impl FindingKind {
+    /// Whether it makes the program unfit.
+    #[must_use]
+    pub fn is_fault(self) -> bool {
+        self != Self::NearMiss
+    }
+}
+
+impl Measure {
+    /// The number, in its unit.
+    #[must_use]
+    pub fn value(&self) -> f64 {
+        match *self {
+            Self::DepthMm(v)
+            | Self::DistanceMm(v)
+            | Self::ExcessMm(v)
+            | Self::ExcessDeg(v)
+            | Self::AngleDeg(v)
+            | Self::VelocityRatio(v) => v,
+        }
+    }
+
+    /// Whether this is worse than `other` of the same kind: less distance, or more of anything else.
+    pub(crate) fn is_worse_than(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::DistanceMm(a), Self::DistanceMm(b)) => a < b,
+            _ => self.value() > other.value(),
+        }
+    }
+}
+
+impl fmt::Display for Measure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::DepthMm(v) => write!(f, "{v:.3} mm deep"),
+            Self::DistanceMm(v) => write!(f, "{v:.3} mm away"),
+            Self::ExcessMm(v) => write!(f, "{v:.3} mm beyond its limit"),
+            Self::ExcessDeg(v) => write!(f, "{v:.3} deg beyond its limit"),
+            Self::AngleDeg(v) => write!(f, "{v:.2} deg"),
+            Self::VelocityRatio(v) => write!(f, "{v:.2} times its largest velocity"),
+        }
+    }
+}
+
+impl fmt::Display for Finding {
+    /// One sentence with line, kind, bodies and size.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "line {}", self.worst_line)?;
+        if self.first_line != self.last_line {
+            write!(f, " (from {} to {})", self.first_line, self.last_line)?;
+        }
+        write!(f, ": {}", self.kind)?;
+        for part in [&self.body, &self.axis].into_iter().flatten() {
+            write!(f, ", {part}")?;
+        }
+        if let Some(obstacle) = &self.obstacle {
+            write!(f, " at {obstacle}")?;
+        }
+        if let Some(measure) = &self.measure {
+            write!(f, ", {measure}")?;
+        }
+        if !self.note.is_empty() {
+            write!(f, ", {}", self.note)?;
+        }
+        write!(f, ": `{}`", self.block_text)
+    }
+}
+
+impl fmt::Display for FindingKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Gouge => "gouge",
+            Self::Collision => "collision of the machine",
+            Self::HolderCollision => "collision of the tool assembly",
+            Self::RapidCollision => "cutter collides in rapid",
+            Self::NearMiss => "near miss",
+            Self::AxisLimit => "axis beyond its limits",
+            Self::AxisSpike => "axis cannot follow the feed",
+            Self::ReachFailure => "axes cannot follow the motion",
+            Self::RampTooSteep => "ramp too steep",
+            Self::NoFeed => "cutting move without feed",
+            Self::UnknownPosition => "position not known",
+            Self::OtherToolLength => "made for another tool length",
+            Self::UnknownBlock => "block not simulated",
+        })
+    }
+}

@@ -1,0 +1,271 @@
+//! From the text that was read to motions of the axes.
+use facemill_cl_data::{CuttingLaw, MotionLaw};
+use facemill_inverse_kinematics::{AxisValues, BlockLaw};
+use facemill_nc_program::{
+    AxisAt, AxisKind, AxisLetter, AxisWords, Compensation, Feed, MacroKind, MotionKind, ReadBlock, ReadCommand,
+    ReadMotion, ReadProgram,
+};
+
+use crate::{FindingKind, VirtualSetup, rtcp};
+
+/// One motion of the axes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Move {
+    /// Index of its block in the program.
+    pub(crate) block: usize,
+    pub(crate) law: BlockLaw,
+    pub(crate) start: AxisValues,
+    pub(crate) end: AxisValues,
+    /// `None` for rapids and where the program gives none.
+    pub(crate) feed: Option<Feed>,
+}
+
+impl Move {
+    pub(crate) fn is_rapid(&self) -> bool {
+        matches!(self.law, BlockLaw::Rapid(_))
+    }
+}
+
+/// Something wrong that shows in the text alone.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct TextFault {
+    pub(crate) kind: FindingKind,
+    pub(crate) block: usize,
+    pub(crate) axis: Option<AxisLetter>,
+    pub(crate) note: String,
+}
+
+/// Motions and faults of a program, in its order.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Moves {
+    pub(crate) moves: Vec<Move>,
+    pub(crate) faults: Vec<TextFault>,
+}
+
+/// Resolves every block. At the start all axes are at home.
+pub(crate) fn resolve(program: &ReadProgram, setup: &VirtualSetup<'_>) -> Moves {
+    let mut state = State::new(setup);
+    state.tool_lengths(program);
+    for (index, block) in program.blocks.iter().enumerate() {
+        state.block(index, block);
+    }
+    state.out
+}
+
+/// Difference of tool lengths that is no finding, mm: what the check in the program's text allows, too.
+const SAME_LENGTH: f64 = 0.01;
+
+struct State<'a> {
+    setup: &'a VirtualSetup<'a>,
+    /// Machine value that is word 0 with length compensation, per axis.
+    compensated_zero: Vec<f64>,
+    law: MotionLaw,
+    /// Where the axes are; entries of unknown ones have no meaning.
+    axes: AxisValues,
+    is_known: Vec<bool>,
+    out: Moves,
+}
+
+/// Why a motion has no end.
+enum NoEnd {
+    Unknown(AxisLetter),
+    Stranger(AxisLetter),
+    OtherOffset,
+    MixedRtcp(AxisLetter),
+    Dependent,
+}
+
+impl<'a> State<'a> {
+    fn new(setup: &'a VirtualSetup<'a>) -> Self {
+        let zeros = AxisWords::from_words(setup.words.axes().iter().map(|a| (a.letter, 0.0))).unwrap_or_default();
+        Self {
+            setup,
+            // Words of all axes and of no others are always joint values; the setup has been checked.
+            compensated_zero: setup.words.joints(&zeros).unwrap_or_default(),
+            law: setup.machine.motion_law(),
+            axes: setup.machine.home(),
+            is_known: vec![true; setup.machine.axes().len()],
+            out: Moves::default(),
+        }
+    }
+
+    /// Compares the lengths that comments of the program name with that of the tool.
+    fn tool_lengths(&mut self, program: &ReadProgram) {
+        let length = self.setup.tool.gauge_length();
+        for note in program.tool_lengths.iter().filter(|n| (n.length - length).abs() > SAME_LENGTH) {
+            let index = program.blocks.partition_point(|b| b.line < note.line);
+            if index < program.blocks.len() {
+                let text = format!("{} mm in the program, {length} mm in the setup", note.length);
+                self.fault(FindingKind::OtherToolLength, index, None, text);
+            }
+        }
+    }
+
+    fn block(&mut self, index: usize, block: &ReadBlock) {
+        for command in &block.commands {
+            if let Some(note) = self.unresolved(command) {
+                self.fault(FindingKind::UnknownBlock, index, None, note);
+            }
+        }
+        let Some(motion) = &block.motion else { return };
+        let unsimulated = match motion.kind {
+            MotionKind::Arc { .. } => Some("arcs are not simulated"),
+            MotionKind::Cycle { .. } => Some("cycles are not simulated"),
+            _ => None,
+        };
+        if let Some(note) = unsimulated {
+            self.fault(FindingKind::UnknownBlock, index, None, note.into());
+        }
+        if let Some(via) = &motion.via {
+            let end = self.words_end(motion, |letter| via.get(letter).map(AxisAt::Word));
+            self.go(index, motion, end, unsimulated.is_none());
+        }
+        let end = match motion.compensation {
+            Compensation::Rtcp(_) if motion.kind != MotionKind::ReferenceReturn => self.rtcp_end(motion),
+            _ => self.words_end(motion, |letter| motion.position.get(letter)),
+        };
+        self.go(index, motion, end, unsimulated.is_none());
+    }
+
+    /// What a command does that is not followed here; forgets the axes it may move.
+    fn unresolved(&mut self, command: &ReadCommand) -> Option<String> {
+        match command {
+            ReadCommand::Macro { kind: MacroKind::Call | MacroKind::VariableWords, .. } => {
+                self.is_known.fill(false);
+                Some("may move any axis; words are read on from here as if it did not change offsets".into())
+            }
+            ReadCommand::Macro { kind: MacroKind::Setting, .. } => {
+                Some("may change offsets, which are taken from the setup alone".into())
+            }
+            ReadCommand::Tool(n) if *n != self.setup.tool.number() => {
+                Some(format!("calls another tool than T{}", self.setup.tool.number()))
+            }
+            _ => None,
+        }
+    }
+
+    /// Axis values at the end of a motion whose linear words are the axes' own.
+    fn words_end(&self, motion: &ReadMotion, at: impl Fn(AxisLetter) -> Option<AxisAt>) -> Result<AxisValues, NoEnd> {
+        self.check_frame(motion)?;
+        let zero = |k: usize| match motion.compensation {
+            Compensation::Off => self.setup.words.axes()[k].offset,
+            Compensation::Length(_) | Compensation::Rtcp(_) => self.compensated_zero[k],
+        };
+        let mut end = self.axes;
+        for (k, axis) in self.setup.words.axes().iter().enumerate() {
+            match at(axis.letter) {
+                Some(AxisAt::Word(word)) => end[k] = zero(k) + joint_unit(axis.letter, word),
+                Some(AxisAt::Machine(value)) => end[k] = joint_unit(axis.letter, value),
+                Some(AxisAt::Reference(1)) => end[k] = self.setup.machine.axes()[k].home,
+                Some(AxisAt::Reference(_)) => return Err(NoEnd::Unknown(axis.letter)),
+                // Not named: it stays where it is.
+                None if self.is_known[k] => {}
+                None => return Err(NoEnd::Unknown(axis.letter)),
+            }
+        }
+        Ok(end)
+    }
+
+    /// Axis values at the end of a motion whose linear words are the tip's.
+    fn rtcp_end(&self, motion: &ReadMotion) -> Result<AxisValues, NoEnd> {
+        self.check_frame(motion)?;
+        let (machine, length) = (self.setup.machine, self.setup.tool.gauge_length());
+        let words_from_table = self.setup.table_from_rtcp_words.inverse();
+        let all_known = self.is_known.iter().all(|&known| known);
+        let mut tip = words_from_table * machine.cl_point(&self.axes, length).tip;
+        let mut rotaries = self.axes;
+        for (k, axis) in self.setup.words.axes().iter().enumerate() {
+            let coordinate = "XYZ".find(axis.letter.letter()).filter(|_| axis.letter.number() == 0);
+            match (motion.position.get(axis.letter), coordinate) {
+                (Some(AxisAt::Word(word)), Some(coordinate)) => tip[coordinate] = word,
+                // A coordinate of the tip stays only where the tip is known, a rotary axis where it is.
+                (None, Some(_)) if all_known => {}
+                (None, None) if self.is_known[k] => {}
+                (Some(AxisAt::Word(word)), None) => {
+                    rotaries[k] = axis.offset + joint_unit(axis.letter, word);
+                }
+                (None, _) => return Err(NoEnd::Unknown(axis.letter)),
+                (Some(_), _) => return Err(NoEnd::MixedRtcp(axis.letter)),
+            }
+        }
+        let tip = self.setup.table_from_rtcp_words * tip;
+        rtcp::with_tip_at(machine, &rotaries, &tip, length).ok_or(NoEnd::Dependent)
+    }
+
+    fn check_frame(&self, motion: &ReadMotion) -> Result<(), NoEnd> {
+        let words = self.setup.words;
+        for (letter, at) in motion.position.iter() {
+            if words.axes().iter().all(|a| a.letter != letter) {
+                return Err(NoEnd::Stranger(letter));
+            }
+            if matches!(at, AxisAt::Word(_)) && motion.work_offset != words.work_offset() {
+                return Err(NoEnd::OtherOffset);
+            }
+        }
+        Ok(())
+    }
+
+    fn go(&mut self, index: usize, motion: &ReadMotion, end: Result<AxisValues, NoEnd>, is_simulated: bool) {
+        let end = match end {
+            Ok(end) => end,
+            Err(why) => return self.lost(index, motion, &why),
+        };
+        let was_known = self.is_known.iter().all(|&known| known);
+        let start = std::mem::replace(&mut self.axes, end);
+        self.is_known.fill(true);
+        if !was_known {
+            let note = "starts where the program does not say".to_owned();
+            self.fault(FindingKind::UnknownPosition, index, None, note);
+        } else if is_simulated && start != end {
+            let law = self.law(motion);
+            self.out.moves.push(Move { block: index, law, start, end, feed: motion.feed });
+        }
+    }
+
+    /// A motion with an unknown end: the axes that it names are lost.
+    fn lost(&mut self, index: usize, motion: &ReadMotion, why: &NoEnd) {
+        let (kind, axis, note) = match why {
+            NoEnd::Unknown(a) => {
+                (FindingKind::UnknownPosition, Some(*a), "the program does not say where the axis is".to_owned())
+            }
+            NoEnd::Stranger(a) => (FindingKind::UnknownBlock, Some(*a), "the machine has no such axis".to_owned()),
+            NoEnd::OtherOffset => {
+                let (found, expected) = (motion.work_offset, self.setup.words.work_offset());
+                (FindingKind::UnknownPosition, None, format!("refers to {found}, the setup knows {expected}"))
+            }
+            NoEnd::MixedRtcp(a) => {
+                let note = "stands at a machine position while words are the tip's".to_owned();
+                (FindingKind::UnknownPosition, Some(*a), note)
+            }
+            NoEnd::Dependent => {
+                let note = "the linear axes cannot bring the tip there".to_owned();
+                (FindingKind::ReachFailure, None, note)
+            }
+        };
+        self.fault(kind, index, axis, note);
+        for (k, axis) in self.setup.words.axes().iter().enumerate() {
+            // Every word is taken as lost, because a word that stays may be of another frame.
+            self.is_known[k] &= motion.position.get(axis.letter).is_none();
+        }
+    }
+
+    /// Without RTCP all axes go together, whatever the machine's law under RTCP is; with it the tip goes straight.
+    fn law(&self, motion: &ReadMotion) -> BlockLaw {
+        if motion.kind.is_rapid() {
+            return BlockLaw::Rapid(self.law.rapid);
+        }
+        BlockLaw::Cutting(match (motion.compensation, self.law.cutting) {
+            (Compensation::Off | Compensation::Length(_), _) => CuttingLaw::AxesLinear,
+            (Compensation::Rtcp(_), CuttingLaw::AxesLinear) => CuttingLaw::TipAndRotariesLinear,
+            (Compensation::Rtcp(_), law) => law,
+        })
+    }
+
+    fn fault(&mut self, kind: FindingKind, block: usize, axis: Option<AxisLetter>, note: String) {
+        self.out.faults.push(TextFault { kind, block, axis, note });
+    }
+}
+
+fn joint_unit(letter: AxisLetter, word: f64) -> f64 {
+    if letter.kind() == AxisKind::Rotary { word.to_radians() } else { word }
+}

@@ -1,0 +1,138 @@
+use facemill_inverse_kinematics::AxisValues;
+use facemill_nc_program::{ReadBlock, ReadProgram};
+
+use crate::{
+    AxisReading, ClearancePlace, Finding, FindingKind, GougePlace, Pose, Verification,
+    chunk_result::{ChunkResult, Clearance, Gouge, nearest},
+    episodes::{Contact, Episode, Episodes},
+    moves::{Move, TextFault},
+    scene::Scene,
+};
+
+/// What the numbers of a run are told with.
+pub(crate) struct Report<'a> {
+    pub(crate) program: &'a ReadProgram,
+    pub(crate) scene: &'a Scene<'a>,
+    pub(crate) moves: &'a [Move],
+}
+
+impl Report<'_> {
+    /// One report of all chunks, which are in the order of the program.
+    pub(crate) fn assemble(&self, results: Vec<ChunkResult>, faults: &[TextFault]) -> Verification {
+        let mut episodes = Episodes::default();
+        let mut gouge = None::<Gouge>;
+        let clearance = nearest(results.iter().map(|r| r.clearance));
+        let mut v = Verification {
+            findings: Vec::new(),
+            largest_gouge: None,
+            smallest_clearance: None,
+            n_positions: 0,
+            n_blocks: self.program.motions().count(),
+            cutting_time_s: 0.0,
+            rapid_time_s: 0.0,
+            cutting_length_mm: 0.0,
+        };
+        for r in results {
+            r.episodes.all.into_iter().for_each(|e| episodes.add(e));
+            gouge =
+                [gouge, r.gouge].into_iter().flatten().reduce(|a, b| if b.depth.depth > a.depth.depth { b } else { a });
+            v.n_positions += r.n_positions;
+            v.cutting_time_s += r.cutting_time;
+            v.rapid_time_s += r.rapid_time;
+            v.cutting_length_mm += r.cutting_length;
+        }
+        v.largest_gouge = gouge.map(|g| self.gouge_place(&g));
+        v.smallest_clearance = clearance.map(|c| self.clearance_place(&c));
+        v.findings = episodes.all.iter().map(|e| self.finding(e)).chain(self.text_findings(faults)).collect();
+        v.findings.sort_by_key(|f| (f.first_line, f.kind));
+        v
+    }
+
+    fn gouge_place(&self, g: &Gouge) -> GougePlace {
+        GougePlace {
+            depth_mm: g.depth.depth,
+            obstacle: self.obstacle(g.obstacle),
+            line: self.block(g.move_index).line,
+            place_work_mm: g.depth.place.coords.into(),
+        }
+    }
+
+    fn clearance_place(&self, c: &Clearance) -> ClearancePlace {
+        ClearancePlace {
+            distance_mm: c.distance,
+            body: self.scene.bodies[c.body].name.clone(),
+            obstacle: self.obstacle(c.obstacle),
+            line: self.block(c.move_index).line,
+            place_work_mm: c.place.coords.into(),
+        }
+    }
+
+    fn finding(&self, e: &Episode) -> Finding {
+        let Contact { key, measure, place, ref axes, cl } = e.worst;
+        let worst = self.block(e.worst_move);
+        let cutter = matches!(key.kind, FindingKind::Gouge | FindingKind::RapidCollision | FindingKind::RampTooSteep);
+        let body = match key.body {
+            Some(k) => Some(self.scene.bodies[k].name.clone()),
+            None => cutter.then(|| "cutter".to_owned()),
+        };
+        Finding {
+            kind: key.kind,
+            first_line: self.block(e.first_move).line,
+            last_line: self.block(e.last_move).line,
+            worst_line: worst.line,
+            block_number: worst.number,
+            block_text: worst.text.to_string(),
+            body,
+            obstacle: key.obstacle.map(|k| self.obstacle(k)),
+            axis: key.axis.map(|k| self.scene.setup.machine.axes()[k].letter.to_string()),
+            measure,
+            place_work_mm: place.map(|p| p.coords.into()),
+            pose: Some(Pose {
+                tip_work_mm: cl.tip.coords.into(),
+                axis_work: cl.axis.into_inner().into(),
+                axis_values: self.readings(axes),
+            }),
+            note: String::new(),
+        }
+    }
+
+    /// Faults of the text, those alike in blocks that follow each other as one.
+    fn text_findings(&self, faults: &[TextFault]) -> Vec<Finding> {
+        let alike = |a: &TextFault, b: &TextFault| {
+            (a.kind, a.axis, &a.note) == (b.kind, b.axis, &b.note) && b.block <= a.block + 1
+        };
+        faults.chunk_by(alike).filter_map(|run| Some(self.text_finding(run.first()?, run.last()?))).collect()
+    }
+
+    fn text_finding(&self, first: &TextFault, last: &TextFault) -> Finding {
+        let block = &self.program.blocks[first.block];
+        Finding {
+            kind: first.kind,
+            first_line: block.line,
+            last_line: self.program.blocks[last.block].line,
+            worst_line: block.line,
+            block_number: block.number,
+            block_text: block.text.to_string(),
+            body: None,
+            obstacle: None,
+            axis: first.axis.map(|a| a.to_string()),
+            measure: None,
+            place_work_mm: None,
+            pose: None,
+            note: first.note.clone(),
+        }
+    }
+
+    fn readings(&self, q: &AxisValues) -> Vec<AxisReading> {
+        let axes = self.scene.setup.machine.axes().iter().enumerate();
+        axes.map(|(k, a)| AxisReading { axis: a.letter.to_string(), value: a.in_word_unit(q[k]) }).collect()
+    }
+
+    fn obstacle(&self, index: usize) -> String {
+        self.scene.setup.obstacles[index].name.clone()
+    }
+
+    fn block(&self, move_index: usize) -> &ReadBlock {
+        &self.program.blocks[self.moves[move_index].block]
+    }
+}

@@ -1,0 +1,158 @@
+use facemill_cl_data::Cancelled;
+use facemill_interference::Interference;
+use facemill_inverse_kinematics::Machine;
+use facemill_nc_program::WordMap;
+use facemill_tool_model::ToolAssembly;
+use nalgebra::Isometry3;
+
+/// The machine as it stands when the program is started: what turns words into motion, and what is in the way.
+#[derive(Clone)]
+pub struct VirtualSetup<'a> {
+    /// The machine; its motion laws, limits and bodies count.
+    pub machine: &'a Machine,
+    /// Where the workpiece is mounted on the table.
+    pub table_from_work: Isometry3<f64>,
+    /// Work offset and length compensation as set on the control: how words become axis values. Its axes are the
+    /// machine's, in the same order.
+    pub words: &'a WordMap,
+    /// Frame that X, Y and Z words are told in while RTCP is on, fixed to the table. Not used otherwise.
+    pub table_from_rtcp_words: Isometry3<f64>,
+    /// The tool in the spindle.
+    pub tool: &'a ToolAssembly,
+    /// What the tool and the machine's head may meet.
+    pub obstacles: Vec<VirtualObstacle<'a>>,
+}
+
+/// Something in the machine's room, as a mesh in the workpiece frame.
+#[derive(Clone)]
+pub struct VirtualObstacle<'a> {
+    /// What findings call it.
+    pub name: String,
+    /// Its mesh, workpiece frame.
+    pub mesh: &'a dyn Interference,
+    /// What the cutter may do to it.
+    pub kind: ObstacleKind,
+    /// Material that the cutter has to leave on the mesh, mm.
+    pub allowance: f64,
+    /// Thickness of uncut stock on the mesh, mm: the cutter in rapid and every other body keep out of it.
+    pub stock: f64,
+}
+
+/// What an obstacle is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ObstacleKind {
+    /// The part: not to be cut below its allowance.
+    Part,
+    /// A check surface: as the part, with an allowance of its own.
+    Check,
+    /// A clamp or fixture: not to be touched by anything.
+    Fixture,
+    /// The stock before cutting: the cutter may enter it, but only in cutting moves.
+    Stock,
+}
+
+/// How closely the program is looked at, and what is a finding.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VerifySettings {
+    /// Largest way of tip and rim of the cutter, relative to the workpiece, between two tested positions, mm.
+    pub max_step: f64,
+    /// Largest turn of the tool axis, relative to the workpiece, between two tested positions, rad.
+    pub max_turn: f64,
+    /// Depth of the cutter below an obstacle's allowance beyond which it is a finding, mm.
+    pub gouge_limit: f64,
+    /// Part of a body's clearance that a program may use up between planned points before it is a collision, mm: poses are
+    /// planned to touch the clearance, and words are rounded. Up to this much is a near miss. Too small: every pose at
+    /// the border of its clearance is reported; too large: the clearance is not one.
+    pub clearance_slack: f64,
+    /// Distance outside its clearance up to which a body is reported as a near miss, mm.
+    pub near_miss: f64,
+    /// How much steeper than the tool allows a ramp may be, rad.
+    pub ramp_slack: f64,
+    /// Fraction by which an axis may exceed its largest velocity: feeds are written with few digits.
+    pub velocity_slack: f64,
+}
+
+impl Default for VerifySettings {
+    /// Positions at most 0.5 mm and 0.2° apart; gouges beyond 0.02 mm; 0.1 mm of clearance slack, no near misses
+    /// outside the clearance; ramps by 0.1°, velocities by 2 % beyond.
+    fn default() -> Self {
+        Self {
+            max_step: 0.5,
+            max_turn: 0.2_f64.to_radians(),
+            gouge_limit: 0.02,
+            clearance_slack: 0.1,
+            near_miss: 0.0,
+            ramp_slack: 0.1_f64.to_radians(),
+            velocity_slack: 0.02,
+        }
+    }
+}
+
+/// Why a program was not verified.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum VerifyError {
+    /// Stopped by the monitor.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+    /// The word map is not the machine's.
+    #[error("the word map has the axes {words}, the machine {machine}")]
+    OtherAxes {
+        /// Axes of the word map.
+        words: String,
+        /// Axes of the machine.
+        machine: String,
+    },
+    /// A length of an obstacle is out of its range.
+    #[error("{field} of obstacle `{obstacle}` is {value} mm: it must be a finite length of at least 0")]
+    Obstacle {
+        /// Its name.
+        obstacle: String,
+        /// `allowance` or `stock`.
+        field: &'static str,
+        /// As given.
+        value: f64,
+    },
+    /// A setting is out of its range.
+    #[error("{field} is {value}: it must be finite and {needed}")]
+    Setting {
+        /// Its name.
+        field: &'static str,
+        /// As given.
+        value: f64,
+        /// What it has to be.
+        needed: &'static str,
+    },
+}
+
+/// Checks what the types do not: axes, lengths and settings.
+pub(crate) fn check(setup: &VirtualSetup<'_>, settings: &VerifySettings) -> Result<(), VerifyError> {
+    let words: Vec<String> = setup.words.axes().iter().map(|a| a.letter.to_string()).collect();
+    let machine: Vec<String> = setup.machine.axes().iter().map(|a| a.letter.to_string()).collect();
+    if words != machine {
+        return Err(VerifyError::OtherAxes { words: words.join(" "), machine: machine.join(" ") });
+    }
+    for o in &setup.obstacles {
+        for (field, value) in [("allowance", o.allowance), ("stock", o.stock)] {
+            if !(value >= 0.0 && value.is_finite()) {
+                return Err(VerifyError::Obstacle { obstacle: o.name.clone(), field, value });
+            }
+        }
+    }
+    for (field, value) in [("max_step", settings.max_step), ("max_turn", settings.max_turn)] {
+        if !(value > 0.0 && value.is_finite()) {
+            return Err(VerifyError::Setting { field, value, needed: "above 0" });
+        }
+    }
+    for (field, value) in [
+        ("gouge_limit", settings.gouge_limit),
+        ("clearance_slack", settings.clearance_slack),
+        ("near_miss", settings.near_miss),
+        ("ramp_slack", settings.ramp_slack),
+        ("velocity_slack", settings.velocity_slack),
+    ] {
+        if !(value >= 0.0 && value.is_finite()) {
+            return Err(VerifyError::Setting { field, value, needed: "at least 0" });
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,93 @@
+use facemill_cl_data::{Cancelled, Monitor};
+use facemill_nc_program::ReadProgram;
+use rayon::prelude::*;
+
+use crate::{
+    Verification, VerifyError, VerifySettings, VirtualSetup,
+    chunk_result::{ChunkResult, Clearance, nearest},
+    moves::{Move, resolve},
+    report::Report,
+    scene::Scene,
+    setup,
+    walker::Walker,
+};
+
+/// Moves that one thread runs in one go. What is known from position to position is lost between chunks, so small ones
+/// cost queries; the result of large ones comes in few portions. It does not depend on the number of threads.
+const MOVES_PER_CHUNK: usize = 128;
+
+/// Of so many moves the clearance is looked at beforehand. More looks cost more than a smaller first guess saves.
+const MOVES_PER_SAMPLE: usize = 16;
+
+/// Runs a program that was read from NC text and reports what it would do (VMT, first form).
+///
+/// Every axis starts at home. Each block's motion is followed by forward kinematics under the machine's motion law, at
+/// positions at most [`VerifySettings::max_step`] and [`VerifySettings::max_turn`] apart (proven for the tip, the rim and
+/// the tool axis relative to the workpiece; bodies farther from the tip move more). At every position
+/// - the depth of the cutter in each obstacle is measured from the distance between the cutter's core and the mesh: below
+///   the allowance in cutting moves, in the stock in rapids;
+/// - the distance of each non-cutting body of tool and head from each obstacle is compared with its clearance;
+/// - axis limits are checked; over every block the speed of each axis, over every step in stock the ramp angle.
+///
+/// Between the positions nothing is claimed. Stock is only known as a thickness on a mesh, or as it was before cutting.
+/// Bodies of the table and the machine's bed are not tested. Control tolerance is not added: it is part of the error
+/// budget. A ramp is steep when all of the bottom goes down more steeply than the tool may while the cutter is in stock.
+///
+/// `monitor` is told of every block of the program once. The result does not depend on the number of threads.
+///
+/// # Errors
+/// When the setup or a setting makes no sense, or the monitor cancels.
+pub fn verify(
+    program: &ReadProgram,
+    setup: &VirtualSetup<'_>,
+    settings: &VerifySettings,
+    monitor: &dyn Monitor,
+) -> Result<Verification, VerifyError> {
+    setup::check(setup, settings)?;
+    let resolved = resolve(program, setup);
+    let scene = Scene::new(setup, settings);
+    let chunks: Vec<(usize, &[Move])> = resolved.moves.chunks(MOVES_PER_CHUNK).enumerate().collect();
+    let sampled: Result<Vec<ChunkResult>, Cancelled> = chunks
+        .par_iter()
+        .map(|(k, moves)| {
+            monitor.checkpoint()?;
+            Ok(sample_clearance(&scene, k * MOVES_PER_CHUNK, moves))
+        })
+        .collect();
+    let nearest = nearest(sampled?.iter().map(|r| r.clearance));
+    let results: Result<Vec<ChunkResult>, Cancelled> = chunks
+        .par_iter()
+        .with_max_len(1)
+        .map(|(k, moves)| run_chunk(&scene, k * MOVES_PER_CHUNK, moves, nearest, monitor))
+        .collect();
+    let results = results?;
+    let n_with_moves = resolved.moves.chunk_by(|a, b| a.block == b.block).count();
+    monitor.advance(program.blocks.len().saturating_sub(n_with_moves));
+    Ok(Report { program, scene: &scene, moves: &resolved.moves }.assemble(results, &resolved.faults))
+}
+
+fn run_chunk(
+    scene: &Scene<'_>,
+    first: usize,
+    moves: &[Move],
+    nearest: Option<Clearance>,
+    monitor: &dyn Monitor,
+) -> Result<ChunkResult, Cancelled> {
+    let mut walker = Walker::new(scene, nearest);
+    for (k, m) in moves.iter().enumerate() {
+        monitor.checkpoint()?;
+        walker.run(first + k, m, monitor)?;
+    }
+    monitor.advance(moves.chunk_by(|a, b| a.block == b.block).count());
+    Ok(walker.result)
+}
+
+/// Nearest body at the ends of a few moves. It is one of the places where the smallest clearance may be, and lets the run
+/// pass over all that is farther away: most of the program.
+fn sample_clearance(scene: &Scene<'_>, first: usize, moves: &[Move]) -> ChunkResult {
+    let mut walker = Walker::new(scene, None);
+    for (k, m) in moves.iter().enumerate().step_by(MOVES_PER_SAMPLE) {
+        walker.look(first + k, m);
+    }
+    walker.result
+}
