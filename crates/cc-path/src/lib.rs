@@ -1,1 +1,68 @@
-//! Room to be built: see `docs/architecture.md`.
+//! CC paths: the points where the cutter is to touch the part, in passes.
+//!
+//! They come from one of two sources:
+//! - a path file, read by [`read_path_file`] and put on the drive surface by [`project`];
+//! - [`lay_passes`]: sections of a [`Region`] of the drive surface by a [`Strategy`], parallel planes or coaxial cylinders.
+//!   A strategy gives every place a *level* (distance along the normal, radius); passes are curves of equal level. The
+//!   caller says how wide a strip may be at a CC point, and levels are chosen so that no neighbours lie farther apart along
+//!   the surface; points are put on them by chord tolerance, largest step and turn of the normal.
+//!
+//! ```
+//! use facemill_cc_path::{LaySettings, ParallelPlanes, PathError, Region, Strategy, UncutSide, lay_passes};
+//! use facemill_cl_data::Silent;
+//! use facemill_surface_model::{Surface, SurfaceSettings, TriMesh};
+//! use nalgebra::{Point3, Vector3};
+//!
+//! // A rectangle of 100 mm × 60 mm, to be cut along x in strips of at most 12 mm.
+//! let corners = [[0.0, 0.0], [100.0, 0.0], [100.0, 60.0], [0.0, 60.0]].map(|[x, y]| Point3::new(x, y, 0.0));
+//! let mesh = TriMesh::new(corners.to_vec(), vec![[0, 1, 2], [0, 2, 3]]).expect("indices are in range");
+//! let surface = Surface::new(mesh, SurfaceSettings::default());
+//! let planes = ParallelPlanes { origin: Point3::origin(), normal: Vector3::y_axis(), from: None, to: None };
+//! let settings = LaySettings { max_step_over: 20.0, uncut: Some(UncutSide::Left), ..LaySettings::default() };
+//!
+//! let strategy = Strategy::ParallelPlanes(planes);
+//! let laid = lay_passes(&surface, &Region::default(), &strategy, &settings, &|_| 12.0, &Silent)?;
+//!
+//! assert_eq!(laid.passes.len(), 6, "five strips");
+//! // From the lowest y up, the stock that still stands on the left: the feed is +x.
+//! assert!(laid.passes.iter().all(|p| p.pass.points[0].feed == Vector3::x_axis()));
+//! # Ok::<(), PathError>(())
+//! ```
+//!
+//! Guaranteed: every point lies on the mesh and on its level to rounding; the result is the same on any number of threads;
+//! no input makes it panic. Estimated: chords, from the turn of the smooth normals inside facets.
+//!
+//! It must not know holders or machines; what it needs to know of the tool comes in as the strip width.
+//!
+//! Inside: `region` chooses triangles, `patch` cuts them at the box and refines them, `widths` asks for strip widths,
+//! `levels` chooses levels, `trace` finds their curves, `resample` puts points on them, `order` puts them in order.
+
+mod error;
+#[cfg(test)]
+mod laws;
+mod lay;
+mod levels;
+mod order;
+mod patch;
+mod path_file;
+mod project;
+mod region;
+mod resample;
+mod settings;
+mod strategy;
+mod strategy_file;
+#[cfg(test)]
+mod test_kit;
+mod trace;
+mod widths;
+
+pub use error::PathError;
+pub use lay::{Laid, LaidPass, lay_passes};
+pub use path_file::{PassFile, PathFile, PathFileError, PathFormat, PathFrame, read_path_file, write_path_file};
+pub use project::{ProjectSettings, project};
+pub use region::{NormalCone, Region};
+pub use settings::{Direction, LaySettings, LevelOrder, Pattern, UncutSide};
+pub use strategy::{CylindricalSections, ParallelPlanes, Strategy};
+pub use strategy_file::{
+    BoxFile, CylindricalSectionsFile, NormalConeFile, ParallelPlanesFile, RegionFile, StrategyFile,
+};

@@ -1,0 +1,234 @@
+use facemill_cl_data::{CcPoint, Pass};
+use facemill_file_format::{FormatError, from_json, to_json};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// A path file, `"format": "facemill-path/1"`: passes of points that somebody else laid, to be
+/// [projected](crate::project) on the drive surface.
+///
+/// ```json
+/// {
+///   "format": "facemill-path/1",
+///   "frame": "work",
+///   "passes": [
+///     { "points_mm": [[0, 0, 5], [10, 0, 5]], "normals": [[0, 0, 1], [0, 0, 1]] }
+///   ]
+/// }
+/// ```
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PathFile {
+    /// Name and version of the format.
+    pub format: PathFormat,
+    /// Frame of all points and normals.
+    pub frame: PathFrame,
+    /// The passes in cutting order.
+    pub passes: Vec<PassFile>,
+}
+
+/// The versions of the path file that can be read.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum PathFormat {
+    /// The first version.
+    #[default]
+    #[serde(rename = "facemill-path/1")]
+    V1,
+}
+
+/// The frame that a path file's coordinates are given in.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum PathFrame {
+    /// The workpiece frame, in which everything is planned.
+    #[default]
+    Work,
+    /// The frame of the drive mesh's file, in mm: the path moves with the part.
+    Mesh,
+}
+
+/// One pass of a path file: points cut without lifting, in cutting order.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PassFile {
+    /// Points on or near the drive surface, mm.
+    pub points_mm: Vec<[f64; 3]>,
+    /// One direction out of the material for each point, of any length above zero. Without it the surface's normals are
+    /// taken.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub normals: Option<Vec<[f64; 3]>>,
+}
+
+/// What is wrong with a path file. Indices are from 0, written as the field's path.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum PathFileError {
+    /// Not the JSON of a path file.
+    #[error(transparent)]
+    Format(#[from] FormatError),
+    /// There is nothing to cut.
+    #[error("passes: there are none; a path needs at least one")]
+    NoPasses,
+    /// A pass needs two points to have a feed direction.
+    #[error("passes[{pass}].points_mm: {n_points} points; a pass needs at least two to have a feed direction")]
+    TooFewPoints {
+        /// Index of the pass.
+        pass: usize,
+        /// How many points it has.
+        n_points: usize,
+    },
+    /// Normals and points do not belong together.
+    #[error("passes[{pass}].normals: {n_normals} normals for {n_points} points; give one for each or none")]
+    NormalCount {
+        /// Index of the pass.
+        pass: usize,
+        /// How many points it has.
+        n_points: usize,
+        /// How many normals it has.
+        n_normals: usize,
+    },
+    /// A normal has no direction.
+    #[error("passes[{pass}].normals[{point}]: length zero, so it has no direction")]
+    ZeroNormal {
+        /// Index of the pass.
+        pass: usize,
+        /// Index of the point in the pass.
+        point: usize,
+    },
+    /// A coordinate cannot be computed with.
+    #[error("passes[{pass}], point {point}: a coordinate of point or normal is larger than 1e9")]
+    TooLarge {
+        /// Index of the pass.
+        pass: usize,
+        /// Index of the point in the pass.
+        point: usize,
+    },
+}
+
+/// Largest coordinate a path may have, mm (a thousand kilometres): what is larger is a fault of the file, and its square
+/// must stay finite.
+const LARGEST_COORDINATE: f64 = 1e9;
+
+/// Reads a path file.
+///
+/// # Errors
+/// When the bytes are not a path file, or a pass has fewer than two points, not one normal for each point, a normal of
+/// length zero or a coordinate beyond 1e9. The error names the field.
+pub fn read_path_file(bytes: &[u8]) -> Result<PathFile, PathFileError> {
+    let file: PathFile = from_json(bytes)?;
+    file.check()?;
+    Ok(file)
+}
+
+/// Writes a path file; the same path always gives the same bytes, and [`read_path_file`] gives the same path back.
+pub fn write_path_file(file: &PathFile) -> String {
+    to_json(file)
+}
+
+impl PathFile {
+    /// The path file of laid passes, with their normals, in the workpiece frame.
+    pub fn from_passes<'a>(passes: impl IntoIterator<Item = &'a Pass<CcPoint>>) -> Self {
+        let pass_file = |pass: &Pass<CcPoint>| PassFile {
+            points_mm: pass.points.iter().map(|cc| cc.position.coords.into()).collect(),
+            normals: Some(pass.points.iter().map(|cc| cc.normal.into_inner().into()).collect()),
+        };
+        Self { format: PathFormat::V1, frame: PathFrame::Work, passes: passes.into_iter().map(pass_file).collect() }
+    }
+
+    /// What [`read_path_file`] checks beyond the form of the JSON, for paths made in memory.
+    ///
+    /// # Errors
+    /// As [`read_path_file`].
+    pub fn check(&self) -> Result<(), PathFileError> {
+        if self.passes.is_empty() {
+            return Err(PathFileError::NoPasses);
+        }
+        self.passes.iter().enumerate().try_for_each(|(pass, p)| p.check(pass))
+    }
+}
+
+impl PassFile {
+    fn check(&self, pass: usize) -> Result<(), PathFileError> {
+        let n_points = self.points_mm.len();
+        if n_points < 2 {
+            return Err(PathFileError::TooFewPoints { pass, n_points });
+        }
+        if let Some(point) = self.points_mm.iter().position(is_too_large) {
+            return Err(PathFileError::TooLarge { pass, point });
+        }
+        let Some(normals) = &self.normals else { return Ok(()) };
+        if normals.len() != n_points {
+            return Err(PathFileError::NormalCount { pass, n_points, n_normals: normals.len() });
+        }
+        if let Some(point) = normals.iter().position(is_too_large) {
+            return Err(PathFileError::TooLarge { pass, point });
+        }
+        match normals.iter().position(|n| *n == [0.0; 3]) {
+            Some(point) => Err(PathFileError::ZeroNormal { pass, point }),
+            None => Ok(()),
+        }
+    }
+}
+
+/// NaN counts as too large: paths made in memory may hold it.
+fn is_too_large(v: &[f64; 3]) -> bool {
+    !v.iter().all(|c| c.abs() <= LARGEST_COORDINATE)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn error_of(passes: &str) -> PathFileError {
+        let text = format!(r#"{{"format": "facemill-path/1", "frame": "work", "passes": {passes}}}"#);
+        read_path_file(text.as_bytes()).unwrap_err()
+    }
+
+    #[test]
+    fn a_path_written_is_the_path_read() {
+        let file = PathFile {
+            format: PathFormat::V1,
+            frame: PathFrame::Mesh,
+            passes: vec![
+                PassFile { points_mm: vec![[0.1, 1.0 / 3.0, -2e-17], [1.0, 2.0, 3.0]], normals: None },
+                PassFile {
+                    points_mm: vec![[0.0; 3], [1.0, 0.0, 0.0]],
+                    normals: Some(vec![[0.0, 0.0, 1.0], [0.0, 0.6, 0.8]]),
+                },
+            ],
+        };
+        assert_eq!(read_path_file(write_path_file(&file).as_bytes()), Ok(file));
+    }
+
+    #[test]
+    fn faults_of_a_file_are_named_by_field() {
+        assert_eq!(error_of("[]"), PathFileError::NoPasses);
+        let text = error_of(r#"[{"points_mm": [[0,0,0],[1,0,0]]}, {"points_mm": [[0,0,0]]}]"#).to_string();
+        assert!(text.starts_with("passes[1].points_mm"), "{text}");
+        let text = error_of(r#"[{"points_mm": [[0,0,0],[1,0,0]], "normals": [[0,0,1]]}]"#).to_string();
+        assert!(text.starts_with("passes[0].normals") && text.contains("1 normals for 2 points"), "{text}");
+        let text = error_of(r#"[{"points_mm": [[0,0,0],[1,0,0]], "normals": [[0,0,1],[0,0,0]]}]"#).to_string();
+        assert!(text.starts_with("passes[0].normals[1]"), "{text}");
+        let text = error_of(r#"[{"points_mm": [[0,0,0],[1,0]]}]"#).to_string();
+        assert!(text.starts_with("passes[0].points_mm[1]"), "{text}");
+        let text = error_of(r#"[{"points_mm": [[0,0,0],[1e200,0,0]]}]"#).to_string();
+        assert!(text.starts_with("passes[0], point 1"), "{text}");
+    }
+
+    #[test]
+    fn another_format_a_wrong_key_and_a_missing_frame_are_refused_with_the_right_one() {
+        let e = read_path_file(br#"{"format": "facemill-path/2", "frame": "work", "passes": []}"#).unwrap_err();
+        assert!(e.to_string().contains("facemill-path/1"), "{e}");
+        let e = read_path_file(br#"{"format": "facemill-path/1", "frame": "wrk", "passes": []}"#).unwrap_err();
+        assert!(e.to_string().contains("did you mean `work`"), "{e}");
+        let e = read_path_file(br#"{"format": "facemill-path/1", "passes": []}"#).unwrap_err();
+        assert!(e.to_string().contains("frame"), "{e}");
+        let text = br#"{"format": "facemill-path/1", "frame": "work", "passes": [{"point_mm": []}]}"#;
+        assert!(read_path_file(text).unwrap_err().to_string().contains("did you mean `points_mm`"));
+    }
+
+    #[test]
+    fn a_nan_made_in_memory_is_refused() {
+        let passes = vec![PassFile { points_mm: vec![[0.0; 3], [0.0, f64::NAN, 0.0]], normals: None }];
+        let file = PathFile { format: PathFormat::V1, frame: PathFrame::Work, passes };
+        assert_eq!(file.check(), Err(PathFileError::TooLarge { pass: 0, point: 1 }));
+    }
+}

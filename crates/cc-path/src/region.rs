@@ -1,0 +1,136 @@
+use facemill_cl_data::Aabb;
+use facemill_surface_model::Surface;
+use nalgebra::{Unit, Vector3};
+
+use crate::PathError;
+
+/// The part of the drive surface that passes are laid on: all conditions must hold. The default is all of it.
+///
+/// Triangles without area belong to no region.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Region {
+    /// Names of mesh groups; a triangle must be in one of them.
+    pub groups: Option<Vec<String>>,
+    /// Cone of directions that holds the triangle's normal.
+    pub normal_cone: Option<NormalCone>,
+    /// Box in the workpiece frame, borders included. Triangles that cross its sides are cut there.
+    pub bounds: Option<Aabb>,
+}
+
+/// Directions within an angle of an axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NormalCone {
+    /// Middle of the cone, workpiece frame.
+    pub axis: Unit<Vector3<f64>>,
+    /// Largest angle from the axis, rad, from 0 to π.
+    pub half_angle: f64,
+}
+
+impl NormalCone {
+    /// Whether the direction lies in the cone, border included.
+    pub fn contains(&self, direction: &Unit<Vector3<f64>>) -> bool {
+        self.axis.angle(direction) <= self.half_angle
+    }
+}
+
+/// Triangles that fulfil groups and cone and reach into the box, in mesh order.
+pub(crate) fn triangles_of(surface: &Surface, region: &Region) -> Result<Vec<u32>, PathError> {
+    check_groups(surface, region)?;
+    let all = 0..surface.mesh().triangles().len() as u32;
+    let solid: Vec<u32> = all.filter(|&t| surface.facet_normal(t).is_some()).collect();
+    let solid = not_empty(solid, "the mesh has none with an area")?;
+    let grouped = not_empty(keep_groups(surface, region, solid), "its groups are empty")?;
+    let faced = match &region.normal_cone {
+        Some(cone) => {
+            grouped.into_iter().filter(|&t| surface.facet_normal(t).is_some_and(|n| cone.contains(&n))).collect()
+        }
+        None => grouped,
+    };
+    let faced = not_empty(faced, "no normal lies in the normal cone")?;
+    let boxed = match &region.bounds {
+        Some(bounds) => faced
+            .into_iter()
+            .filter(|&t| Aabb::of_points(&surface.mesh().corners(t as usize)).intersects(bounds))
+            .collect(),
+        None => faced,
+    };
+    not_empty(boxed, "the box holds none")
+}
+
+fn not_empty(triangles: Vec<u32>, reason: &'static str) -> Result<Vec<u32>, PathError> {
+    if triangles.is_empty() { Err(PathError::EmptyRegion { reason }) } else { Ok(triangles) }
+}
+
+fn check_groups(surface: &Surface, region: &Region) -> Result<(), PathError> {
+    let groups = surface.mesh().groups();
+    let names = region.groups.iter().flatten();
+    match names.into_iter().find(|name| groups.iter().all(|g| g.name != **name)) {
+        Some(group) => {
+            let known = groups.iter().map(|g| g.name.clone()).filter(|n| !n.is_empty()).collect();
+            Err(PathError::UnknownGroup { group: group.clone(), known })
+        }
+        None => Ok(()),
+    }
+}
+
+fn keep_groups(surface: &Surface, region: &Region, triangles: Vec<u32>) -> Vec<u32> {
+    let Some(names) = &region.groups else { return triangles };
+    let chosen: Vec<_> =
+        surface.mesh().groups().iter().filter(|g| names.contains(&g.name)).map(|g| g.triangles.clone()).collect();
+    triangles.into_iter().filter(|&t| chosen.iter().any(|r| r.contains(&(t as usize)))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::test_kit::{cylinder, plane, surface};
+    use facemill_surface_model::{Group, TriMesh};
+    use nalgebra::Point3;
+
+    fn reason(e: PathError) -> &'static str {
+        match e {
+            PathError::EmptyRegion { reason } => reason,
+            other => panic!("{other}"),
+        }
+    }
+
+    #[test]
+    fn a_cone_keeps_the_triangles_that_face_its_axis() {
+        let s = surface(cylinder(50.0, 100.0, 1.2, 4, 60));
+        let cone = NormalCone { axis: Vector3::z_axis(), half_angle: 0.6 };
+        let kept = triangles_of(&s, &Region { normal_cone: Some(cone), ..Region::default() }).unwrap();
+        let angle = |t: u32| s.facet_normal(t).unwrap().angle(&Vector3::z());
+        assert!(kept.iter().all(|&t| angle(t) <= 0.6));
+        assert_eq!(kept.len(), (0..480).filter(|&t| angle(t) <= 0.6).count());
+        assert!((200..280).contains(&kept.len()), "half of 480, not {}", kept.len());
+        let cone = NormalCone { axis: -Vector3::z_axis(), half_angle: 0.6 };
+        let none = triangles_of(&s, &Region { normal_cone: Some(cone), ..Region::default() });
+        assert_eq!(reason(none.unwrap_err()), "no normal lies in the normal cone");
+    }
+
+    #[test]
+    fn groups_are_found_by_name_and_a_wrong_name_is_told_with_the_right_ones() {
+        let p = plane(10.0, 10.0, 2, 2);
+        let group = |name: &str, triangles| Group { name: name.to_owned(), triangles };
+        let groups = vec![group("hub", 0..3), group("blade", 3..8)];
+        let s = surface(TriMesh::with_groups(p.vertices().to_vec(), p.triangles().to_vec(), groups).unwrap());
+        let of = |names: &[&str]| {
+            let groups = Some(names.iter().map(|&n| n.to_owned()).collect());
+            triangles_of(&s, &Region { groups, ..Region::default() })
+        };
+        assert_eq!(of(&["blade"]).unwrap(), [3, 4, 5, 6, 7]);
+        assert_eq!(of(&["blade", "hub"]).unwrap().len(), 8);
+        let e = of(&["blade", "tip"]).unwrap_err();
+        assert_eq!(e.to_string(), r#"the drive surface has no group "tip"; it has "hub", "blade""#);
+    }
+
+    #[test]
+    fn a_box_beside_the_surface_and_an_empty_mesh_are_told_apart() {
+        let s = surface(plane(10.0, 10.0, 2, 2));
+        let bounds = Some(Aabb { min: Point3::new(20.0, 0.0, 0.0), max: Point3::new(30.0, 1.0, 1.0) });
+        let e = triangles_of(&s, &Region { bounds, ..Region::default() }).unwrap_err();
+        assert_eq!(reason(e), "the box holds none");
+        let e = triangles_of(&surface(TriMesh::default()), &Region::default()).unwrap_err();
+        assert_eq!(reason(e), "the mesh has none with an area");
+    }
+}
