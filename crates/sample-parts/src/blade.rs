@@ -28,7 +28,7 @@ impl Default for BladeResolution {
 impl BladeResolution {
     /// Quads from the hub to the rounding of the tip, and along the chord between the bands of the edges; 8 to 2000 each.
     ///
-    /// The bands of the edges (1 % of the chord each), the tip's rounding and the root in the hub get rows and
+    /// The bands of the edges (3 % of the chord each), the tip's rounding and the root in the hub get rows and
     /// columns of their own in proportion.
     ///
     /// # Errors
@@ -58,7 +58,7 @@ impl BladeResolution {
 /// of constant radius and at constant chord fractions. Groups:
 /// - `suction`, `pressure`: structured patches of n_radial × n_chord quads from the hub's radius to the rounding of the
 ///   tip, without the bands of the edges;
-/// - `edge`: leading and trailing edge, 1 % of the chord on both sides;
+/// - `edge`: leading and trailing edge, 3 % of the chord on both sides;
 /// - `tip`: the rounding that closes the blade at R, over half its thickness;
 /// - `root`: what is inside the hub, 0.15 hub radii deep, with the closing face.
 ///

@@ -22,8 +22,8 @@ pub(crate) struct BladeGrid {
     pub(crate) n_edge: usize,
 }
 
-/// Chord fraction covered by the band of each edge, as an angle of (1 − cos)/2: 1 % of the chord.
-const EDGE_ANGLE: f64 = 0.2;
+/// Chord fraction covered by the band of each edge, as an angle of (1 − cos)/2: 3 % of the chord, where the curvature of the nose has died away.
+const EDGE_ANGLE: f64 = 0.35;
 
 /// Least number of columns in the band of an edge: fewer leave a nose with corners.
 const LEAST_EDGE_COLUMNS: usize = 6;
