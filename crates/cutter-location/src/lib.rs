@@ -1,1 +1,31 @@
-//! Room to be built: see `docs/architecture.md`.
+//! Tilt and rotate search: a feasible tool pose for every CC point (CLOPT).
+//!
+//! A [`Workcell`] is everything a pose is judged by: machine, tool, obstacles, tolerances. A [`PoseTest`] answers for one
+//! posture at one CC point: the pose, seated and with axis values, or [`Infeasible`] with the body that blocks.
+//! [`search`](fn@search) walks the paper's rational Bézier [`SearchCurve`] at one point, [`plan_passes`] does it along passes and keeps
+//! the axis from jumping, [`solution_space`](fn@solution_space) tests a whole grid of postures. [`approach`] and [`link`]
+//! hold the moves that do not cut: entry and exit of a pass, and the way from one to the next.
+//!
+//! What is returned as feasible has been tested as it stands, with the verdicts of `facemill-interference`: no point of
+//! the cutter is deeper than the gouge tolerance in an obstacle, dilated bodies touch nothing, axis values are within their
+//! limits. Nothing is said here about the motion between two points: the virtual machine judges that, on the written
+//! program.
+//!
+//! It must not know NC text or job files.
+
+pub mod approach;
+mod bezier;
+pub mod cusp;
+pub mod link;
+mod pass_plan;
+mod search;
+mod solution_space;
+mod workcell;
+
+pub use bezier::{SearchCurve, SearchCurveError, SearchOrder, TurnTable};
+pub use pass_plan::{Outcome, PassSettings, PassTask, plan_passes};
+pub use search::{Found, SearchSettings, search};
+pub use solution_space::{SolutionSpace, solution_space};
+pub use workcell::{
+    AxisCone, Body, FeasiblePose, Hints, Infeasible, Obstacle, PoseTest, Workcell, angle_between, tool_frame,
+};

@@ -1,0 +1,136 @@
+//! How the cutter comes into a pass and leaves it.
+
+use facemill_cl_data::{CcPoint, ClPoint};
+
+use crate::{Hints, Infeasible, PoseTest};
+
+/// Shape of an entry or exit. Angles in rad, lengths in mm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ApproachShape {
+    /// Arc in the plane of feed direction and normal, tangent to the pass: the cutter comes down onto the surface.
+    TangentialArc {
+        /// Radius of the arc.
+        radius: f64,
+        /// Angle it runs through, up to 90°.
+        angle: f64,
+    },
+    /// Arc in the tangent plane, tangent to the pass, from the side that is already cut, rising by a tenth of its sideways
+    /// way: the cutter rolls into the stock, so that its teeth leave it with thin chips.
+    RollIn {
+        /// Radius of the arc.
+        radius: f64,
+        /// Angle it runs through, up to 90°.
+        angle: f64,
+    },
+}
+
+/// How much a roll-in rises for each mm it goes sideways: enough to leave the finished surface, too little to lift the
+/// cutter out of the chip before the arc ends.
+const ROLL_IN_RISE: f64 = 0.1;
+
+/// Which end of a pass an approach belongs to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PassEnd {
+    /// Entry: behind the first point.
+    Entry,
+    /// Exit: beyond the last point.
+    Exit,
+}
+
+/// Poses of an arc, from the one next to the pass outward, at most `step` mm apart, the axis as at the pass.
+///
+/// `uncut_left` says on which side of the feed the uncut stock lies.
+pub fn arc_poses(
+    shape: ApproachShape,
+    end: PassEnd,
+    cc: &CcPoint,
+    cl: &ClPoint,
+    uncut_left: bool,
+    step: f64,
+) -> Vec<ClPoint> {
+    let (ApproachShape::TangentialArc { radius, angle } | ApproachShape::RollIn { radius, angle }) = shape;
+    let along = match end {
+        PassEnd::Entry => -cc.feed.into_inner(),
+        PassEnd::Exit => cc.feed.into_inner(),
+    };
+    let normal = cc.normal.into_inner();
+    let bend = match shape {
+        ApproachShape::TangentialArc { .. } => normal,
+        ApproachShape::RollIn { .. } => {
+            let finished = if uncut_left { -cc.left().into_inner() } else { cc.left().into_inner() };
+            finished + normal * ROLL_IN_RISE
+        }
+    };
+    let n = (radius * angle / step).ceil().max(1.0) as usize;
+    (1..=n)
+        .map(|k| {
+            let (sin, cos) = (angle * k as f64 / n as f64).sin_cos();
+            cl.translated((along * sin + bend * (1.0 - cos)) * radius)
+        })
+        .collect()
+}
+
+/// What an approach must fulfil.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ApproachSettings {
+    /// Shape of the arc.
+    pub shape: ApproachShape,
+    /// Distance between the poses of the arc, mm.
+    pub step: f64,
+    /// Distance that the whole tool keeps from stock, part and fixtures where rapids begin and end, mm.
+    pub rapid_clearance: f64,
+    /// Farthest retract along the tool axis that may be needed to get clear, mm.
+    pub max_retract: f64,
+}
+
+/// The way between a pass and the place where rapids begin or end.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Approach {
+    /// Poses from next to the pass outward; the last is clear of everything by the rapid clearance.
+    pub outward: Vec<ClPoint>,
+}
+
+/// Arc and retract at one end of a pass, every pose tested: the cutter's test body cuts nothing that must stay, bodies hit
+/// nothing, axis values exist. Retracts along the tool axis in growing steps until the tool is clear.
+///
+/// # Errors
+/// The first reason why no pose of the arc, or no retract up to `max_retract`, can be taken.
+pub fn approach(
+    test: &PoseTest<'_>,
+    settings: &ApproachSettings,
+    end: PassEnd,
+    cc: &CcPoint,
+    cl: &ClPoint,
+    uncut_left: bool,
+    hints: &mut Hints,
+) -> Result<Approach, Infeasible> {
+    let mut outward = arc_poses(settings.shape, end, cc, cl, uncut_left, settings.step);
+    for pose in &outward {
+        test.try_pose(pose, hints)?;
+    }
+    let top = *outward.last().unwrap_or(cl);
+    let mut height = 0.0;
+    loop {
+        let pose = top.translated(top.axis.into_inner() * height);
+        test.try_pose(&pose, hints)?;
+        if height > 0.0 {
+            outward.push(pose);
+        }
+        match test.rapid_blocked(&pose, settings.rapid_clearance, hints) {
+            None => return Ok(Approach { outward: thin_retract(outward, &top) }),
+            Some(why) if height >= settings.max_retract => return Err(why),
+            Some(_) => height = (height + settings.step).min(settings.max_retract),
+        }
+    }
+}
+
+/// Keeps the arc and, of the straight retract above `top`, only the end.
+fn thin_retract(mut outward: Vec<ClPoint>, top: &ClPoint) -> Vec<ClPoint> {
+    let arc_len = outward.iter().position(|p| p == top).map_or(0, |k| k + 1);
+    if outward.len() > arc_len {
+        let last = outward[outward.len() - 1];
+        outward.truncate(arc_len);
+        outward.push(last);
+    }
+    outward
+}

@@ -1,0 +1,219 @@
+//! What neighbouring passes leave between them, and how far apart they may lie.
+
+use facemill_cl_data::{Aabb, CcPoint, Posture};
+use facemill_surface_model::{CurvatureTensor, Tree};
+use facemill_tool_model::{
+    Cusp, Cutter, Outline, SilhouetteCurvature, cusp_height_between, silhouette_curvature, step_over_for_cusp,
+};
+use nalgebra::Vector3;
+
+use crate::SearchCurve;
+
+/// A CC point with the posture it is cut in.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CutPoint {
+    /// Where.
+    pub cc: CcPoint,
+    /// How.
+    pub posture: Posture,
+}
+
+/// What lies between a point of a pass and the neighbouring pass.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ridge {
+    /// Arc length to the neighbouring pass across the feed, mm.
+    pub step_over: f64,
+    /// What is left standing.
+    pub cusp: Cusp,
+    /// Curvature of the surface across the feed between the two, 1/mm, positive where the part is convex.
+    pub curvature: f64,
+    /// Outline of the neighbouring pass in this point's frame (y to the left of the feed, z along the normal).
+    pub neighbour: Outline,
+}
+
+/// The ridge between every point of `pass` and `neighbour`, from the exact outlines of the tilted cutter; `None` where the
+/// plane across the feed does not meet the neighbour within `reach` mm.
+///
+/// The surface between the two is taken as a circle through both CC points with their normals, which is exact to the
+/// third order of the step; postures between two points of the neighbour are those of the nearer one.
+pub fn ridges(cutter: &Cutter, pass: &[CutPoint], neighbour: &[CutPoint], reach: f64) -> Vec<Option<Ridge>> {
+    let boxes: Vec<Aabb> =
+        neighbour.windows(2).map(|w| Aabb::of_points([&w[0].cc.position, &w[1].cc.position])).collect();
+    let tree = Tree::build(&boxes);
+    pass.iter().map(|p| ridge(cutter, p, neighbour, &tree, reach)).collect()
+}
+
+fn ridge(cutter: &Cutter, p: &CutPoint, neighbour: &[CutPoint], tree: &Tree, reach: f64) -> Option<Ridge> {
+    let around = Aabb::of_points([&p.cc.position]).dilated(reach);
+    let mut nearest: Option<(f64, CutPoint)> = None;
+    tree.for_each_overlapping(&around, |k| {
+        let crossing = section_crossing(&p.cc, &neighbour[k as usize], &neighbour[k as usize + 1]);
+        if let Some((distance, q)) = crossing.filter(|(d, _)| *d <= reach) {
+            // Of equal distances the first segment, whatever order the tree visits them in.
+            let better = nearest.is_none_or(|(d, best)| {
+                (distance, q.cc.position.coords.as_slice()) < (d, best.cc.position.coords.as_slice())
+            });
+            if better {
+                nearest = Some((distance, q));
+            }
+        }
+    });
+    let (_, q) = nearest?;
+    let between = q.cc.position - p.cc.position;
+    let chord_sq = between.norm_squared();
+    if chord_sq == 0.0 {
+        return None;
+    }
+    // Normals of a convex surface spread apart.
+    let curvature = (q.cc.normal.into_inner() - p.cc.normal.into_inner()).dot(&between) / chord_sq;
+    let chord = chord_sq.sqrt();
+    let half_turn = 0.5 * chord * curvature;
+    let step_over = if half_turn.abs() < 1e-6 { chord } else { 2.0 * half_turn.clamp(-1.0, 1.0).asin() / curvature };
+    let own = Outline::new(cutter, p.posture);
+    let others = Outline::new(cutter, q.posture);
+    let others = if p.cc.feed.dot(&q.cc.feed) < 0.0 { others.mirrored() } else { others };
+    let neighbour_is_left = p.cc.left().dot(&between) > 0.0;
+    let (right, left) = if neighbour_is_left { (own, others) } else { (others, own) };
+    let cusp = cusp_height_between(&right, &left, step_over, curvature);
+    // This point lies to the right of a left neighbour.
+    let from_neighbour = if neighbour_is_left { -step_over } else { step_over };
+    let neighbour = seen_along_circle(&others, from_neighbour, curvature);
+    Some(Ridge { step_over, cusp, curvature, neighbour })
+}
+
+/// An outline in the frame of the point at arc length `s` (to the left) on the surface's circle of this curvature.
+fn seen_along_circle(outline: &Outline, s: f64, curvature: f64) -> Outline {
+    let half_turn = 0.5 * s * curvature;
+    let chord = if half_turn.abs() < 1e-9 { s } else { s * half_turn.sin() / half_turn };
+    let foot = nalgebra::Point2::new(chord * half_turn.cos(), -chord * half_turn.sin());
+    outline.seen_from(foot, -2.0 * half_turn)
+}
+
+/// Where the segment from `a` to `b` crosses the plane through `cc` across its feed, and how far that is from `cc`.
+fn section_crossing(cc: &CcPoint, a: &CutPoint, b: &CutPoint) -> Option<(f64, CutPoint)> {
+    let ahead = |p: &CutPoint| (p.cc.position - cc.position).dot(&cc.feed);
+    let (at_a, at_b) = (ahead(a), ahead(b));
+    if (at_a > 0.0) == (at_b > 0.0) {
+        return None;
+    }
+    let t = at_a / (at_a - at_b);
+    let nearer = if t < 0.5 { a } else { b };
+    let blend = |p: &Vector3<f64>, q: &Vector3<f64>| p * (1.0 - t) + q * t;
+    let position = nalgebra::Point3::from(blend(&a.cc.position.coords, &b.cc.position.coords));
+    let point = CcPoint::new(position, blend(&a.cc.normal, &b.cc.normal), blend(&a.cc.feed, &b.cc.feed)).ok()?;
+    Some(((position - cc.position).norm(), CutPoint { cc: point, posture: nearer.posture }))
+}
+
+/// Posture that a flat-bottomed cutter needs at a CC point if nothing but the surface's curvature there were in its way: the
+/// smallest u of the search curve at which the rim of the tilted disc stays above the osculating paraboloid.
+///
+/// An estimate for laying passes: it sees neither neighbours nor the surface's third order. Without a curvature it is the
+/// curve's start.
+pub fn expected_posture(
+    cutter: &Cutter,
+    cc: &CcPoint,
+    curvature: Option<&CurvatureTensor>,
+    curve: &SearchCurve,
+) -> Posture {
+    let Some(tensor) = curvature else { return curve.start() };
+    const STEPS: usize = 40;
+    (0..=STEPS)
+        .map(|k| curve.at(k as f64 / STEPS as f64))
+        .find(|&posture| rim_clears(cutter, cc, tensor, posture))
+        .unwrap_or_else(|| curve.end())
+}
+
+/// Whether the rim of the disc of radius R − r, lowered by r, stays above the paraboloid `−½·κ(x)·|x|²`.
+fn rim_clears(cutter: &Cutter, cc: &CcPoint, tensor: &CurvatureTensor, posture: Posture) -> bool {
+    const RIM_POINTS: usize = 24;
+    let rim = cutter.rim_radius();
+    let toward = cc.tilt_direction(posture.rotate).into_inner();
+    let across = cc.normal.cross(&toward);
+    let (sin, cos) = posture.tilt.sin_cos();
+    (1..RIM_POINTS).all(|k| {
+        let (s, c) = (std::f64::consts::TAU * k as f64 / RIM_POINTS as f64).sin_cos();
+        // From the contact: back by the disc, up by the tilt.
+        let back = rim * (1.0 - c);
+        let offset = toward * (-back * cos) + across * (rim * s);
+        let height = back * sin;
+        let surface = -0.5 * offset.dot(&(tensor.tensor * offset));
+        height >= surface
+    })
+}
+
+/// How far apart passes may lie at a CC point: the largest step-over whose cusp is at most `cusp` in the
+/// [expected posture](expected_posture), at most `max_step_over`. An estimate, because the posture is one.
+pub fn expected_strip_width(
+    cutter: &Cutter,
+    cc: &CcPoint,
+    curvature: Option<&CurvatureTensor>,
+    curve: &SearchCurve,
+    cusp: f64,
+    max_step_over: f64,
+) -> f64 {
+    let posture = expected_posture(cutter, cc, curvature, curve);
+    let outline = Outline::new(cutter, posture);
+    let across = curvature.and_then(|t| t.normal_curvature(&cc.left())).unwrap_or(0.0);
+    // The outline's osculating circle gives the width at once, nearly always; its exact form decides.
+    let bend = match silhouette_curvature(cutter, posture) {
+        SilhouetteCurvature::Flat => across,
+        SilhouetteCurvature::Round(k) => k + across,
+        SilhouetteCurvature::Sharp => f64::INFINITY,
+    };
+    let circle = if bend > 0.0 { (8.0 * cusp / bend).sqrt().min(max_step_over) } else { max_step_over };
+    if cusp_height_between(&outline, &outline, circle, across).is_within(cusp) {
+        return circle;
+    }
+    step_over_for_cusp(&outline, &outline, cusp, across, circle)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::SearchOrder;
+    use nalgebra::{Matrix3, Point3, Unit};
+
+    fn point(x: f64, y: f64, tilt: f64) -> CutPoint {
+        let cc = CcPoint::new(Point3::new(x, y, 0.0), Vector3::z(), Vector3::x()).unwrap();
+        CutPoint { cc, posture: Posture { tilt, rotate: 0.0 } }
+    }
+
+    #[test]
+    fn ridge_of_a_tilted_disc_on_a_plane_is_that_of_its_ellipse() {
+        let cutter = Cutter::new(80.0, 0.0, 10.0).unwrap();
+        let tilt = 2f64.to_radians();
+        let line = |y: f64| (0..20).map(|k| point(5.0 * f64::from(k), y, tilt)).collect::<Vec<_>>();
+        let found = ridges(&cutter, &line(40.0)[2..18], &line(0.0), 60.0);
+        // Height of the rim at y = 20: R·sin α·(1 − cos t) with sin t = 20/80.
+        let expected = 80.0 * tilt.sin() * (1.0 - (1.0f64 - (20.0f64 / 80.0).powi(2)).sqrt());
+        for r in found {
+            let r = r.expect("the neighbour is within reach");
+            assert!((r.step_over - 40.0).abs() < 1e-9);
+            let Cusp::Height(h) = r.cusp else { panic!("the strip is cut") };
+            assert!((h - expected).abs() < 1e-7, "{h} {expected}");
+        }
+    }
+
+    #[test]
+    fn a_neighbour_beyond_reach_is_none() {
+        let cutter = Cutter::new(80.0, 6.0, 10.0).unwrap();
+        let line = |y: f64| (0..5).map(|k| point(5.0 * f64::from(k), y, 0.05)).collect::<Vec<_>>();
+        assert!(ridges(&cutter, &line(100.0), &line(0.0), 60.0).iter().all(Option::is_none));
+    }
+
+    #[test]
+    fn expected_posture_clears_a_concave_cylinder_along_the_feed() {
+        // Radius 500 along the feed: the rear rim of a disc of radius 80 at tilt α clears it for tan α ≥ 80/500 about.
+        let cutter = Cutter::new(80.0, 0.0, 10.0).unwrap();
+        let cc = CcPoint::new(Point3::origin(), Vector3::z(), Vector3::x()).unwrap();
+        let tensor = CurvatureTensor {
+            normal: Unit::new_normalize(Vector3::z()),
+            tensor: Matrix3::from_diagonal(&Vector3::new(-1.0 / 500.0, 0.0, 0.0)),
+        };
+        let deg = |t: f64| Posture { tilt: t.to_radians(), rotate: 0.0 };
+        let curve = SearchCurve::new(deg(0.0), deg(20.0), SearchOrder::TiltFirst, 1.0).unwrap();
+        let tilt = expected_posture(&cutter, &cc, Some(&tensor), &curve).tilt;
+        let closed_form = (80.0f64 / 500.0).atan();
+        assert!(tilt >= closed_form - 0.01 && tilt < closed_form + 0.03, "{tilt} {closed_form}");
+    }
+}

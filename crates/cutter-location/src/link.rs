@@ -1,0 +1,225 @@
+//! The way from the end of one pass to the start of the next, without cutting.
+
+use facemill_cl_data::ClPoint;
+use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
+
+use crate::{Hints, Infeasible, PoseTest, angle_between};
+
+/// Surface outside of which the whole workpiece, its stock and its fixtures lie inside; workpiece frame, mm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ClearanceSurface {
+    /// Plane through `origin`; the free side is where `normal` points.
+    Plane {
+        /// A point of the plane.
+        origin: Point3<f64>,
+        /// Toward the free side.
+        normal: Unit<Vector3<f64>>,
+    },
+    /// Cylinder about a line; outside is free.
+    Cylinder {
+        /// A point of the line.
+        origin: Point3<f64>,
+        /// Direction of the line.
+        axis: Unit<Vector3<f64>>,
+        /// Radius.
+        radius: f64,
+    },
+    /// Sphere; outside is free.
+    Sphere {
+        /// Middle.
+        center: Point3<f64>,
+        /// Radius.
+        radius: f64,
+    },
+}
+
+impl ClearanceSurface {
+    /// Height of a point above the surface, negative inside.
+    pub fn height(&self, p: &Point3<f64>) -> f64 {
+        self.outward(p).1
+    }
+
+    /// Direction away from the workpiece at `p`, and the height of `p` above the surface.
+    fn outward(&self, p: &Point3<f64>) -> (Unit<Vector3<f64>>, f64) {
+        match self {
+            Self::Plane { origin, normal } => (*normal, (p - origin).dot(normal)),
+            Self::Cylinder { origin, axis, radius } => {
+                let d = p - origin;
+                let radial = d - axis.into_inner() * d.dot(axis);
+                (direction_or_any(radial, axis), radial.norm() - radius)
+            }
+            Self::Sphere { center, radius } => {
+                (direction_or_any(p - center, &Vector3::z_axis()), (p - center).norm() - radius)
+            }
+        }
+    }
+
+    /// The pose moved to the surface: along the tool axis when that gets there within three times the height, else straight
+    /// out. A pose already outside stays.
+    pub fn retract(&self, cl: &ClPoint) -> ClPoint {
+        let height = self.height(&cl.tip);
+        if height >= 0.0 {
+            return *cl;
+        }
+        self.along_axis(cl, -3.0 * height).unwrap_or_else(|| {
+            let (out, level) = self.outward(&cl.tip);
+            cl.translated(out.into_inner() * -level)
+        })
+    }
+
+    /// First pose on the surface on the way along the tool axis, at most `max` mm away. Bisected: the height along a line
+    /// grows from the first crossing on for a pose inside.
+    fn along_axis(&self, cl: &ClPoint, max: f64) -> Option<ClPoint> {
+        let at = |t: f64| cl.translated(cl.axis.into_inner() * t);
+        let (mut inside, mut outside) = (0.0, max);
+        if self.height(&at(max).tip) < 0.0 {
+            return None;
+        }
+        while outside - inside > 1e-3 {
+            let middle = 0.5 * (inside + outside);
+            if self.height(&at(middle).tip) < 0.0 { inside = middle } else { outside = middle }
+        }
+        Some(at(outside))
+    }
+
+    /// `p` moved straight out to the surface if it is inside.
+    fn pushed_out(&self, p: &Point3<f64>) -> Point3<f64> {
+        let (out, level) = self.outward(p);
+        if level < 0.0 { p - out.into_inner() * level } else { *p }
+    }
+}
+
+fn direction_or_any(v: Vector3<f64>, perpendicular_to: &Unit<Vector3<f64>>) -> Unit<Vector3<f64>> {
+    Unit::try_new(v, 1e-9).unwrap_or_else(|| any_perpendicular(perpendicular_to))
+}
+
+/// Some direction perpendicular to another.
+fn any_perpendicular(a: &Unit<Vector3<f64>>) -> Unit<Vector3<f64>> {
+    let least = if a.x.abs() < 0.6 { Vector3::x() } else { Vector3::y() };
+    Unit::new_normalize(a.cross(&least))
+}
+
+/// The pose at fraction `t` between two: tip on the straight line, axis turned uniformly in the plane of both (through any
+/// perpendicular direction when they are opposed).
+pub fn between(a: &ClPoint, b: &ClPoint, t: f64) -> ClPoint {
+    let angle = angle_between(&a.axis, &b.axis);
+    let turn_axis = Unit::try_new(a.axis.cross(&b.axis), 1e-12).unwrap_or_else(|| any_perpendicular(&a.axis));
+    let axis = UnitQuaternion::from_axis_angle(&turn_axis, angle * t) * a.axis;
+    ClPoint { tip: a.tip + (b.tip - a.tip) * t, axis: Unit::new_normalize(axis.into_inner()) }
+}
+
+/// What a link must fulfil.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LinkSettings {
+    /// The clearance surface.
+    pub clearance: ClearanceSurface,
+    /// Distance the whole tool keeps from stock, part and fixtures, mm.
+    pub rapid_clearance: f64,
+}
+
+/// Why there is no link between two poses.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LinkBlocked {
+    /// Where the way over the clearance surface is blocked.
+    pub pose: ClPoint,
+    /// By what.
+    pub why: Infeasible,
+}
+
+/// Retracts along the tool axis that are tried before the way over the clearance surface, mm. Each about doubles: a link is
+/// at most about twice as high as it needs to be.
+const LIFTS: [f64; 6] = [0.0, 25.0, 60.0, 130.0, 280.0, 600.0];
+
+/// Poses strictly between `from` and `to` over which the tool gets there without coming nearer than the rapid clearance to
+/// anything; both ends are clear already. The lowest of a series of lifted ways is taken, else the way over the clearance
+/// surface.
+///
+/// The ways are tested at poses close enough for the free distance there to cover the motion to the next one
+/// in tip-linear motion; the motion of the control differs from it by the linearisation tolerance.
+///
+/// # Errors
+/// When even the way over the clearance surface is blocked.
+pub fn link(
+    test: &PoseTest<'_>,
+    settings: &LinkSettings,
+    from: &ClPoint,
+    to: &ClPoint,
+    hints: &mut Hints,
+) -> Result<Vec<ClPoint>, LinkBlocked> {
+    let raised = |p: &ClPoint, by: f64| p.translated(p.axis.into_inner() * by);
+    for lift in LIFTS {
+        let way = if lift == 0.0 { vec![] } else { vec![raised(from, lift), raised(to, lift)] };
+        if way_blocked(test, settings, from, &way, to, hints).is_none() {
+            return Ok(way);
+        }
+    }
+    let way = over_clearance(&settings.clearance, from, to);
+    match way_blocked(test, settings, from, &way, to, hints) {
+        None => Ok(way),
+        Some((pose, why)) => Err(LinkBlocked { pose, why }),
+    }
+}
+
+/// From `from` out to the clearance surface, along it, and back to `to`.
+fn over_clearance(surface: &ClearanceSurface, from: &ClPoint, to: &ClPoint) -> Vec<ClPoint> {
+    let (a, b) = (surface.retract(from), surface.retract(to));
+    // A straight line between two points outside a convex surface may cut through it: points in between are pushed out.
+    const N_BETWEEN: usize = 24;
+    let curved = !matches!(surface, ClearanceSurface::Plane { .. });
+    let middle = (1..N_BETWEEN).filter(|_| curved).map(|k| {
+        let p = between(&a, &b, k as f64 / N_BETWEEN as f64);
+        ClPoint { tip: surface.pushed_out(&p.tip), ..p }
+    });
+    std::iter::once(a).chain(middle).chain(std::iter::once(b)).collect()
+}
+
+fn way_blocked(
+    test: &PoseTest<'_>,
+    settings: &LinkSettings,
+    from: &ClPoint,
+    way: &[ClPoint],
+    to: &ClPoint,
+    hints: &mut Hints,
+) -> Option<(ClPoint, Infeasible)> {
+    let mut a = *from;
+    for b in way.iter().chain(std::iter::once(to)) {
+        if let Some(blocked) = leg_blocked(test, settings, &a, b, hints) {
+            return Some(blocked);
+        }
+        a = *b;
+    }
+    None
+}
+
+/// Walks a leg by the free distance at each pose; the first pose that is nearer than the rapid clearance, with the reason.
+fn leg_blocked(
+    test: &PoseTest<'_>,
+    settings: &LinkSettings,
+    a: &ClPoint,
+    b: &ClPoint,
+    hints: &mut Hints,
+) -> Option<(ClPoint, Infeasible)> {
+    // The tool frame also turns about its own axis on a five-axis machine, by no more than about the axis' own turn
+    // outside the singular cone; twice the turn covers both.
+    let motion = (b.tip - a.tip).norm() + 2.0 * angle_between(&a.axis, &b.axis) * test.reach();
+    let mut t = 0.0;
+    loop {
+        let pose = between(a, b, t);
+        match test.rapid_distance(&pose, settings.rapid_clearance + FAR, hints) {
+            Err(why) => return Some((pose, why)),
+            Ok((distance, nearest)) if distance < settings.rapid_clearance => return Some((pose, nearest?)),
+            Ok((distance, _)) => {
+                if t >= 1.0 {
+                    return None;
+                }
+                let free = (distance - settings.rapid_clearance).max(MIN_ADVANCE);
+                t = (t + free / motion.max(1e-9)).min(1.0);
+            }
+        }
+    }
+}
+
+/// Distances are not searched farther than this, mm: more would only save steps.
+const FAR: f64 = 150.0;
+/// Smallest step of the walk, mm: half of the smallest rapid clearance that makes sense.
+const MIN_ADVANCE: f64 = 1.0;

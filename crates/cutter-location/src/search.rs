@@ -1,0 +1,130 @@
+use facemill_cl_data::CcPoint;
+use facemill_inverse_kinematics::AxisValues;
+
+use crate::{FeasiblePose, Hints, Infeasible, PoseTest, SearchCurve};
+
+/// How the curve is walked (CLOPT, chapter III).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SearchSettings {
+    /// Coarse step in u. Larger: fewer tests, and feasible stretches shorter than it may be stepped over.
+    pub u_step: f64,
+    /// Width of the bracket at which bisection ends. Larger: postures larger than needed.
+    pub u_tolerance: f64,
+}
+
+impl Default for SearchSettings {
+    fn default() -> Self {
+        Self { u_step: 0.1, u_tolerance: 0.001 }
+    }
+}
+
+/// A feasible pose and where on the curve it was found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Found {
+    /// Parameter on the search curve.
+    pub u: f64,
+    /// The pose, tested at exactly this u.
+    pub pose: FeasiblePose,
+}
+
+/// The pose with the smallest u that the paper's search finds at a CC point.
+///
+/// u runs from `from_u` in coarse steps; at the first feasible one, the bracket down to the step before is bisected.
+/// Where feasibility is monotone along the curve beyond `from_u`, the result is within `u_tolerance` of the smallest
+/// feasible u; where it is not, a feasible stretch shorter than the step may be missed, but what is returned has always
+/// been tested as feasible itself.
+///
+/// # Errors
+/// When no tested posture is feasible: the reason that blocked most of them, the earliest of equals.
+pub fn search(
+    test: &PoseTest<'_>,
+    cc: &CcPoint,
+    curve: &SearchCurve,
+    settings: &SearchSettings,
+    from_u: f64,
+    near: Option<&AxisValues>,
+    hints: &mut Hints,
+) -> Result<Found, Infeasible> {
+    let mut try_at = |u: f64| test.try_posture(cc, curve.at(u), near, hints).map(|pose| Found { u, pose });
+    let mut blocked = None;
+    let mut reasons = Reasons::default();
+    for u in coarse_steps(from_u, settings.u_step) {
+        match try_at(u) {
+            Ok(found) => return Ok(refine(try_at, blocked, found, settings.u_tolerance)),
+            Err(why) => {
+                blocked = Some(u);
+                reasons.count(why);
+            }
+        }
+    }
+    Err(reasons.most_frequent())
+}
+
+/// `from`, `from + step`, …, and 1 as the last.
+fn coarse_steps(from: f64, step: f64) -> impl Iterator<Item = f64> {
+    let n = ((1.0 - from) / step - 1e-9).ceil().max(0.0) as usize;
+    (0..=n).map(move |k| if k == n { 1.0 } else { from + k as f64 * step })
+}
+
+/// Bisects between a blocked and a feasible u; keeps the last feasible one.
+fn refine(
+    mut try_at: impl FnMut(f64) -> Result<Found, Infeasible>,
+    blocked: Option<f64>,
+    mut found: Found,
+    tolerance: f64,
+) -> Found {
+    let Some(mut blocked) = blocked else { return found };
+    while found.u - blocked > tolerance {
+        let middle = 0.5 * (blocked + found.u);
+        match try_at(middle) {
+            Ok(better) => found = better,
+            Err(_) => blocked = middle,
+        }
+    }
+    found
+}
+
+/// Counts reasons of the same kind and bodies.
+#[derive(Default)]
+struct Reasons(Vec<(Infeasible, usize)>);
+
+impl Reasons {
+    fn count(&mut self, why: Infeasible) {
+        match self.0.iter_mut().find(|(known, _)| same_cause(known, &why)) {
+            Some((_, n)) => *n += 1,
+            None => self.0.push((why, 1)),
+        }
+    }
+
+    fn most_frequent(self) -> Infeasible {
+        // max_by_key takes the last of equals; reversed, that is the earliest.
+        self.0.into_iter().rev().max_by_key(|(_, n)| *n).expect("at least u = 1 is tested").0
+    }
+}
+
+/// Whether two reasons blame the same thing, wherever it is.
+fn same_cause(a: &Infeasible, b: &Infeasible) -> bool {
+    match (a, b) {
+        (Infeasible::OutsideCone { .. }, Infeasible::OutsideCone { .. })
+        | (Infeasible::Unreachable(_), Infeasible::Unreachable(_)) => true,
+        (Infeasible::Gouge { obstacle: p, .. }, Infeasible::Gouge { obstacle: q, .. }) => p == q,
+        (Infeasible::Collision { body: b1, obstacle: p, .. }, Infeasible::Collision { body: b2, obstacle: q, .. }) => {
+            b1 == b2 && p == q
+        }
+        _ => false,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn coarse_steps_end_at_one_and_never_repeat() {
+        let steps: Vec<f64> = coarse_steps(0.0, 0.1).collect();
+        assert_eq!(steps.len(), 11);
+        assert_eq!(*steps.last().unwrap(), 1.0);
+        assert_eq!(coarse_steps(0.95, 0.1).collect::<Vec<_>>(), [0.95, 1.0]);
+        assert_eq!(coarse_steps(1.0, 0.1).collect::<Vec<_>>(), [1.0]);
+    }
+}
