@@ -1,1 +1,79 @@
-//! Room to be built: see `docs/architecture.md`.
+//! Plans five-axis face milling: job file in, machine NC and reports out.
+//!
+//! [`Job::read`] reads a job with all it names, [`plan_setup`] plans one of its setups: passes on the drive surface, a
+//! tested posture at every CC point, entries, exits and links, blocks timed by FEED, the program's text, and the run of
+//! that text on the virtual machine. What it returns are files and a [`Report`](report::Report); [`files::write_all`]
+//! writes them whole or not at all. The stages themselves are crates of their own, re-exported here for library users.
+//!
+//! ```no_run
+//! use facemill::{Job, PlanSettings, SilentStages, plan_setup};
+//! use std::path::Path;
+//!
+//! let job = Job::read(Path::new("assets/propeller/job.json"))?;
+//! let planned = plan_setup(&job, 0, PlanSettings { verify: true }, &SilentStages)?;
+//! assert!(planned.is_clean());
+//! # Ok::<(), facemill::Failure>(())
+//! ```
+//!
+//! What a plan without findings guarantees: every pose was tested against the meshes with the verdicts of
+//! `facemill-interference`, and the written text, read back and run under the machine's motion law at positions at most
+//! 0.5 mm and 0.2° apart, gouges nothing deeper than the error budget, collides with nothing and keeps all axis limits.
+//! Between those positions nothing is proven yet.
+//!
+//! It must not know formulas: those belong to the stage crates.
+
+mod cell;
+mod check;
+mod chips;
+mod failure;
+pub mod files;
+pub mod job_file;
+mod load;
+mod moves;
+pub mod new_job;
+mod path;
+mod pieces;
+mod plan;
+mod program;
+pub mod report;
+mod solution_svg;
+mod stock;
+mod summary;
+mod validate;
+
+pub use check::describe_setup;
+pub use failure::Failure;
+pub use load::{Job, read_mesh};
+pub use plan::{PlanSettings, Planned, plan_setup};
+pub use summary::summary;
+
+pub use facemill_cc_path as cc_path;
+pub use facemill_chip_area as chip_area;
+pub use facemill_cl_data as cl_data;
+pub use facemill_cutter_location as cutter_location;
+pub use facemill_feedrate as feedrate;
+pub use facemill_file_format as file_format;
+pub use facemill_interference as interference;
+pub use facemill_inverse_kinematics as inverse_kinematics;
+pub use facemill_nc_program as nc_program;
+pub use facemill_sample_parts as sample_parts;
+pub use facemill_surface_model as surface_model;
+pub use facemill_tool_model as tool_model;
+pub use facemill_virtual_machine as virtual_machine;
+pub use facemill_z_map as z_map;
+
+/// Gives each stage of a plan the monitor it reports to.
+pub trait Stages {
+    /// Starts a stage of `n` steps; it ends when the monitor is dropped.
+    fn start(&self, what: &'static str, n: usize) -> Box<dyn facemill_cl_data::Monitor>;
+}
+
+/// Stages that show nothing and are never cancelled.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct SilentStages;
+
+impl Stages for SilentStages {
+    fn start(&self, _what: &'static str, _n: usize) -> Box<dyn facemill_cl_data::Monitor> {
+        Box::new(facemill_cl_data::Silent)
+    }
+}

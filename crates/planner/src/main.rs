@@ -1,2 +1,18 @@
-//! Command line of facemill.
-fn main() {}
+//! The `facemill` command.
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+mod cli;
+mod progress;
+
+fn main() -> ExitCode {
+    match cli::run(cli::Arguments::parse()) {
+        Ok(code) => code,
+        Err(failure) => {
+            eprintln!("facemill: {failure}");
+            failure.exit_code()
+        }
+    }
+}

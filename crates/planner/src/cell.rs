@@ -1,0 +1,128 @@
+//! The workcell of an operation: what its poses are judged by.
+
+use facemill_cl_data::{Aabb, ErrorBudget};
+use facemill_cutter_location::{AxisCone, Obstacle, SearchCurve, SearchOrder, SearchSettings, Workcell};
+use facemill_inverse_kinematics::BranchPreference;
+use facemill_tool_model::SpindleRotation;
+use facemill_z_map::{ZMap, ZMapSettings};
+use nalgebra::Isometry3;
+
+use crate::Failure;
+use crate::job_file::{BranchFile, DirectionFile, OperationFile, OrderFile};
+use crate::load::{Job, ObstacleRole, Setup, direction};
+
+/// Cells along the longer side of the Z-map: fine enough to follow a part, coarse enough to cost nothing.
+const Z_MAP_CELLS: f64 = 200.0;
+
+/// Z-map of everything that stands on the table, seen along +Z of the workpiece frame.
+///
+/// # Errors
+/// When the map cannot be built.
+pub(crate) fn z_map(setup: &Setup<'_>) -> Result<ZMap, Failure> {
+    let all = setup.obstacles.iter().fold(facemill_surface_model::TriMesh::default(), |all, o| all.joined(&o.mesh));
+    let size = setup.aabb().half_extents() * 2.0;
+    let cell = size.x.max(size.y).max(1.0) / Z_MAP_CELLS;
+    let settings = ZMapSettings { cell, margin: 0.0 };
+    ZMap::build(&all, &Isometry3::identity(), &settings).map_err(|e| Failure::Internal(e.to_string()))
+}
+
+/// The workcell of an operation.
+pub(crate) fn workcell<'a>(
+    job: &'a Job,
+    setup: &'a Setup<'_>,
+    operation: &OperationFile,
+    z_map: &'a ZMap,
+) -> Workcell<'a> {
+    let obstacles = setup
+        .obstacles
+        .iter()
+        .map(|o| {
+            let cut = matches!(o.role, ObstacleRole::Part | ObstacleRole::Check);
+            Obstacle {
+                name: o.name.clone(),
+                mesh: &o.tree,
+                gouge_allowance: match o.role {
+                    ObstacleRole::Part | ObstacleRole::Check | ObstacleRole::Fixture => Some(o.allowance),
+                    ObstacleRole::Stock => None,
+                },
+                collision_allowance: if cut { setup.stock_thickness.max(o.allowance) } else { 0.0 },
+            }
+        })
+        .collect();
+    let tolerances = &operation.tolerances;
+    Workcell {
+        machine: &job.machine,
+        table_from_work: setup.table_from_work,
+        tool: &job.tool,
+        obstacles,
+        preferred_branch: match operation.search.preferred_branch {
+            BranchFile::NearestHome => BranchPreference::Nearest,
+            BranchFile::Positive => BranchPreference::Positive,
+            BranchFile::Negative => BranchPreference::Negative,
+        },
+        axis_cone: operation
+            .search
+            .tool_axis_cone
+            .as_ref()
+            .map(|c| AxisCone { axis: direction(&c.axis), half_angle: c.half_angle_deg.to_radians() }),
+        gouge_tolerance: tolerances.gouge_mm,
+        max_lift: tolerances.max_lift_mm,
+        // A tenth of the smallest excess anyone measures on such parts; seating costs one test per halving.
+        lift_resolution: (tolerances.max_lift_mm / 32.0).max(1e-3),
+        z_map: Some((z_map, Isometry3::identity())),
+    }
+}
+
+/// Error budget of an operation.
+pub(crate) fn budget(job: &Job, operation: &OperationFile) -> ErrorBudget {
+    let t = &operation.tolerances;
+    ErrorBudget {
+        mesh_chord: t.mesh_chord_mm,
+        path_chord: t.path_chord_mm,
+        linearisation: t.linearisation_mm,
+        control: job.machine.motion_law().control_tolerance.charge(job.tool.cutter().radius()),
+        gouge_tolerance: t.gouge_mm,
+    }
+}
+
+/// The search curve for passes with the uncut stock on this side of the feed: rotate turns toward it.
+///
+/// # Errors
+/// When the ranges make no curve.
+pub(crate) fn search_curve(job: &Job, operation: &OperationFile, uncut_left: bool) -> Result<SearchCurve, Failure> {
+    let s = &operation.search;
+    // Right-handed about the outward normal: turning left is positive.
+    let sign = if uncut_left { 1.0 } else { -1.0 };
+    let posture = |k: usize| facemill_cl_data::Posture {
+        tilt: s.tilt_deg[k].to_radians(),
+        rotate: sign * s.rotate_deg[k].to_radians(),
+    };
+    let order = match s.order {
+        OrderFile::TiltFirst => SearchOrder::TiltFirst,
+        OrderFile::RotateFirst => SearchOrder::RotateFirst,
+    };
+    SearchCurve::new(posture(0), posture(1), order, s.weight).map_err(|e| job.wrong(format!("search: {e}")))
+}
+
+/// How the curve is walked.
+pub(crate) fn search_settings(operation: &OperationFile) -> SearchSettings {
+    SearchSettings { u_step: operation.search.u_step, u_tolerance: operation.search.u_tolerance }
+}
+
+/// Side of the feed on which the uncut stock must lie, `None` where either will do.
+///
+/// A spindle that turns clockwise, seen from the spindle, moves its teeth against the feed on the right of the feed: climb
+/// milling has the uncut stock there.
+pub(crate) fn wanted_uncut_left(job: &Job, direction: DirectionFile) -> Option<bool> {
+    let clockwise = job.tool.spindle_rotation() == SpindleRotation::Clockwise;
+    match direction {
+        DirectionFile::Climb => Some(!clockwise),
+        DirectionFile::Conventional => Some(clockwise),
+        DirectionFile::Either => None,
+    }
+}
+
+/// Size of a box's diagonal, mm; 0 for an empty one.
+pub(crate) fn diagonal(b: &Aabb) -> f64 {
+    if b.is_empty() { 0.0 } else { (b.max - b.min).norm() }
+}

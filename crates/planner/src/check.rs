@@ -1,0 +1,35 @@
+//! What `check` says of a setup.
+
+use crate::load::Setup;
+use crate::path::lay;
+use crate::{Failure, Job};
+
+/// Reads a setup, lays its passes, and tells in lines what was found; nothing is planned.
+///
+/// # Errors
+/// As planning would, as far as reading and laying go.
+pub fn describe_setup(job: &Job, index: usize) -> Result<Vec<String>, Failure> {
+    let setup = Setup::read(job, index)?;
+    let mut lines = vec![format!("setup \"{}\"", setup.file.name)];
+    for mesh in &setup.reports {
+        let counts: Vec<String> = mesh.repair.iter().map(|(k, v)| format!("{} {v}", k.replace('_', " "))).collect();
+        lines.push(format!("mesh {}: {}", mesh.file, counts.join(", ")));
+    }
+    let b = setup.aabb();
+    lines.push(format!(
+        "everything lies in ({:.1}, {:.1}, {:.1}) to ({:.1}, {:.1}, {:.1}) mm of the workpiece frame",
+        b.min.x, b.min.y, b.min.z, b.max.x, b.max.y, b.max.z
+    ));
+    for (k, operation) in job.operations_of(setup.file) {
+        let laid = lay(job, &setup, k, operation)?;
+        let points: usize = laid.tasks.iter().map(|t| t.pass.points.len()).sum();
+        let copies = operation.pattern.as_ref().map_or(1, |p| p.copies);
+        lines.push(format!(
+            "operation \"{}\": {} passes with {points} CC points, in {copies} place(s); {} short pieces left out",
+            operation.name,
+            laid.tasks.len(),
+            laid.dropped_pieces
+        ));
+    }
+    Ok(lines)
+}

@@ -1,0 +1,236 @@
+//! Command line.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::{CommandFactory, Parser, Subcommand, ValueEnum};
+use facemill::job_file::JobFile;
+use facemill::new_job::{NewJob, Series, new_job};
+use facemill::report::Report;
+use facemill::{Failure, Job, PlanSettings, Stages, files, plan_setup, summary};
+
+use crate::progress::Bar;
+
+/// Plans five-axis face milling of sculptured surfaces: mesh and path in, machine NC out.
+#[derive(Parser)]
+#[command(name = "facemill", version, about, max_term_width = 100)]
+pub(crate) struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Plans a job and writes program, APT file, report and picture
+    Plan {
+        /// Job file
+        job: PathBuf,
+        /// Folder to write to; out/<name of the job's folder> where it is not given
+        #[arg(long, value_name = "DIR")]
+        out: Option<PathBuf>,
+        /// Threads; all processors where it is not given
+        #[arg(long, value_name = "N")]
+        threads: Option<usize>,
+        /// Do not run the written program on the virtual machine (the report says so)
+        #[arg(long)]
+        no_verify: bool,
+    },
+    /// Reads a job and everything it names, and says what is wrong or what was found
+    Check {
+        /// Job file
+        job: PathBuf,
+    },
+    /// Writes an example: a complete job folder
+    New {
+        #[command(subcommand)]
+        part: NewPart,
+    },
+    /// Prints the JSON Schema of a file format
+    Schema {
+        /// Format
+        format: Format,
+    },
+    /// Prints a completion script
+    Completions {
+        /// Shell
+        shell: clap_complete::Shell,
+    },
+}
+
+#[derive(Subcommand)]
+enum NewPart {
+    /// A marine propeller, its suction side up
+    Propeller {
+        /// Folder to write to; it must be empty or not exist
+        dir: PathBuf,
+        /// Series
+        #[arg(long, default_value = "dtmb4119")]
+        series: SeriesName,
+        /// Diameter
+        #[arg(long, value_name = "MM", default_value_t = 3048.0)]
+        diameter_mm: f64,
+        /// Number of blades (Wageningen B only)
+        #[arg(long, value_name = "N", default_value_t = 4)]
+        blades: u32,
+        /// Expanded area ratio (Wageningen B only)
+        #[arg(long, value_name = "RATIO", default_value_t = 0.55)]
+        area_ratio: f64,
+        /// Pitch ratio (Wageningen B only)
+        #[arg(long, value_name = "RATIO", default_value_t = 1.0)]
+        pitch_ratio: f64,
+    },
+    /// A wavy sculptured patch
+    Patch {
+        /// Folder to write to; it must be empty or not exist
+        dir: PathBuf,
+        /// Length of its sides
+        #[arg(long, value_name = "MM", default_value_t = 400.0)]
+        size_mm: f64,
+    },
+    /// The blade of NASA Rotor 37
+    Rotor37 {
+        /// Folder to write to; it must be empty or not exist
+        dir: PathBuf,
+        /// Scale; 1 is the real compressor
+        #[arg(long, value_name = "FACTOR", default_value_t = 10.0)]
+        scale: f64,
+    },
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum SeriesName {
+    Dtmb4119,
+    Dtmb4382,
+    Vp1304,
+    WageningenB,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Format {
+    Job,
+    Tool,
+    Machine,
+    Path,
+    Report,
+}
+
+/// Does what the arguments say.
+///
+/// # Errors
+/// When it cannot be done; what was done with findings is exit code 1 and no error.
+pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
+    match arguments.command {
+        Command::Plan { job, out, threads, no_verify } => {
+            if let Some(n) = threads {
+                rayon::ThreadPoolBuilder::new()
+                    .num_threads(n)
+                    .build_global()
+                    .map_err(|e| Failure::Internal(e.to_string()))?;
+            }
+            plan(&job, out, !no_verify)
+        }
+        Command::Check { job } => check(&job),
+        Command::New { part } => write_new(part),
+        Command::Schema { format } => {
+            print!("{}", schema(format));
+            Ok(ExitCode::SUCCESS)
+        }
+        Command::Completions { shell } => {
+            clap_complete::generate(shell, &mut Arguments::command(), "facemill", &mut std::io::stdout());
+            Ok(ExitCode::SUCCESS)
+        }
+    }
+}
+
+/// Stages shown as bars.
+struct Bars;
+
+impl Stages for Bars {
+    fn start(&self, what: &'static str, n: usize) -> Box<dyn facemill::cl_data::Monitor> {
+        Box::new(Bar::new(what, n))
+    }
+}
+
+fn plan(job_path: &Path, out: Option<PathBuf>, verify: bool) -> Result<ExitCode, Failure> {
+    crate::progress::watch_interrupts().map_err(Failure::Internal)?;
+    let job = Job::read(job_path)?;
+    let out = out.unwrap_or_else(|| default_out(job_path));
+    let mut clean = true;
+    let mut all_files = Vec::new();
+    let mut timings = Vec::new();
+    let mut texts = Vec::new();
+    for (index, setup) in job.file.setups.iter().enumerate() {
+        let planned = plan_setup(&job, index, PlanSettings { verify }, &Bars)?;
+        clean &= planned.is_clean();
+        texts.push(summary(&planned.report));
+        timings.push(serde_json::json!({
+            "setup": setup.name,
+            "stages_s": planned.timings.iter().map(|(name, s)| ((*name).to_owned(), serde_json::json!(s))).collect::<serde_json::Map<_, _>>(),
+        }));
+        all_files.extend(planned.files);
+    }
+    let timings = serde_json::json!({ "format": "facemill-timings/1", "setups": timings });
+    all_files.push(("timings.json".to_owned(), facemill::file_format::to_json(&timings).into_bytes()));
+    if crate::progress::is_interrupted() {
+        return Err(Failure::Interrupted);
+    }
+    files::write_all(&out, &all_files)?;
+    for text in texts {
+        println!("{text}");
+    }
+    let names: Vec<&str> = all_files.iter().map(|(name, _)| name.as_str()).collect();
+    println!("  written to {}: {}", out.display(), names.join(", "));
+    Ok(if clean { ExitCode::SUCCESS } else { ExitCode::from(1) })
+}
+
+/// `out/` and the name of the folder that the job is in.
+fn default_out(job: &Path) -> PathBuf {
+    let folder = job.canonicalize().ok().and_then(|p| p.parent().and_then(|f| f.file_name()).map(PathBuf::from));
+    Path::new("out").join(folder.unwrap_or_else(|| PathBuf::from("job")))
+}
+
+fn check(job_path: &Path) -> Result<ExitCode, Failure> {
+    let job = Job::read(job_path)?;
+    println!("{}: job \"{}\" with {} operation(s)", job_path.display(), job.file.name, job.file.operations.len());
+    for index in 0..job.file.setups.len() {
+        for line in facemill::describe_setup(&job, index)? {
+            println!("  {line}");
+        }
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn write_new(part: NewPart) -> Result<ExitCode, Failure> {
+    let (dir, job) = match part {
+        NewPart::Propeller { dir, series, diameter_mm, blades, area_ratio, pitch_ratio } => {
+            let series = match series {
+                SeriesName::Dtmb4119 => Series::Dtmb4119,
+                SeriesName::Dtmb4382 => Series::Dtmb4382,
+                SeriesName::Vp1304 => Series::Vp1304,
+                SeriesName::WageningenB => Series::WageningenB { blades, area_ratio, pitch_ratio },
+            };
+            (dir, NewJob::Propeller { series, diameter_mm })
+        }
+        NewPart::Patch { dir, size_mm } => (dir, NewJob::Patch { size_mm }),
+        NewPart::Rotor37 { dir, scale } => (dir, NewJob::Rotor37 { scale }),
+    };
+    let written = new_job(&job).map_err(|message| Failure::Input { file: dir.clone(), message })?;
+    let occupied = std::fs::read_dir(&dir).is_ok_and(|mut entries| entries.next().is_some());
+    if occupied {
+        return Err(Failure::input(&dir, "the folder is not empty; name a new one"));
+    }
+    files::write_all(&dir, &written)?;
+    println!("{}: {}", dir.display(), written.iter().map(|(n, _)| n.as_str()).collect::<Vec<_>>().join(", "));
+    println!("plan it with: facemill plan {}", dir.join("job.json").display());
+    Ok(ExitCode::SUCCESS)
+}
+
+fn schema(format: Format) -> String {
+    match format {
+        Format::Job => facemill::file_format::schema::<JobFile>(),
+        Format::Tool => facemill::file_format::schema::<facemill::tool_model::ToolFile>(),
+        Format::Machine => facemill::inverse_kinematics::machine_schema(),
+        Format::Path => facemill::file_format::schema::<facemill::cc_path::PathFile>(),
+        Format::Report => facemill::file_format::schema::<Report>(),
+    }
+}

@@ -1,0 +1,73 @@
+//! Reading input files and writing output files: whole or not at all.
+
+use std::io::Write;
+use std::path::Path;
+
+use crate::Failure;
+
+/// Reads a file that the user named.
+///
+/// # Errors
+/// [`Failure::Read`].
+pub fn read(file: &Path) -> Result<Vec<u8>, Failure> {
+    std::fs::read(file).map_err(|source| Failure::Read { file: file.to_owned(), source })
+}
+
+/// Writes files into a folder, each to a temporary name first; only when all are written are they renamed, so that an
+/// interruption leaves whole old files or whole new ones.
+///
+/// # Errors
+/// [`Failure::Write`], naming the file.
+pub fn write_all(folder: &Path, files: &[(String, Vec<u8>)]) -> Result<(), Failure> {
+    let failed = |name: &str| {
+        let file = folder.join(name);
+        move |source: std::io::Error| Failure::Write { file, source }
+    };
+    std::fs::create_dir_all(folder).map_err(failed(""))?;
+    let mut waiting = Vec::with_capacity(files.len());
+    for (name, bytes) in files {
+        let mut temporary = tempfile::NamedTempFile::new_in(folder).map_err(failed(name))?;
+        temporary.write_all(bytes).map_err(failed(name))?;
+        temporary.as_file().sync_all().map_err(failed(name))?;
+        waiting.push((name, temporary));
+    }
+    for (name, temporary) in waiting {
+        let file = temporary.persist(folder.join(name)).map_err(|e| failed(name)(e.error))?;
+        make_readable(&file).map_err(failed(name))?;
+    }
+    Ok(())
+}
+
+/// Temporary files are private to their owner; results are not.
+#[cfg(unix)]
+fn make_readable(file: &std::fs::File) -> std::io::Result<()> {
+    use std::os::unix::fs::PermissionsExt;
+    file.set_permissions(std::fs::Permissions::from_mode(0o644))
+}
+
+#[cfg(not(unix))]
+fn make_readable(_: &std::fs::File) -> std::io::Result<()> {
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_are_written_whole_and_replace_older_ones() {
+        let folder = tempfile::tempdir().unwrap();
+        let inner = folder.path().join("a/b");
+        write_all(&inner, &[("x.txt".into(), b"one".to_vec())]).unwrap();
+        write_all(&inner, &[("x.txt".into(), b"two".to_vec()), ("y.txt".into(), vec![])]).unwrap();
+        assert_eq!(std::fs::read(inner.join("x.txt")).unwrap(), b"two");
+        assert_eq!(std::fs::read_dir(&inner).unwrap().count(), 2);
+    }
+
+    #[test]
+    fn a_folder_that_cannot_be_made_is_named() {
+        let file = tempfile::NamedTempFile::new().unwrap();
+        let e = write_all(&file.path().join("out"), &[]).unwrap_err();
+        assert!(e.to_string().contains("out"), "{e}");
+    }
+}

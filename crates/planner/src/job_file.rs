@@ -1,0 +1,589 @@
+//! The job file, `"format": "facemill-job/1"`, as it is written.
+
+use std::collections::BTreeMap;
+
+use facemill_cc_path::{RegionFile, StrategyFile};
+use facemill_nc_program::PostFile;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Value of the key `format` in a job file.
+pub const JOB_FORMAT: &str = "facemill-job/1";
+
+/// A job: what is machined, with what, how, and what is written.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct JobFile {
+    /// Always "facemill-job/1".
+    pub format: String,
+    /// Name of the job; the program carries it as a comment.
+    pub name: String,
+    /// Tool file, relative to the job file.
+    pub tool: String,
+    /// Machine file, relative to the job file.
+    pub machine: String,
+    /// Setups in the order they are machined; each gets a program of its own.
+    pub setups: Vec<SetupFile>,
+    /// Operations in the order they are machined.
+    pub operations: Vec<OperationFile>,
+    /// How the program is written.
+    pub post: PostFile,
+}
+
+/// One clamping of the part.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SetupFile {
+    /// Name; operations refer to it.
+    pub name: String,
+    /// Pose of the part (the meshes' frame) in the workpiece frame.
+    #[serde(default)]
+    pub work_from_part: PoseFile,
+    /// Pose of the workpiece frame on the machine's table: how the part is mounted.
+    #[serde(default)]
+    pub table_from_work: PoseFile,
+    /// Work offset that the program runs under.
+    #[serde(default)]
+    pub work_offset: WorkOffsetFile,
+    /// Meshes with their roles.
+    pub meshes: Vec<MeshFile>,
+    /// The material on the part before machining.
+    pub stock: StockFile,
+    /// Surface outside of which rapids are free.
+    pub clearance: ClearanceFile,
+    /// Distance that the whole tool keeps from part, stock and fixtures in rapids.
+    #[serde(default = "default_rapid_clearance_mm")]
+    pub rapid_clearance_mm: f64,
+}
+
+fn default_rapid_clearance_mm() -> f64 {
+    5.0
+}
+
+/// A pose: rotation about an axis through the origin, then translation.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PoseFile {
+    /// Translation.
+    #[serde(default)]
+    pub translation_mm: [f64; 3],
+    /// Direction of the rotation axis.
+    #[serde(default = "z_axis")]
+    pub rotation_axis: [f64; 3],
+    /// Angle, right-handed.
+    #[serde(default)]
+    pub rotation_deg: f64,
+}
+
+pub(crate) fn z_axis() -> [f64; 3] {
+    [0.0, 0.0, 1.0]
+}
+
+impl Default for PoseFile {
+    fn default() -> Self {
+        Self { translation_mm: [0.0; 3], rotation_axis: z_axis(), rotation_deg: 0.0 }
+    }
+}
+
+/// Work offset of the control: machine axis values where the program's words are zero.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct WorkOffsetFile {
+    /// Register, such as "G54".
+    #[serde(default = "default_register")]
+    pub register: String,
+    /// Offsets of linear axes by letter; axes not named have 0.
+    #[serde(default)]
+    pub linear_mm: BTreeMap<String, f64>,
+    /// Offsets of rotary axes by letter; axes not named have 0.
+    #[serde(default)]
+    pub rotary_deg: BTreeMap<String, f64>,
+}
+
+fn default_register() -> String {
+    "G54".to_owned()
+}
+
+impl Default for WorkOffsetFile {
+    fn default() -> Self {
+        Self { register: default_register(), linear_mm: BTreeMap::new(), rotary_deg: BTreeMap::new() }
+    }
+}
+
+/// A mesh, or some groups of it, and what it means.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MeshFile {
+    /// Mesh file (OBJ, STL, glTF, GLB), relative to the job file.
+    pub file: String,
+    /// Groups that are meant; `*` stands for any run of characters. All, where the key is missing.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub groups: Option<Vec<String>>,
+    /// What the mesh means.
+    pub role: RoleFile,
+    /// Unit of the file; metre for glTF and millimetre for others where the key is missing.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unit: Option<UnitFile>,
+    /// Up axis of the file; y for glTF and z for others where the key is missing.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub up_axis: Option<UpAxisFile>,
+    /// Material that must be left on it by the cutter.
+    #[serde(default)]
+    pub allowance_mm: f64,
+}
+
+/// What a mesh means (APT's part, check and drive surfaces).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum RoleFile {
+    /// What the passes cut; counts as part, too.
+    Drive,
+    /// Must not be gouged.
+    Part,
+    /// Must not be gouged; has its own allowance.
+    Check,
+    /// Must not be touched.
+    Fixture,
+}
+
+/// Length unit of a mesh file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum UnitFile {
+    /// m
+    Metre,
+    /// cm
+    Centimetre,
+    /// mm
+    Millimetre,
+    /// 25.4 mm
+    Inch,
+}
+
+/// Axis of a mesh file that points up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum UpAxisFile {
+    /// +X
+    X,
+    /// +Y
+    Y,
+    /// +Z
+    Z,
+}
+
+/// Material before machining, workpiece frame.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum StockFile {
+    /// The part with material of this thickness on it.
+    Offset(OffsetStockFile),
+    /// A box.
+    Box(BoxStockFile),
+    /// A cylinder.
+    Cylinder(CylinderStockFile),
+    /// A mesh.
+    Mesh(MeshStockFile),
+}
+
+/// The part with material on it.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct OffsetStockFile {
+    /// Thickness of the material.
+    pub allowance_mm: f64,
+}
+
+/// An axis-parallel box.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BoxStockFile {
+    /// Smallest coordinates.
+    pub min_mm: [f64; 3],
+    /// Largest coordinates.
+    pub max_mm: [f64; 3],
+}
+
+/// A round bar.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CylinderStockFile {
+    /// Middle of the base.
+    pub base_mm: [f64; 3],
+    /// Direction from the base to the top.
+    #[serde(default = "z_axis")]
+    pub axis: [f64; 3],
+    /// Radius.
+    pub radius_mm: f64,
+    /// Height.
+    pub height_mm: f64,
+}
+
+/// A casting as a mesh, in the part's frame.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MeshStockFile {
+    /// Mesh file, relative to the job file.
+    pub file: String,
+    /// Unit, as for meshes of the part.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unit: Option<UnitFile>,
+    /// Up axis, as for meshes of the part.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub up_axis: Option<UpAxisFile>,
+}
+
+/// Surface that the whole workpiece lies inside of, workpiece frame.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ClearanceFile {
+    /// A plane; its normal points to the free side.
+    Plane(PlaneFile),
+    /// A cylinder.
+    Cylinder(CylinderFile),
+    /// A sphere.
+    Sphere(SphereFile),
+}
+
+/// A plane.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PlaneFile {
+    /// A point of the plane.
+    pub origin_mm: [f64; 3],
+    /// Its normal.
+    #[serde(default = "z_axis")]
+    pub normal: [f64; 3],
+}
+
+/// An endless cylinder.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CylinderFile {
+    /// A point of its axis.
+    #[serde(default)]
+    pub origin_mm: [f64; 3],
+    /// Direction of its axis.
+    #[serde(default = "z_axis")]
+    pub axis: [f64; 3],
+    /// Radius.
+    pub radius_mm: f64,
+}
+
+/// A sphere.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SphereFile {
+    /// Middle.
+    #[serde(default)]
+    pub center_mm: [f64; 3],
+    /// Radius.
+    pub radius_mm: f64,
+}
+
+/// One operation.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct OperationFile {
+    /// Name; findings and the report refer to it.
+    pub name: String,
+    /// Setup it belongs to; may be missing where there is only one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub setup: Option<String>,
+    /// Where the cutter-contact points come from.
+    pub path: PathFile,
+    /// Cutting direction.
+    pub direction: DirectionFile,
+    /// How the cutter comes into every pass.
+    pub entry: ApproachFile,
+    /// How it leaves every pass.
+    pub exit: ApproachFile,
+    /// Copies about an axis.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pattern: Option<PatternFile>,
+    /// Search for tilt and rotate.
+    pub search: SearchFile,
+    /// Feeds and spindle.
+    pub feeds: FeedsFile,
+    /// Tolerances: the error budget.
+    pub tolerances: TolerancesFile,
+    /// What happens where no posture is feasible.
+    pub infeasible: InfeasibleFile,
+}
+
+/// Source of CC points.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum PathFile {
+    /// A path file, projected on the drive surface.
+    File(PathFromFile),
+    /// Passes laid on the drive surface.
+    Strategy(PathFromStrategy),
+}
+
+/// A path from a file.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PathFromFile {
+    /// Path file ("facemill-path/1"), relative to the job file.
+    pub file: String,
+    /// Farthest that a point may be from the drive surface.
+    pub max_distance_mm: f64,
+    /// Side of the feed on which the uncut stock lies, seen from outside.
+    #[serde(default)]
+    pub uncut_side: UncutSideFile,
+}
+
+/// A side of the feed, seen from outside the part.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum UncutSideFile {
+    /// Left of the feed.
+    Left,
+    /// Right of the feed.
+    #[default]
+    Right,
+}
+
+/// A path laid by a strategy.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PathFromStrategy {
+    /// How passes lie.
+    pub strategy: StrategyFile,
+    /// Where passes lie on the drive surface.
+    #[serde(default)]
+    pub region: RegionFile,
+    /// Passes advance toward larger levels (distance along the planes' normal, radius of the cylinders) or smaller ones.
+    #[serde(default)]
+    pub order: LevelOrderFile,
+    /// Order of cutting: always the same way, or back and forth.
+    #[serde(default)]
+    pub linking: LinkingFile,
+    /// Distance kept from the region's edge along each pass.
+    #[serde(default)]
+    pub edge_margin_mm: f64,
+    /// Passes shorter than this are left out and counted.
+    #[serde(default)]
+    pub min_pass_length_mm: f64,
+}
+
+/// Order of levels.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum LevelOrderFile {
+    /// From the smallest level to the largest.
+    #[default]
+    Increasing,
+    /// From the largest level to the smallest.
+    Decreasing,
+}
+
+/// How passes follow each other.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum LinkingFile {
+    /// Every pass the same way.
+    #[default]
+    OneWay,
+    /// Back and forth; only with direction "either".
+    Zigzag,
+}
+
+/// Cutting direction. With the spindle sense it says on which side of the feed the uncut stock lies, and toward that side
+/// rotate turns.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum DirectionFile {
+    /// Down milling: teeth move against the feed where they are in the stock.
+    Climb,
+    /// Up milling.
+    Conventional,
+    /// Whatever the order of passes gives.
+    Either,
+}
+
+/// Entry or exit of a pass.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ApproachFile {
+    /// Arc in the plane of feed and normal, tangent to the pass.
+    TangentialArc(ArcFile),
+    /// Arc in the tangent plane, from the side that is already cut.
+    RollIn(ArcFile),
+}
+
+/// An arc.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ArcFile {
+    /// Radius.
+    pub radius_mm: f64,
+    /// Angle it runs through, more than 0 and up to 90.
+    pub angle_deg: f64,
+}
+
+/// Copies of the passes about an axis, workpiece frame.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PatternFile {
+    /// Number of places, the first included.
+    pub copies: u32,
+    /// Angle from one to the next, right-handed.
+    pub index_angle_deg: f64,
+    /// A point of the axis.
+    #[serde(default)]
+    pub origin_mm: [f64; 3],
+    /// Direction of the axis.
+    #[serde(default = "z_axis")]
+    pub axis: [f64; 3],
+}
+
+/// Search for tilt and rotate (CLOPT).
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SearchFile {
+    /// Smallest and largest tilt.
+    pub tilt_deg: [f64; 2],
+    /// Smallest and largest amount of rotate, toward the uncut stock; negative: away from it.
+    pub rotate_deg: [f64; 2],
+    /// Which grows first.
+    #[serde(default)]
+    pub order: OrderFile,
+    /// Weight of the Bézier's middle control point.
+    #[serde(default = "one")]
+    pub weight: f64,
+    /// Coarse step of the curve's parameter.
+    #[serde(default = "default_u_step")]
+    pub u_step: f64,
+    /// Accuracy of the curve's parameter.
+    #[serde(default = "default_u_tolerance")]
+    pub u_tolerance: f64,
+    /// Largest turn of the tool axis against the surface per mm of path.
+    #[serde(default = "default_turn")]
+    pub max_turn_deg_per_mm: f64,
+    /// Directions allowed to the tool axis.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tool_axis_cone: Option<ConeFile>,
+    /// Which of the machine's solutions is taken at the start.
+    #[serde(default)]
+    pub preferred_branch: BranchFile,
+}
+
+fn one() -> f64 {
+    1.0
+}
+fn default_u_step() -> f64 {
+    0.1
+}
+fn default_u_tolerance() -> f64 {
+    0.001
+}
+fn default_turn() -> f64 {
+    0.1
+}
+
+/// Which angle grows first along the search curve.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum OrderFile {
+    /// Tilt, then rotate.
+    #[default]
+    TiltFirst,
+    /// Rotate, then tilt.
+    RotateFirst,
+}
+
+/// Directions within an angle of an axis, workpiece frame.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ConeFile {
+    /// Middle of the cone.
+    #[serde(default = "z_axis")]
+    pub axis: [f64; 3],
+    /// Angle from the middle to the border.
+    pub half_angle_deg: f64,
+}
+
+/// Which of the machine's solutions is taken where nothing comes before.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum BranchFile {
+    /// Nearest to the home position.
+    #[default]
+    NearestHome,
+    /// First rotary axis of the tool (else of the table) not negative.
+    Positive,
+    /// First rotary axis of the tool (else of the table) not positive.
+    Negative,
+}
+
+/// Feeds and spindle.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FeedsFile {
+    /// Speed of the tool tip along the passes.
+    pub cutting_mm_min: f64,
+    /// Speed of the tool tip in entries and exits.
+    pub approach_mm_min: f64,
+    /// Spindle speed.
+    pub spindle_rpm: f64,
+    /// Coolant.
+    #[serde(default)]
+    pub coolant: CoolantFile,
+}
+
+/// Coolant.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum CoolantFile {
+    /// None.
+    #[default]
+    Off,
+    /// Flood.
+    Flood,
+    /// Mist.
+    Mist,
+    /// Air.
+    Air,
+}
+
+/// Tolerances of an operation.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TolerancesFile {
+    /// How far the mesh's facets may be from the true surface; part of the budget, as the mesh's maker states it.
+    pub mesh_chord_mm: f64,
+    /// Straight path between two CC points against the surface.
+    pub path_chord_mm: f64,
+    /// Largest distance between two CC points.
+    pub max_step_mm: f64,
+    /// Motion of the control between two blocks against the straight path with turning axis.
+    pub linearisation_mm: f64,
+    /// How deep the cutter may be in the part's mesh.
+    pub gouge_mm: f64,
+    /// Largest lift along the normal by which a pose may be freed of facets.
+    pub max_lift_mm: f64,
+    /// Largest cusp between passes.
+    pub cusp_mm: f64,
+    /// Largest distance between passes.
+    pub max_step_over_mm: f64,
+}
+
+/// What happens where no posture is feasible.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum InfeasibleFile {
+    /// The job is infeasible.
+    Stop,
+    /// The pass leaves the part before such points and comes back behind them.
+    Trim(TrimFile),
+}
+
+/// How much may be left out.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TrimFile {
+    /// Largest part of the CC points that may be left out; above it the job has failed.
+    pub max_trimmed_fraction: f64,
+}

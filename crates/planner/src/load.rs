@@ -1,0 +1,408 @@
+//! From a job file to everything it names, checked.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use facemill_cl_data::Aabb;
+use facemill_interference::MeshTree;
+use facemill_inverse_kinematics::{Carrier, Machine};
+use facemill_nc_program::{PostSettings, Template, WorkOffset};
+use facemill_surface_model::{
+    Group, ImportSettings, Imported, LengthUnit, MeshFormat, Surface, SurfaceSettings, TriMesh, UpAxis, import_mesh,
+};
+use facemill_tool_model::ToolAssembly;
+use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
+
+use crate::job_file::{
+    JobFile, MeshFile, OperationFile, PoseFile, RoleFile, SetupFile, StockFile, UnitFile, UpAxisFile,
+};
+use crate::report::MeshReport;
+use crate::stock::{solid_mesh, stock_mesh};
+use crate::validate::{belongs, validate};
+use crate::{Failure, files};
+
+/// A job with its tool, machine and post read.
+pub struct Job {
+    /// The job file.
+    pub path: PathBuf,
+    /// What it says.
+    pub file: JobFile,
+    /// Its tool.
+    pub tool: ToolAssembly,
+    /// Its machine.
+    pub machine: Machine,
+    /// Its post.
+    pub post: PostSettings,
+}
+
+impl Job {
+    /// Reads a job file, its tool, machine and template.
+    ///
+    /// # Errors
+    /// When a file cannot be read or is wrong; the message names file, field and line.
+    pub fn read(path: &Path) -> Result<Self, Failure> {
+        let file: JobFile =
+            facemill_file_format::from_json(&files::read(path)?).map_err(|e| Failure::input(path, e))?;
+        validate(&file).map_err(|e| Failure::input(path, e))?;
+        let beside = |name: &str| path.parent().unwrap_or(Path::new("")).join(name);
+        let tool_path = beside(&file.tool);
+        let tool = ToolAssembly::from_json(&files::read(&tool_path)?).map_err(|e| Failure::input(&tool_path, e))?;
+        let machine_path = beside(&file.machine);
+        let machine = Machine::from_json(&files::read(&machine_path)?).map_err(|e| Failure::input(&machine_path, e))?;
+        let template = match &file.post.template {
+            None => None,
+            Some(name) => {
+                let template_path = beside(name);
+                let text = String::from_utf8(files::read(&template_path)?)
+                    .map_err(|e| Failure::input(&template_path, format!("not UTF-8 text: {e}")))?;
+                Some(Template { name: name.clone(), text })
+            }
+        };
+        let post = file.post.settings(template).map_err(|e| Failure::input(path, format!("post.{e}")))?;
+        Ok(Self { path: path.to_owned(), file, tool, machine, post })
+    }
+
+    /// A file named in the job, relative to the job file.
+    pub fn beside(&self, name: &str) -> PathBuf {
+        self.path.parent().unwrap_or(Path::new("")).join(name)
+    }
+
+    /// An error about the job file.
+    pub fn wrong(&self, message: impl ToString) -> Failure {
+        Failure::input(&self.path, message)
+    }
+
+    /// The operations of a setup, with their index in the job.
+    pub fn operations_of<'a>(&'a self, setup: &'a SetupFile) -> impl Iterator<Item = (usize, &'a OperationFile)> {
+        self.file.operations.iter().enumerate().filter(|(_, o)| belongs(o, setup, &self.file))
+    }
+}
+
+/// A mesh that must not be cut or hit, workpiece frame.
+pub(crate) struct ObstacleMesh {
+    /// Role and file, for findings.
+    pub name: String,
+    /// What it means.
+    pub role: ObstacleRole,
+    /// The mesh.
+    pub mesh: TriMesh,
+    /// Its hierarchy.
+    pub tree: MeshTree,
+    /// Material that the cutter must leave on it, mm.
+    pub allowance: f64,
+}
+
+/// What an obstacle means.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum ObstacleRole {
+    /// Drive and part surfaces.
+    Part,
+    /// Check surfaces.
+    Check,
+    /// Fixtures and the machine's table.
+    Fixture,
+    /// The stock, where it is a solid of its own.
+    Stock,
+}
+
+/// A setup with its meshes read, in the workpiece frame.
+pub(crate) struct Setup<'a> {
+    /// What the job says.
+    pub file: &'a SetupFile,
+    /// What the passes cut, alone: for paths that are projected on it.
+    pub drive: Surface,
+    /// The whole files that the drive surface is in: normals and curvatures at its border know what lies beyond.
+    pub around_drive: Surface,
+    /// Groups of `around_drive` that are the drive surface.
+    pub drive_groups: Vec<String>,
+    /// Everything that must not be cut or hit.
+    pub obstacles: Vec<ObstacleMesh>,
+    /// Thickness of the stock on part and check surfaces, mm; 0 where the stock is a solid of its own.
+    pub stock_thickness: f64,
+    /// Pose of the workpiece frame on the table.
+    pub table_from_work: Isometry3<f64>,
+    /// Work offset register.
+    pub work_offset: WorkOffset,
+    /// What was found in the files.
+    pub reports: Vec<MeshReport>,
+}
+
+impl<'a> Setup<'a> {
+    /// Reads the meshes of a setup.
+    ///
+    /// # Errors
+    /// When a file cannot be read or is wrong, or groups do not exist.
+    pub(crate) fn read(job: &'a Job, index: usize) -> Result<Self, Failure> {
+        let file = &job.file.setups[index];
+        let work_from_part = pose(&file.work_from_part);
+        let mut read_files = MeshFiles { job, read: BTreeMap::new() };
+        let mut drive: Option<TriMesh> = None;
+        let mut selections: Vec<Selection> = Vec::new();
+        for (k, entry) in file.meshes.iter().enumerate() {
+            let at = format!("setups[{index}].meshes[{k}]");
+            let mesh = &read_files.get(&entry.file, entry.unit, entry.up_axis)?.mesh;
+            let selected = selected_groups(job, &at, entry, mesh)?;
+            if entry.role == RoleFile::Drive {
+                let mesh = only(mesh, &selected).transformed(&work_from_part);
+                drive = Some(match drive {
+                    Some(before) => before.joined(&mesh),
+                    None => mesh,
+                });
+            }
+            let role = match entry.role {
+                RoleFile::Drive | RoleFile::Part => ObstacleRole::Part,
+                RoleFile::Check => ObstacleRole::Check,
+                RoleFile::Fixture => ObstacleRole::Fixture,
+            };
+            let file = file_key(&entry.file, entry.unit, entry.up_axis);
+            select_also(&mut selections, Selection { role, allowance: entry.allowance_mm, file, groups: selected });
+        }
+        let drive = drive.ok_or_else(|| job.wrong(format!("setups[{index}].meshes: no drive surface")))?;
+        let (around_drive, drive_groups) = around_drive(file, &read_files, &work_from_part);
+        let mut obstacles = joined_obstacles(&selections, &read_files, &work_from_part);
+        let table_from_work = pose(&file.table_from_work);
+        obstacles.extend(table_bodies(&job.machine, &table_from_work));
+        let stock_thickness = match &file.stock {
+            StockFile::Offset(offset) => offset.allowance_mm,
+            solid => {
+                let mesh = match solid {
+                    StockFile::Mesh(m) => read_files.get(&m.file, m.unit, m.up_axis)?.mesh.transformed(&work_from_part),
+                    other => stock_mesh(other),
+                };
+                obstacles.push(obstacle(ObstacleRole::Stock, 0.0, "stock".to_owned(), mesh));
+                0.0
+            }
+        };
+        let reports = read_files.read.iter().map(|((name, ..), m)| MeshReport::new(name, &m.report)).collect();
+        Ok(Self {
+            file,
+            drive: Surface::new(drive, SurfaceSettings::default()),
+            around_drive: Surface::new(around_drive, SurfaceSettings::default()),
+            drive_groups,
+            obstacles,
+            stock_thickness,
+            table_from_work,
+            work_offset: work_offset(&file.work_offset.register).ok_or_else(|| {
+                job.wrong(format!(
+                    "setups[{index}].work_offset.register: must be G54 to G59 or G54.1 P1 to P300, is \"{}\"",
+                    file.work_offset.register
+                ))
+            })?,
+            reports,
+        })
+    }
+
+    /// Smallest box around everything that stands on the table.
+    pub(crate) fn aabb(&self) -> Aabb {
+        self.obstacles.iter().fold(Aabb::EMPTY, |b, o| b.union(&o.mesh.aabb()))
+    }
+}
+
+/// Pose of the file as a transform.
+pub(crate) fn pose(file: &PoseFile) -> Isometry3<f64> {
+    let rotation = UnitQuaternion::from_axis_angle(&direction(&file.rotation_axis), file.rotation_deg.to_radians());
+    Isometry3::from_parts(Translation3::from(file.translation_mm), rotation)
+}
+
+/// A direction that has been validated as one.
+pub(crate) fn direction(v: &[f64; 3]) -> Unit<Vector3<f64>> {
+    Unit::try_new(Vector3::from(*v), 0.0).unwrap_or_else(Vector3::z_axis)
+}
+
+fn work_offset(register: &str) -> Option<WorkOffset> {
+    (1..=WorkOffset::MAX).filter_map(WorkOffset::new).find(|w| w.to_string() == register)
+}
+
+fn obstacle(role: ObstacleRole, allowance: f64, name: String, mesh: TriMesh) -> ObstacleMesh {
+    ObstacleMesh { name, role, tree: MeshTree::new(&mesh), mesh, allowance }
+}
+
+/// All files with a drive surface, joined, and the names of the groups that are it.
+fn around_drive(file: &SetupFile, files: &MeshFiles<'_>, work_from_part: &Isometry3<f64>) -> (TriMesh, Vec<String>) {
+    let mut around = TriMesh::default();
+    let mut names = Vec::new();
+    let mut seen: Vec<FileKey> = Vec::new();
+    for entry in file.meshes.iter().filter(|m| m.role == RoleFile::Drive) {
+        let key = file_key(&entry.file, entry.unit, entry.up_axis);
+        let Some(imported) = files.read.get(&key) else { continue };
+        if !seen.contains(&key) {
+            around = around.joined(&imported.mesh.transformed(work_from_part));
+            seen.push(key);
+        }
+        let drives = |g: &&Group| {
+            entry.groups.as_ref().is_none_or(|patterns| patterns.iter().any(|p| matches_pattern(p, &g.name)))
+        };
+        names.extend(imported.mesh.groups().iter().filter(drives).map(|g| g.name.clone()));
+    }
+    names.sort_unstable();
+    names.dedup();
+    (around, names)
+}
+
+/// Bodies of the machine that stand still against the workpiece: its table and what is on it.
+fn table_bodies(machine: &Machine, table_from_work: &Isometry3<f64>) -> Vec<ObstacleMesh> {
+    let home = machine.home();
+    let mut moved = home;
+    for k in 0..moved.len() {
+        moved[k] += 1.0;
+    }
+    let work_from_table = table_from_work.inverse();
+    machine
+        .body_poses(&home)
+        .zip(machine.body_poses(&moved))
+        .filter(|(at, _)| at.body.carrier() == Some(Carrier::Table))
+        .filter(|(at, then)| {
+            (at.table_from_solid.to_homogeneous() - then.table_from_solid.to_homogeneous()).norm() < 1e-9
+        })
+        .map(|(at, _)| {
+            let mesh = solid_mesh(&at.body.body.solid, &(work_from_table * at.table_from_solid));
+            obstacle(ObstacleRole::Fixture, at.body.clearance, at.body.name().to_owned(), mesh)
+        })
+        .collect()
+}
+
+/// Groups of a mesh file that mean the same.
+struct Selection {
+    role: ObstacleRole,
+    allowance: f64,
+    file: FileKey,
+    /// One for each group of the file.
+    groups: Vec<bool>,
+}
+
+/// Adds a selection to the one of the same meaning, so that a group that is named twice is there once: a closed part with
+/// one side doubled would not be closed.
+fn select_also(selections: &mut Vec<Selection>, new: Selection) {
+    let same = |s: &&mut Selection| s.role == new.role && s.allowance == new.allowance && s.file == new.file;
+    match selections.iter_mut().find(same) {
+        Some(known) => known.groups.iter_mut().zip(&new.groups).for_each(|(a, b)| *a |= b),
+        None => selections.push(new),
+    }
+}
+
+/// One obstacle for each role and allowance.
+fn joined_obstacles(
+    selections: &[Selection],
+    files: &MeshFiles<'_>,
+    work_from_part: &Isometry3<f64>,
+) -> Vec<ObstacleMesh> {
+    let mut joined: Vec<(ObstacleRole, f64, TriMesh)> = Vec::new();
+    for s in selections {
+        let mesh = only(&files.read[&s.file].mesh, &s.groups).transformed(work_from_part);
+        match joined.iter_mut().find(|(r, a, _)| *r == s.role && *a == s.allowance) {
+            Some((_, _, all)) => *all = std::mem::take(all).joined(&mesh),
+            None => joined.push((s.role, s.allowance, mesh)),
+        }
+    }
+    joined
+        .into_iter()
+        .map(|(role, allowance, mesh)| {
+            let name = match role {
+                ObstacleRole::Part => "part",
+                ObstacleRole::Check => "check surface",
+                ObstacleRole::Fixture => "fixture",
+                ObstacleRole::Stock => "stock",
+            };
+            obstacle(role, allowance, name.to_owned(), mesh)
+        })
+        .collect()
+}
+
+type FileKey = (String, Option<String>, Option<String>);
+
+fn file_key(name: &str, unit: Option<UnitFile>, up: Option<UpAxisFile>) -> FileKey {
+    (name.to_owned(), unit.map(|u| format!("{u:?}")), up.map(|u| format!("{u:?}")))
+}
+
+/// Mesh files already read, by name, unit and up axis.
+struct MeshFiles<'a> {
+    job: &'a Job,
+    read: BTreeMap<FileKey, Imported>,
+}
+
+impl MeshFiles<'_> {
+    fn get(&mut self, name: &str, unit: Option<UnitFile>, up: Option<UpAxisFile>) -> Result<&Imported, Failure> {
+        let key = file_key(name, unit, up);
+        if !self.read.contains_key(&key) {
+            let imported = read_mesh(&self.job.beside(name), unit, up)?;
+            self.read.insert(key.clone(), imported);
+        }
+        Ok(&self.read[&key])
+    }
+}
+
+/// Reads a mesh file with the unit and up axis that the job states, or the format's own.
+///
+/// # Errors
+/// When it cannot be read or is no mesh.
+pub fn read_mesh(path: &Path, unit: Option<UnitFile>, up: Option<UpAxisFile>) -> Result<Imported, Failure> {
+    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("");
+    let format = MeshFormat::from_extension(extension)
+        .ok_or_else(|| Failure::input(path, "unknown kind of mesh file; known are .obj, .stl, .gltf and .glb"))?;
+    let mut settings = ImportSettings::default_for(format);
+    if let Some(unit) = unit {
+        settings.unit = match unit {
+            UnitFile::Metre => LengthUnit::Metre,
+            UnitFile::Centimetre => LengthUnit::Centimetre,
+            UnitFile::Millimetre => LengthUnit::Millimetre,
+            UnitFile::Inch => LengthUnit::Inch,
+        };
+    }
+    if let Some(up) = up {
+        settings.up_axis = match up {
+            UpAxisFile::X => UpAxis::X,
+            UpAxisFile::Y => UpAxis::Y,
+            UpAxisFile::Z => UpAxis::Z,
+        };
+    }
+    let folder = path.parent().unwrap_or(Path::new("")).to_owned();
+    let bytes = files::read(path)?;
+    import_mesh(&path.display().to_string(), &bytes, format, &settings, &|name| std::fs::read(folder.join(name)))
+        .map_err(|e| Failure::Input { file: path.to_owned(), message: e.to_string() })
+}
+
+/// Which groups of a mesh a job's entry means.
+fn selected_groups(job: &Job, at: &str, entry: &MeshFile, mesh: &TriMesh) -> Result<Vec<bool>, Failure> {
+    let Some(patterns) = &entry.groups else { return Ok(vec![true; mesh.groups().len()]) };
+    for pattern in patterns {
+        if !mesh.groups().iter().any(|g| matches_pattern(pattern, &g.name)) {
+            let known: Vec<&str> = mesh.groups().iter().map(|g| g.name.as_str()).collect();
+            return Err(job.wrong(format!(
+                "{at}.groups: no group of {} matches \"{pattern}\"; its groups are {}",
+                entry.file,
+                known.join(", ")
+            )));
+        }
+    }
+    Ok(mesh.groups().iter().map(|g| patterns.iter().any(|p| matches_pattern(p, &g.name))).collect())
+}
+
+/// The mesh with these groups only.
+fn only(mesh: &TriMesh, groups: &[bool]) -> TriMesh {
+    let mut chosen = groups.iter();
+    mesh.select_groups(|_| chosen.next().copied().unwrap_or(false))
+}
+
+/// Whether a name matches a pattern in which `*` stands for any run of characters.
+fn matches_pattern(pattern: &str, name: &str) -> bool {
+    match pattern.split_once('*') {
+        None => pattern == name,
+        Some((head, tail)) => name.strip_prefix(head).is_some_and(|rest| {
+            (0..=rest.len()).any(|k| rest.is_char_boundary(k) && matches_pattern(tail, &rest[k..]))
+        }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::matches_pattern;
+
+    #[test]
+    fn star_matches_any_run() {
+        assert!(matches_pattern("blade-*/suction", "blade-12/suction"));
+        assert!(matches_pattern("*", ""));
+        assert!(matches_pattern("a*b*", "axxbyy"));
+        assert!(!matches_pattern("blade-*", "hub"));
+        assert!(!matches_pattern("blade", "blade-1"));
+    }
+}

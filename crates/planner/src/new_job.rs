@@ -1,0 +1,328 @@
+//! Complete example jobs: mesh, tool, machine and job file.
+
+use facemill_sample_parts::{
+    BladeResolution, PatchSpec, PropellerSeries, PropellerSpec, RotorResolution, blade, blade_pose, hub, patch, rotor37,
+};
+use facemill_surface_model::{NamedNode, TriMesh, write_glb, write_obj};
+use nalgebra::{Isometry3, Point3};
+use serde_json::{Value, json};
+
+/// An example job.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum NewJob {
+    /// A propeller on the B-head, C-table mill, suction side up.
+    Propeller {
+        /// Its series.
+        series: Series,
+        /// Its diameter, mm.
+        diameter_mm: f64,
+    },
+    /// A wavy patch.
+    Patch {
+        /// Length of its sides, mm.
+        size_mm: f64,
+    },
+    /// The blade of NASA Rotor 37, one side up.
+    Rotor37 {
+        /// Factor on the real size.
+        scale: f64,
+    },
+}
+
+/// A propeller series.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Series {
+    /// DTMB 4119.
+    Dtmb4119,
+    /// DTMB 4382.
+    Dtmb4382,
+    /// SVA Potsdam VP1304.
+    Vp1304,
+    /// Wageningen B.
+    WageningenB {
+        /// Number of blades.
+        blades: u32,
+        /// Expanded area ratio.
+        area_ratio: f64,
+        /// Pitch ratio.
+        pitch_ratio: f64,
+    },
+}
+
+/// Files of an example job, names relative to its folder. The same job always gives the same bytes.
+///
+/// # Errors
+/// When the numbers describe no part.
+pub fn new_job(job: &NewJob) -> Result<Vec<(String, Vec<u8>)>, String> {
+    match *job {
+        NewJob::Propeller { series, diameter_mm } => propeller_job(series, diameter_mm),
+        NewJob::Patch { size_mm } => patch_job(size_mm),
+        NewJob::Rotor37 { scale } => rotor37_job(scale),
+    }
+}
+
+/// Quads between hub and tip, and between leading and trailing edge: on a blade of 3 m diameter facets of about 12 mm, whose
+/// chords leave the surface by 0.01 to 0.02 mm.
+const RADIAL_QUADS: usize = 110;
+const CHORD_QUADS: usize = 140;
+
+/// Radii of face mills that can be bought, mm.
+const CUTTER_RADII: [f64; 12] = [4.0, 5.0, 6.0, 8.0, 10.0, 12.5, 16.0, 20.0, 25.0, 40.0, 63.0, 80.0];
+
+/// The largest cutter that is not larger than wanted.
+fn cutter_radius(wanted: f64) -> f64 {
+    CUTTER_RADII.iter().rev().copied().find(|r| *r <= wanted * 1.001).unwrap_or(CUTTER_RADII[0])
+}
+
+/// A number for a file: no more digits than anyone typed.
+fn round_to(value: f64, decimals: i32) -> f64 {
+    let unit = 10f64.powi(decimals);
+    (value * unit).round() / unit
+}
+
+fn propeller_job(series: Series, diameter: f64) -> Result<Vec<(String, Vec<u8>)>, String> {
+    let (series, name) = match series {
+        Series::Dtmb4119 => (PropellerSeries::Dtmb4119, "DTMB 4119".to_owned()),
+        Series::Dtmb4382 => (PropellerSeries::Dtmb4382, "DTMB 4382".to_owned()),
+        Series::Vp1304 => (PropellerSeries::Vp1304, "VP1304".to_owned()),
+        Series::WageningenB { blades, area_ratio, pitch_ratio } => (
+            PropellerSeries::WageningenB { n_blades: blades as usize, area_ratio, pitch_ratio },
+            format!("Wageningen B{blades}-{:.0}", 100.0 * area_ratio),
+        ),
+    };
+    let spec = PropellerSpec::new(series, diameter).map_err(|e| e.to_string())?;
+    let glb = propeller_glb(&spec)?;
+    let n_blades = spec.n_blades();
+    let tip = 0.5 * diameter;
+    let radius = cutter_radius(80.0 * diameter / 3048.0);
+    let height = 0.16 * diameter;
+    let meshes = json!([
+        { "file": "propeller.glb", "groups": ["blade-1/suction"], "role": "drive", "unit": "metre", "up_axis": "y" },
+        { "file": "propeller.glb", "groups": ["blade-*"], "role": "part", "unit": "metre", "up_axis": "y" },
+        { "file": "propeller.glb", "groups": ["hub/*"], "role": "check", "unit": "metre", "up_axis": "y", "allowance_mm": 1.0 },
+    ]);
+    let setup = json!({
+        "name": "suction side up",
+        "table_from_work": { "translation_mm": [0.0, 0.0, round_to(0.25 * diameter, 0)] },
+        "work_offset": { "register": "G54" },
+        "meshes": meshes,
+        "stock": { "offset": { "allowance_mm": stock_for(radius) } },
+        "clearance": { "plane": { "origin_mm": [0.0, 0.0, round_to(height + radius + 30.0, 0)] } },
+        "rapid_clearance_mm": 5.0,
+    });
+    let strategy = json!({
+        "cylindrical_sections": {
+            "axis_direction": [0.0, 0.0, 1.0],
+            "from_radius_mm": round_to(0.4 * tip, 1),
+            "to_radius_mm": round_to(0.975 * tip, 1),
+        }
+    });
+    let mut operation = operation("suction side", radius, &strategy, diameter / 3048.0);
+    operation["pattern"] = json!({ "copies": n_blades, "index_angle_deg": 360.0 / n_blades as f64 });
+    operation["path"]["strategy"]["order"] = json!("decreasing");
+    let job = job_file(&format!("{name}, D {diameter} mm"), setup, operation);
+    Ok(job_folder(("propeller.glb", glb), &job, radius))
+}
+
+fn propeller_glb(spec: &PropellerSpec) -> Result<Vec<u8>, String> {
+    let resolution = BladeResolution::new(RADIAL_QUADS, CHORD_QUADS).map_err(|e| e.to_string())?;
+    let blade = blade(spec, resolution);
+    let hub = hub(spec, 2e-4 * spec.hub_radius()).map_err(|e| e.to_string())?;
+    let blade_groups: Vec<String> = blade.groups().iter().map(|g| g.name.clone()).collect();
+    let hub_groups: Vec<String> = hub.groups().iter().map(|g| g.name.clone()).collect();
+    let part = |mesh: &TriMesh, group: &str| compact(&mesh.select_groups(|name| name == group));
+    let meshes: Vec<TriMesh> =
+        blade_groups.iter().map(|g| part(&blade, g)).chain(hub_groups.iter().map(|g| part(&hub, g))).collect();
+    let mut nodes: Vec<(String, usize, Isometry3<f64>)> = Vec::new();
+    for k in 0..spec.n_blades() {
+        for (mesh, group) in blade_groups.iter().enumerate() {
+            nodes.push((format!("blade-{}/{group}", k + 1), mesh, blade_pose(spec, k)));
+        }
+    }
+    for (k, group) in hub_groups.iter().enumerate() {
+        nodes.push((format!("hub/{group}"), blade_groups.len() + k, Isometry3::identity()));
+    }
+    let nodes: Vec<NamedNode<'_>> =
+        nodes.iter().map(|(name, mesh, transform)| NamedNode { name, mesh: *mesh, transform: *transform }).collect();
+    let meshes: Vec<&TriMesh> = meshes.iter().collect();
+    write_glb(&meshes, &nodes).map_err(|e| e.to_string())
+}
+
+/// The mesh without vertices that no triangle uses.
+fn compact(mesh: &TriMesh) -> TriMesh {
+    let mut new_index = vec![u32::MAX; mesh.vertices().len()];
+    let mut vertices: Vec<Point3<f64>> = Vec::new();
+    let triangles: Vec<[u32; 3]> = mesh
+        .triangles()
+        .iter()
+        .map(|t| {
+            t.map(|v| {
+                let new = &mut new_index[v as usize];
+                if *new == u32::MAX {
+                    *new = vertices.len() as u32;
+                    vertices.push(mesh.vertices()[v as usize]);
+                }
+                *new
+            })
+        })
+        .collect();
+    TriMesh::with_groups(vertices, triangles, mesh.groups().to_vec()).unwrap_or_default()
+}
+
+fn patch_job(size: f64) -> Result<Vec<(String, Vec<u8>)>, String> {
+    let spec = PatchSpec::new([size, size], 0.02 * size, [1.2, 1.0]).map_err(|e| e.to_string())?;
+    let mesh = patch(&spec, 120, 120).map_err(|e| e.to_string())?;
+    let nodes = [NamedNode { name: "patch", mesh: 0, transform: Isometry3::identity() }];
+    let obj = write_obj(&[&mesh], &nodes).map_err(|e| e.to_string())?;
+    let radius = cutter_radius(0.05 * size);
+    let setup = json!({
+        "name": "top",
+        "table_from_work": { "translation_mm": [0.0, 0.0, 300.0] },
+        "meshes": [{ "file": "patch.obj", "role": "drive", "unit": "millimetre", "up_axis": "z" }],
+        "stock": { "offset": { "allowance_mm": stock_for(radius) } },
+        "clearance": { "plane": { "origin_mm": [0.0, 0.0, round_to(0.05 * size + radius + 20.0, 0)] } },
+    });
+    let strategy = json!({ "parallel_planes": { "normal": [0.0, 1.0, 0.0] } });
+    let operation = operation("patch", radius, &strategy, size / 1600.0);
+    Ok(job_folder(("patch.obj", obj), &job_file(&format!("wavy patch of {size} mm"), setup, operation), radius))
+}
+
+fn rotor37_job(scale: f64) -> Result<Vec<(String, Vec<u8>)>, String> {
+    if !(0.1..=100.0).contains(&scale) {
+        return Err(format!("scale must be from 0.1 to 100, is {scale}"));
+    }
+    let blade = rotor37(RotorResolution::default());
+    let vertices: Vec<Point3<f64>> = blade.vertices().iter().map(|p| p * scale).collect();
+    let mesh = TriMesh::with_groups(vertices, blade.triangles().to_vec(), blade.groups().to_vec())
+        .map_err(|e| e.to_string())?;
+    let names: Vec<String> = mesh.groups().iter().map(|g| g.name.clone()).collect();
+    let parts: Vec<TriMesh> = names.iter().map(|g| compact(&mesh.select_groups(|name| name == g))).collect();
+    let nodes: Vec<NamedNode<'_>> = names
+        .iter()
+        .enumerate()
+        .map(|(k, name)| NamedNode { name, mesh: k, transform: Isometry3::identity() })
+        .collect();
+    let obj = write_obj(&parts.iter().collect::<Vec<_>>(), &nodes).map_err(|e| e.to_string())?;
+    let radius = cutter_radius(2.0 * scale);
+    let suction = names.iter().find(|n| n.contains("suction")).or(names.first()).cloned().unwrap_or_default();
+    // The blade stands along +X at its radius; on the table it lies, its span toward the operator.
+    let setup = json!({
+        "name": "suction side",
+        "work_from_part": { "rotation_axis": [1.0, 0.0, 0.0], "rotation_deg": -90.0 },
+        "table_from_work": { "translation_mm": [round_to(-21.5 * scale * 10.0, 0), 0.0, 400.0] },
+        "meshes": [
+            { "file": "rotor37.obj", "groups": [suction], "role": "drive", "unit": "millimetre", "up_axis": "z" },
+            { "file": "rotor37.obj", "role": "part", "unit": "millimetre", "up_axis": "z" },
+        ],
+        "stock": { "offset": { "allowance_mm": stock_for(radius) } },
+        "clearance": { "plane": { "origin_mm": [0.0, 0.0, round_to(60.0 * scale, 0)] } },
+    });
+    let strategy = json!({ "parallel_planes": { "normal": [1.0, 0.0, 0.0] } });
+    let operation = operation("suction side", radius, &strategy, scale / 40.0);
+    Ok(job_folder(
+        ("rotor37.obj", obj),
+        &job_file(&format!("NASA Rotor 37 blade, scale {scale}"), setup, operation),
+        radius,
+    ))
+}
+
+/// Material that a cutter takes off in one finishing cut, mm.
+fn stock_for(radius: f64) -> f64 {
+    round_to((radius / 40.0).max(0.2), 2)
+}
+
+/// An operation; `scale` is 1 for parts of about 3 m, for which lengths along the path are given.
+fn operation(name: &str, radius: f64, strategy: &Value, scale: f64) -> Value {
+    // So flat that the cutter is in the stock only where it goes down by less than its ramp angle.
+    let arc = json!({ "tangential_arc": { "radius_mm": round_to(10.0 * radius, 1), "angle_deg": 10.0 } });
+    json!({
+        "name": name,
+        "path": { "strategy": { "strategy": strategy, "min_pass_length_mm": round_to(0.5 * radius, 1) } },
+        "direction": "climb",
+        "entry": arc,
+        "exit": arc,
+        "search": {
+            "tilt_deg": [2.0, 15.0],
+            "rotate_deg": [0.0, 85.0],
+            "order": "tilt_first",
+            "weight": 1.0,
+            "u_step": 0.1,
+            "u_tolerance": 0.001,
+            "max_turn_deg_per_mm": round_to(0.1 / scale.clamp(0.02, 1.0), 2),
+            "preferred_branch": "positive",
+        },
+        "feeds": { "cutting_mm_min": 1200.0, "approach_mm_min": 2000.0, "spindle_rpm": round_to(24000.0 / radius, 0), "coolant": "flood" },
+        "tolerances": {
+            "mesh_chord_mm": 0.02,
+            "path_chord_mm": 0.02,
+            "max_step_mm": round_to((5.0 * scale).max(0.3), 2),
+            "linearisation_mm": 0.02,
+            "gouge_mm": 0.02,
+            "max_lift_mm": 0.06,
+            "cusp_mm": 0.1,
+            "max_step_over_mm": round_to(0.5 * radius, 1),
+        },
+        "infeasible": { "trim": { "max_trimmed_fraction": 0.01 } },
+    })
+}
+
+fn job_file(name: &str, setup: Value, operation: Value) -> Value {
+    json!({
+        "format": crate::job_file::JOB_FORMAT,
+        "name": name,
+        "tool": "tool.json",
+        "machine": "machine.json",
+        "setups": [setup],
+        "operations": [operation],
+        "post": {
+            "dialect": "fanuc",
+            "feed_mode": "g94",
+            "program_number": 1001,
+            "decimals": { "linear": 3, "rotary": 4, "feed": 1, "inverse_time": 3 },
+        },
+    })
+}
+
+/// A face mill of this radius on an arbor that reaches between blades.
+fn tool_file(radius: f64) -> Value {
+    let flute = round_to(0.15 * radius, 2);
+    let body = round_to(0.65 * radius, 2);
+    let arbor = round_to((4.0 * radius).max(60.0), 1);
+    let flange = 40.0;
+    let stick_out = flute + body;
+    json!({
+        "format": facemill_tool_model::FORMAT,
+        "name": format!("face mill D{} r{}", 2.0 * radius, round_to(0.075 * radius, 2)),
+        "number": 1,
+        "radius_mm": radius,
+        "corner_radius_mm": round_to(0.075 * radius, 2),
+        "n_inserts": if radius > 30.0 { 8 } else { 4 },
+        "flute_length_mm": flute,
+        "dead_core_radius_mm": round_to(0.75 * radius, 2),
+        "max_ramp_angle_deg": 2.0,
+        "spindle_rotation": "clockwise",
+        "cutting_edge_angle_deg": 45.0,
+        "stick_out_mm": stick_out,
+        "gauge_length_mm": stick_out + arbor + flange,
+        "body": {
+            "clearance_mm": round_to((0.02 * radius).min(2.0), 2),
+            "sections": [{ "length_mm": body, "diameter_low_mm": round_to(1.8 * radius, 2), "diameter_high_mm": round_to(1.6 * radius, 2) }],
+        },
+        "holder": {
+            "clearance_mm": 2.0,
+            "sections": [
+                { "length_mm": arbor, "diameter_low_mm": round_to((1.2 * radius).min(100.0), 1), "diameter_high_mm": round_to((1.4 * radius).clamp(20.0, 110.0), 1) },
+                { "length_mm": flange, "diameter_low_mm": 128.57, "diameter_high_mm": 128.57 },
+            ],
+        },
+    })
+}
+
+fn job_folder(mesh: (&str, Vec<u8>), job: &Value, radius: f64) -> Vec<(String, Vec<u8>)> {
+    vec![
+        (mesh.0.to_owned(), mesh.1),
+        ("job.json".to_owned(), facemill_file_format::to_json(job).into_bytes()),
+        ("tool.json".to_owned(), facemill_file_format::to_json(&tool_file(radius)).into_bytes()),
+        ("machine.json".to_owned(), facemill_inverse_kinematics::preset_head_b_table_c().as_bytes().to_vec()),
+    ]
+}

@@ -1,0 +1,250 @@
+//! From moves to timed blocks and text.
+
+use facemill_feedrate::{feed_for_block, rapid_time};
+use facemill_inverse_kinematics::{AxisKind, AxisValues, Machine};
+use facemill_nc_program::{
+    AxisLetter, AxisSpec, AxisWords, Block, Coolant, FeedMode, MappedAxis, NcProgram, ProgramSpec, SpindleSpec,
+    ToolSpec, WordMap,
+};
+use facemill_tool_model::SpindleRotation;
+
+use crate::Failure;
+use crate::job_file::{CoolantFile, OperationFile};
+use crate::load::{Job, Setup};
+use crate::moves::{Move, MoveKind, OperationMoves};
+
+/// How joint values become words in a setup.
+///
+/// # Errors
+/// When the work offset names an axis that the machine does not have.
+pub(crate) fn word_map(job: &Job, setup: &Setup<'_>, setup_index: usize) -> Result<WordMap, Failure> {
+    let machine = &job.machine;
+    let offsets = &setup.file.work_offset;
+    for (key, named) in [("linear_mm", &offsets.linear_mm), ("rotary_deg", &offsets.rotary_deg)] {
+        let kind = if key == "linear_mm" { AxisKind::Linear } else { AxisKind::Rotary };
+        for letter in named.keys() {
+            let axis = machine.axis_index(letter).map(|k| &machine.axes()[k]);
+            if axis.is_none_or(|a| a.kind != kind) {
+                return Err(job.wrong(format!(
+                    "setups[{setup_index}].work_offset.{key}: the machine has no such axis \"{letter}\""
+                )));
+            }
+        }
+    }
+    let travel = machine
+        .length_compensation_travel()
+        .ok_or_else(|| Failure::Internal("the linear axes are dependent at the zero pose".to_owned()))?;
+    let axes = machine
+        .axes()
+        .iter()
+        .enumerate()
+        .map(|(k, a)| {
+            let offset = match a.kind {
+                AxisKind::Linear => offsets.linear_mm.get(a.letter.as_str()).copied().unwrap_or(0.0),
+                AxisKind::Rotary => offsets.rotary_deg.get(a.letter.as_str()).copied().unwrap_or(0.0).to_radians(),
+            };
+            Ok(MappedAxis { letter: letter(a.letter.as_str())?, offset, along_spindle: travel.get_or_zero(k) })
+        })
+        .collect::<Result<_, Failure>>()?;
+    WordMap::new(axes, setup.work_offset, job.tool.gauge_length()).map_err(|e| Failure::Internal(e.to_string()))
+}
+
+/// An axis' letter in NC text.
+fn letter(text: &str) -> Result<AxisLetter, Failure> {
+    let mut chars = text.chars();
+    let first = chars.next().unwrap_or(' ');
+    let number = chars.next().and_then(|d| d.to_digit(10)).unwrap_or(0);
+    AxisLetter::new(first, u8::try_from(number).unwrap_or(0))
+        .ok_or_else(|| Failure::Internal(format!("axis {text} has no NC address")))
+}
+
+/// A program before it has a dialect, with its times.
+pub(crate) struct Timed {
+    /// Blocks.
+    pub program: NcProgram,
+    /// Time in passes, s.
+    pub cutting_time: f64,
+    /// Time in entries and exits, s.
+    pub approach_time: f64,
+    /// Time in rapids, s.
+    pub rapid_time: f64,
+    /// Length of the tip's way in passes, mm.
+    pub cutting_length: f64,
+    /// Motion blocks.
+    pub n_blocks: usize,
+    /// Tip feed reached at every cutting move, mm/min, in program order.
+    pub tip_feeds: Vec<f64>,
+    /// Where the program starts.
+    pub first: Option<AxisValues>,
+}
+
+/// Times moves by FEED and turns them into blocks.
+pub(crate) struct BlockWriter<'a> {
+    machine: &'a Machine,
+    tool_length: f64,
+    words: &'a WordMap,
+    feed_mode: FeedMode,
+    at: Option<Move>,
+    timed: Timed,
+}
+
+impl<'a> BlockWriter<'a> {
+    /// Starts an empty program.
+    pub(crate) fn new(job: &'a Job, words: &'a WordMap) -> Self {
+        Self {
+            machine: &job.machine,
+            tool_length: job.tool.gauge_length(),
+            words,
+            feed_mode: job.post.feed_mode(),
+            at: None,
+            timed: Timed {
+                program: NcProgram::default(),
+                cutting_time: 0.0,
+                approach_time: 0.0,
+                rapid_time: 0.0,
+                cutting_length: 0.0,
+                n_blocks: 0,
+                tip_feeds: Vec::new(),
+                first: None,
+            },
+        }
+    }
+
+    /// Appends an operation.
+    ///
+    /// # Errors
+    /// When a block has no feed that axes and control allow.
+    pub(crate) fn operation(&mut self, operation: &OperationFile, moves: &OperationMoves) -> Result<(), Failure> {
+        self.comment(operation.name.clone());
+        for piece in &moves.pieces {
+            self.comment(format!("PASS {} PLACE {}", piece.piece.pass + 1, piece.piece.copy + 1));
+            for m in &piece.moves {
+                self.block(operation, m)?;
+            }
+        }
+        for m in &moves.retract {
+            self.block(operation, m)?;
+        }
+        Ok(())
+    }
+
+    /// The program so far.
+    pub(crate) fn finish(self) -> Timed {
+        self.timed
+    }
+
+    fn comment(&mut self, text: String) {
+        self.timed.program.blocks.push(Block::Comment(text));
+    }
+
+    fn block(&mut self, operation: &OperationFile, m: &Move) -> Result<(), Failure> {
+        let words = self.words_of(&m.axes)?;
+        let block = match m.kind {
+            MoveKind::Rapid => {
+                if let Some(from) = self.at {
+                    self.timed.rapid_time += rapid_time(self.machine, &from.axes, &m.axes);
+                }
+                Block::Rapid { words }
+            }
+            MoveKind::Approach | MoveKind::Cut => self.timed_block(operation, m, words)?,
+        };
+        self.timed.program.blocks.push(block);
+        self.timed.n_blocks += 1;
+        self.timed.first = self.timed.first.or(Some(m.axes));
+        self.at = Some(*m);
+        Ok(())
+    }
+
+    fn timed_block(&mut self, operation: &OperationFile, m: &Move, words: AxisWords) -> Result<Block, Failure> {
+        let from = self.at.ok_or_else(|| Failure::Internal("a program starts with a cut".to_owned()))?;
+        let tip_distance = (m.cl.tip - from.cl.tip).norm();
+        let tip_feed = match m.kind {
+            MoveKind::Cut => operation.feeds.cutting_mm_min,
+            MoveKind::Approach | MoveKind::Rapid => operation.feeds.approach_mm_min,
+        };
+        let axes = self.machine.axes();
+        let range = self.machine.feed_range();
+        let feed = feed_for_block(axes, &from.axes, &m.axes, tip_distance, tip_feed, &range)
+            .map_err(|e| Failure::Infeasible(format!("operation \"{}\": {e}", operation.name)))?;
+        if m.kind == MoveKind::Cut {
+            self.timed.cutting_time += feed.time;
+            self.timed.cutting_length += tip_distance;
+            self.timed.tip_feeds.push(feed.tip_feed);
+        } else {
+            self.timed.approach_time += feed.time;
+        }
+        let value = match self.feed_mode {
+            FeedMode::G94 => feed.f_word,
+            // A block without motion is over at once; any rate says so.
+            FeedMode::G93 => feed.inverse_time().unwrap_or(1.0),
+            FeedMode::Rtcp => feed.tip_feed.max(range.min),
+        };
+        Ok(Block::Linear { words, feed: value })
+    }
+
+    fn words_of(&self, axes: &AxisValues) -> Result<AxisWords, Failure> {
+        let words = match self.feed_mode {
+            FeedMode::G94 | FeedMode::G93 => self.words.words(axes.as_slice()),
+            FeedMode::Rtcp => {
+                let tip = self.machine.cl_point(axes, self.tool_length).tip;
+                self.words.rtcp_words(&tip, axes.as_slice())
+            }
+        };
+        words.map_err(|e| Failure::Internal(e.to_string()))
+    }
+}
+
+/// Everything the dialect's writer needs.
+///
+/// # Errors
+/// When an axis has no NC address.
+pub(crate) fn program_spec(
+    job: &Job,
+    setup: &Setup<'_>,
+    operation: &OperationFile,
+    words: &WordMap,
+    timed: &mut Timed,
+) -> Result<ProgramSpec, Failure> {
+    let approach = timed
+        .first
+        .map(|first| words.uncompensated_words(first.as_slice()))
+        .transpose()
+        .map_err(|e| Failure::Internal(e.to_string()))?;
+    let cutter = job.tool.cutter();
+    let axes = job
+        .machine
+        .axes()
+        .iter()
+        .zip(words.axes())
+        .map(|(a, mapped)| AxisSpec {
+            letter: mapped.letter,
+            min: a.in_word_unit(a.min),
+            max: a.in_word_unit(a.max),
+            along_spindle: mapped.along_spindle.abs() > 0.5,
+        })
+        .collect();
+    Ok(ProgramSpec {
+        job_name: format!("{} - {}", job.file.name, setup.file.name),
+        tool: ToolSpec {
+            number: job.tool.number(),
+            name: job.tool.name().to_owned(),
+            radius: cutter.radius(),
+            corner_radius: cutter.corner_radius(),
+            length: job.tool.gauge_length(),
+            length_register: job.tool.number(),
+        },
+        spindle: SpindleSpec {
+            rpm: operation.feeds.spindle_rpm,
+            clockwise: job.tool.spindle_rotation() == SpindleRotation::Clockwise,
+        },
+        coolant: match operation.feeds.coolant {
+            CoolantFile::Off => Coolant::Off,
+            CoolantFile::Flood => Coolant::Flood,
+            CoolantFile::Mist | CoolantFile::Air => Coolant::Mist,
+        },
+        work_offset: setup.work_offset,
+        axes,
+        program: std::mem::take(&mut timed.program),
+        approach,
+    })
+}

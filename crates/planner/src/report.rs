@@ -1,0 +1,189 @@
+//! The report, `"format": "facemill-report/1"`: what was planned and what the written program does. Deterministic; wall
+//! times go to a file of their own.
+
+use std::collections::BTreeMap;
+
+use facemill_cl_data::ErrorBudget;
+use facemill_surface_model::RepairReport;
+use facemill_virtual_machine::Finding;
+use schemars::JsonSchema;
+use serde::Serialize;
+
+/// Value of the key `format` in a report.
+pub const REPORT_FORMAT: &str = "facemill-report/1";
+
+/// The report of one setup's program.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct Report {
+    /// Always "facemill-report/1".
+    pub format: &'static str,
+    /// Name of the job.
+    pub job: String,
+    /// Name of the setup.
+    pub setup: String,
+    /// Whether the program was run on the virtual machine after it was written.
+    pub verified: bool,
+    /// Sums over the program.
+    pub totals: Totals,
+    /// Extreme values, each with its place.
+    pub worst: Worst,
+    /// Error budget of each operation.
+    pub budgets: Vec<BudgetReport>,
+    /// Faults found in the written program, in program order.
+    pub findings: Vec<Finding>,
+    /// CC points that were left out, by reason.
+    pub infeasible: Vec<InfeasibleReport>,
+    /// What was found in the mesh files.
+    pub meshes: Vec<MeshReport>,
+    /// Each pass, in cutting order.
+    pub passes: Vec<PassReport>,
+}
+
+/// Sums over the program.
+#[derive(Clone, Debug, Default, Serialize, JsonSchema)]
+pub struct Totals {
+    /// Passes as cut (a trimmed pass counts once for each piece).
+    pub passes: usize,
+    /// CC points of the path.
+    pub cc_points: usize,
+    /// CC points with a pose in the program.
+    pub planned_points: usize,
+    /// CC points left out.
+    pub trimmed_points: usize,
+    /// Part of the CC points that is planned.
+    pub planned_fraction: f64,
+    /// Pieces of passes dropped because they are shorter than asked.
+    pub dropped_pieces: usize,
+    /// Motion blocks written.
+    pub blocks: usize,
+    /// Length of the tool tip's way in passes.
+    pub cutting_length_mm: f64,
+    /// Time in passes at the written feeds.
+    pub cutting_time_s: f64,
+    /// Time in entries and exits at the written feeds.
+    pub approach_time_s: f64,
+    /// Time in rapids at the axes' largest velocities, without acceleration.
+    pub rapid_time_s: f64,
+}
+
+/// Extreme values. `null` where there is none.
+#[derive(Clone, Debug, Default, Serialize, JsonSchema)]
+pub struct Worst {
+    /// Deepest place of the cutter below the part's mesh in the written program.
+    pub gouge_mm: Option<f64>,
+    /// Line of the program with that place.
+    pub gouge_line: Option<u32>,
+    /// Smallest distance of a non-cutting body from part, stock or fixture in the written program.
+    pub clearance_mm: Option<f64>,
+    /// That body and what it is near to.
+    pub clearance_between: Option<String>,
+    /// Line of the program with that distance.
+    pub clearance_line: Option<u32>,
+    /// Largest predicted cusp.
+    pub cusp_mm: Option<f64>,
+    /// Largest lift of a pose off the facets: excess left on the part.
+    pub lift_mm: f64,
+    /// Largest distance between neighbouring passes.
+    pub step_over_mm: Option<f64>,
+    /// Largest deviation of the tip between two blocks from the straight way.
+    pub linearisation_mm: f64,
+    /// Largest chip section across the feed.
+    pub chip_area_mm2: Option<f64>,
+    /// Largest removal rate.
+    pub removal_rate_mm3_min: Option<f64>,
+}
+
+/// Error budget of an operation.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct BudgetReport {
+    /// Operation.
+    pub operation: String,
+    /// Facets against the true surface, as the job states it.
+    pub mesh_chord_mm: f64,
+    /// Straight path between CC points.
+    pub path_chord_mm: f64,
+    /// Motion of the control between blocks.
+    pub linearisation_mm: f64,
+    /// Smoothing and blending of the control, with the cutter's radius.
+    pub control_mm: f64,
+    /// Tolerance of the cutter's test body.
+    pub gouge_mm: f64,
+    /// Their sum: the largest depth below the true surface that the program may reach.
+    pub total_mm: f64,
+    /// What of it may appear against the mesh.
+    pub against_mesh_mm: f64,
+}
+
+impl BudgetReport {
+    /// The report of a budget.
+    pub fn new(operation: &str, budget: &ErrorBudget) -> Self {
+        Self {
+            operation: operation.to_owned(),
+            mesh_chord_mm: budget.mesh_chord,
+            path_chord_mm: budget.path_chord,
+            linearisation_mm: budget.linearisation,
+            control_mm: budget.control,
+            gouge_mm: budget.gouge_tolerance,
+            total_mm: budget.total(),
+            against_mesh_mm: budget.above_mesh(),
+        }
+    }
+}
+
+/// Points left out for one reason.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct InfeasibleReport {
+    /// The reason, with the body that blocks.
+    pub reason: String,
+    /// Number of CC points.
+    pub points: usize,
+    /// The first of them, workpiece frame.
+    pub first_place_mm: [f64; 3],
+}
+
+/// What was found in a mesh file.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct MeshReport {
+    /// The file, as the job names it.
+    pub file: String,
+    /// Counts.
+    pub repair: BTreeMap<String, serde_json::Value>,
+}
+
+impl MeshReport {
+    /// The report of a mesh file.
+    pub fn new(file: &str, repair: &RepairReport) -> Self {
+        let counts = match serde_json::to_value(repair) {
+            Ok(serde_json::Value::Object(map)) => map.into_iter().collect(),
+            _ => BTreeMap::new(),
+        };
+        Self { file: file.to_owned(), repair: counts }
+    }
+}
+
+/// One pass as cut.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct PassReport {
+    /// Operation.
+    pub operation: String,
+    /// Place in the pattern, from 0.
+    pub copy: u32,
+    /// Pass of the path, from 0.
+    pub pass: usize,
+    /// CC points in this piece.
+    pub points: usize,
+    /// Length along the CC points.
+    pub length_mm: f64,
+    /// Smallest and largest tilt.
+    pub tilt_deg: [f64; 2],
+    /// Smallest and largest rotate.
+    pub rotate_deg: [f64; 2],
+    /// Largest lift.
+    pub lift_mm: f64,
+    /// Largest predicted cusp toward the pass before; `null` for the first of a region.
+    pub cusp_mm: Option<f64>,
+    /// Largest distance from the pass before.
+    pub step_over_mm: Option<f64>,
+    /// Mean and largest chip section across the feed.
+    pub chip_area_mm2: Option<[f64; 2]>,
+}

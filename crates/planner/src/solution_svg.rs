@@ -1,0 +1,191 @@
+//! The feasible solution space as a picture (CLOPT fig. 3).
+
+use std::fmt::Write;
+
+use facemill_cl_data::Posture;
+use facemill_cutter_location::{Infeasible, SearchCurve, SolutionSpace};
+
+/// What a cell of the picture shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    Feasible,
+    Gouge,
+    Collision,
+    Limits,
+    Cone,
+}
+
+impl Kind {
+    const ALL: [(Self, &'static str, &'static str); 5] = [
+        (Self::Feasible, "#2f9e62", "feasible"),
+        (Self::Gouge, "#c9503f", "cutter gouges"),
+        (Self::Collision, "#d9a23b", "body collides"),
+        (Self::Limits, "#7a6fb0", "axis limits"),
+        (Self::Cone, "#9aa3ab", "outside the tool-axis cone"),
+    ];
+
+    fn of(blocked_by: Option<&Infeasible>) -> Self {
+        match blocked_by {
+            None => Self::Feasible,
+            Some(Infeasible::Gouge { .. }) => Self::Gouge,
+            Some(Infeasible::Collision { .. }) => Self::Collision,
+            Some(Infeasible::Unreachable(_)) => Self::Limits,
+            Some(Infeasible::OutsideCone { .. }) => Self::Cone,
+        }
+    }
+
+    fn color(self) -> &'static str {
+        Self::ALL.iter().find(|(k, ..)| *k == self).map_or("#000000", |(_, color, _)| color)
+    }
+}
+
+/// Where the plot lies in the picture, in pixels.
+const LEFT: f64 = 78.0;
+const TOP: f64 = 62.0;
+const WIDTH: f64 = 560.0;
+const HEIGHT: f64 = 380.0;
+
+/// The picture: tilt to the right, amount of rotate upward; each grid node as a cell in the colour of its reason, the search
+/// curve as a line, the posture taken as a ring.
+pub(crate) fn solution_svg(space: &SolutionSpace, curve: &SearchCurve, taken: Option<Posture>, title: &str) -> String {
+    let plot = Plot::new(space);
+    let mut svg = String::new();
+    let (w, h) = (LEFT + WIDTH + 30.0, TOP + HEIGHT + 108.0);
+    // Writing to a string does not fail.
+    let _ = writeln!(
+        svg,
+        r##"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {w} {h}" width="{w}" height="{h}" font-family="Helvetica, Arial, sans-serif" font-size="13" fill="#22282d">
+<rect width="{w}" height="{h}" fill="#ffffff"/>
+<text x="{LEFT}" y="26" font-size="16" font-weight="bold">Feasible tilt and rotate at one CC point</text>
+<text x="{LEFT}" y="46" fill="#5b646b">{}</text>"##,
+        escape(title)
+    );
+    cells(&mut svg, space, &plot);
+    axes(&mut svg, &plot);
+    search_curve(&mut svg, curve, taken, &plot);
+    legend(&mut svg, space);
+    svg.push_str("</svg>\n");
+    svg
+}
+
+/// Maps postures to pixels.
+struct Plot {
+    tilt: [f64; 2],
+    rotate: [f64; 2],
+    cell: [f64; 2],
+}
+
+impl Plot {
+    fn new(space: &SolutionSpace) -> Self {
+        let ends = |v: &[f64]| [v.first().copied().unwrap_or(0.0), v.last().copied().unwrap_or(1.0)];
+        let step = |v: &[f64]| if v.len() > 1 { (v[1] - v[0]).abs() } else { 0.1 };
+        let (tilt, rotate) = (ends(&space.tilts), ends(&space.rotates));
+        let width = (tilt[1] - tilt[0]).abs() + step(&space.tilts);
+        let height = (rotate[1] - rotate[0]).abs() + step(&space.rotates);
+        Self { tilt, rotate, cell: [WIDTH * step(&space.tilts) / width, HEIGHT * step(&space.rotates) / height] }
+    }
+
+    /// Middle of the cell of a posture.
+    fn at(&self, p: Posture) -> (f64, f64) {
+        let share = |v: f64, ends: [f64; 2]| if ends[1] == ends[0] { 0.5 } else { (v - ends[0]) / (ends[1] - ends[0]) };
+        let x = LEFT + 0.5 * self.cell[0] + share(p.tilt, self.tilt) * (WIDTH - self.cell[0]);
+        let y = TOP + HEIGHT - 0.5 * self.cell[1] - share(p.rotate, self.rotate) * (HEIGHT - self.cell[1]);
+        (x, y)
+    }
+}
+
+fn cells(svg: &mut String, space: &SolutionSpace, plot: &Plot) {
+    for (k, blocked_by) in space.blocked_by.iter().enumerate() {
+        let (row, column) = (k / space.tilts.len(), k % space.tilts.len());
+        let (x, y) = plot.at(Posture { tilt: space.tilts[column], rotate: space.rotates[row] });
+        let _ = writeln!(
+            svg,
+            r#"<rect x="{:.2}" y="{:.2}" width="{:.2}" height="{:.2}" fill="{}"/>"#,
+            x - 0.5 * plot.cell[0],
+            y - 0.5 * plot.cell[1],
+            plot.cell[0] + 0.15,
+            plot.cell[1] + 0.15,
+            Kind::of(blocked_by.as_ref()).color()
+        );
+    }
+}
+
+fn axes(svg: &mut String, plot: &Plot) {
+    let _ = writeln!(
+        svg,
+        r##"<rect x="{LEFT}" y="{TOP}" width="{WIDTH}" height="{HEIGHT}" fill="none" stroke="#22282d"/>"##
+    );
+    for k in 0..=5 {
+        let share = f64::from(k) / 5.0;
+        let tilt = plot.tilt[0] + share * (plot.tilt[1] - plot.tilt[0]);
+        let rotate = plot.rotate[0] + share * (plot.rotate[1] - plot.rotate[0]);
+        let (x, _) = plot.at(Posture { tilt, rotate });
+        let (_, y) = plot.at(Posture { tilt, rotate });
+        let (bottom, left) = (TOP + HEIGHT, LEFT);
+        let _ = writeln!(
+            svg,
+            r##"<line x1="{x:.2}" y1="{bottom}" x2="{x:.2}" y2="{:.2}" stroke="#22282d"/><text x="{x:.2}" y="{:.2}" text-anchor="middle">{:.1}°</text>
+<line x1="{left}" y1="{y:.2}" x2="{:.2}" y2="{y:.2}" stroke="#22282d"/><text x="{:.2}" y="{:.2}" text-anchor="end">{:.0}°</text>"##,
+            bottom + 5.0,
+            bottom + 20.0,
+            tilt.to_degrees(),
+            left - 5.0,
+            left - 9.0,
+            y + 4.5,
+            rotate.to_degrees()
+        );
+    }
+    let (middle_x, middle_y) = (LEFT + 0.5 * WIDTH, TOP + 0.5 * HEIGHT);
+    let _ = writeln!(
+        svg,
+        r#"<text x="{middle_x}" y="{}" text-anchor="middle">tilt α</text>
+<text transform="translate(22 {middle_y}) rotate(-90)" text-anchor="middle">rotate β</text>"#,
+        TOP + HEIGHT + 42.0
+    );
+}
+
+fn search_curve(svg: &mut String, curve: &SearchCurve, taken: Option<Posture>, plot: &Plot) {
+    let points: Vec<String> =
+        (0..=60).map(|k| plot.at(curve.at(f64::from(k) / 60.0))).map(|(x, y)| format!("{x:.2},{y:.2}")).collect();
+    let _ = writeln!(
+        svg,
+        r##"<polyline points="{}" fill="none" stroke="#ffffff" stroke-width="4"/><polyline points="{}" fill="none" stroke="#10222e" stroke-width="1.8"/>"##,
+        points.join(" "),
+        points.join(" ")
+    );
+    if let Some((x, y)) = taken.map(|p| plot.at(p)) {
+        let _ = writeln!(
+            svg,
+            r##"<circle cx="{x:.2}" cy="{y:.2}" r="7" fill="#ffffff" stroke="#10222e" stroke-width="2.4"/>"##
+        );
+    }
+}
+
+fn legend(svg: &mut String, space: &SolutionSpace) {
+    let mut x = LEFT;
+    let y = TOP + HEIGHT + 62.0;
+    for (kind, color, text) in Kind::ALL {
+        if !space.blocked_by.iter().any(|b| Kind::of(b.as_ref()) == kind) {
+            continue;
+        }
+        let _ = writeln!(
+            svg,
+            r##"<rect x="{x}" y="{y}" width="14" height="14" fill="{color}"/><text x="{}" y="{}">{text}</text>"##,
+            x + 20.0,
+            y + 12.0
+        );
+        x += 34.0 + 7.2 * text.len() as f64;
+    }
+    let _ = writeln!(
+        svg,
+        r##"<line x1="{LEFT}" y1="{0}" x2="{1}" y2="{0}" stroke="#10222e" stroke-width="1.8"/><text x="{2}" y="{3}">search curve, ring: posture taken; verdicts at grid nodes</text>"##,
+        y + 32.0,
+        LEFT + 14.0,
+        LEFT + 20.0,
+        y + 36.5
+    );
+}
+
+fn escape(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
+}

@@ -1,0 +1,56 @@
+//! What the command line says at the end.
+
+use crate::report::Report;
+
+/// A few lines for a person.
+pub fn summary(report: &Report) -> String {
+    let t = &report.totals;
+    let w = &report.worst;
+    let or_none = |v: Option<f64>, unit: &str| v.map_or_else(|| "none".to_owned(), |v| format!("{v:.3} {unit}"));
+    let budget = report.budgets.iter().map(|b| b.total_mm).fold(0.0, f64::max);
+    let mut lines = vec![
+        format!("{} - {}", report.job, report.setup),
+        format!("  passes            {}", t.passes),
+        format!(
+            "  CC points         {}, planned {} ({:.2} %), trimmed {}",
+            t.cc_points,
+            t.planned_points,
+            100.0 * t.planned_fraction,
+            t.trimmed_points
+        ),
+        format!("  blocks            {}, cutting length {:.1} m", t.blocks, t.cutting_length_mm / 1000.0),
+        format!("  cutting time      {} (entries and exits {})", clock(t.cutting_time_s), clock(t.approach_time_s)),
+        format!("  rapid time        {}", clock(t.rapid_time_s)),
+    ];
+    if report.verified {
+        lines.push(format!(
+            "  smallest clearance {}{}",
+            or_none(w.clearance_mm, "mm"),
+            w.clearance_between
+                .as_ref()
+                .map(|b| format!(" ({b}, line {})", w.clearance_line.unwrap_or(0)))
+                .unwrap_or_default()
+        ));
+        lines.push(format!(
+            "  largest gouge     {} in the written program, error budget {budget:.3} mm",
+            or_none(w.gouge_mm, "mm")
+        ));
+    } else {
+        lines.push("  the written program was not verified".to_owned());
+    }
+    lines.push(format!("  largest cusp      {}", or_none(w.cusp_mm, "mm")));
+    lines.push(format!("  findings          {}", report.findings.len()));
+    for finding in report.findings.iter().take(10) {
+        lines.push(format!("    {finding}"));
+    }
+    for reason in report.infeasible.iter().take(5) {
+        lines.push(format!("    left out: {} points, {}", reason.points, reason.reason));
+    }
+    lines.join("\n")
+}
+
+/// Hours, minutes and seconds.
+fn clock(seconds: f64) -> String {
+    let total = seconds.round() as u64;
+    format!("{}:{:02}:{:02}", total / 3600, total / 60 % 60, total % 60)
+}
