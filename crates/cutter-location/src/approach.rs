@@ -83,6 +83,19 @@ pub struct ApproachSettings {
     pub max_retract: f64,
 }
 
+impl ApproachSettings {
+    /// The same arc with another radius, and poses in proportion.
+    fn scaled(&self, share: f64) -> Self {
+        let shape = match self.shape {
+            ApproachShape::TangentialArc { radius, angle } => {
+                ApproachShape::TangentialArc { radius: radius * share, angle }
+            }
+            ApproachShape::RollIn { radius, angle } => ApproachShape::RollIn { radius: radius * share, angle },
+        };
+        Self { shape, step: self.step * share, ..*self }
+    }
+}
+
 /// The way between a pass and the place where rapids begin or end.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Approach {
@@ -91,11 +104,33 @@ pub struct Approach {
 }
 
 /// Arc and retract at one end of a pass, every pose tested: the cutter's test body cuts nothing that must stay, bodies hit
-/// nothing, axis values exist. Retracts along the tool axis in growing steps until the tool is clear.
+/// nothing, axis values exist, and an entry goes down into stock no more steeply than the tool may. Where the arc is not
+/// possible as asked, smaller ones of the same angle are tried, down to an eighth of the radius. From the end of the arc
+/// the tool retracts along its axis in steps until it is clear.
 ///
 /// # Errors
-/// The first reason why no pose of the arc, or no retract up to `max_retract`, can be taken.
+/// The reason why the arc as asked cannot be taken, when no smaller one can either.
 pub fn approach(
+    test: &PoseTest<'_>,
+    settings: &ApproachSettings,
+    end: PassEnd,
+    cc: &CcPoint,
+    cl: &ClPoint,
+    uncut_left: bool,
+    hints: &mut Hints,
+) -> Result<Approach, Infeasible> {
+    let mut first_reason = None;
+    for share in [1.0, 0.5, 0.25, 0.125] {
+        let scaled = settings.scaled(share);
+        match approach_by(test, &scaled, end, cc, cl, uncut_left, hints) {
+            Ok(approach) => return Ok(approach),
+            Err(why) => first_reason = first_reason.or(Some(why)),
+        }
+    }
+    Err(first_reason.expect("at least one arc was tried"))
+}
+
+fn approach_by(
     test: &PoseTest<'_>,
     settings: &ApproachSettings,
     end: PassEnd,
@@ -117,11 +152,30 @@ pub fn approach(
             outward.push(pose);
         }
         match test.rapid_blocked(&pose, settings.rapid_clearance, hints) {
-            None => return Ok(Approach { outward: thin_retract(outward, &top) }),
+            None => break,
             Some(why) if height >= settings.max_retract => return Err(why),
             Some(_) => height = (height + settings.step).min(settings.max_retract),
         }
     }
+    let outward = thin_retract(outward, &top);
+    if end == PassEnd::Entry {
+        check_ramp(test, cl, &outward, hints)?;
+    }
+    Ok(Approach { outward })
+}
+
+/// An entry may go down, against the cutter's bottom, by the tool's ramp angle where it is in the stock.
+fn check_ramp(test: &PoseTest<'_>, cl: &ClPoint, outward: &[ClPoint], hints: &mut Hints) -> Result<(), Infeasible> {
+    let mut inner = cl;
+    for outer in outward {
+        let way = inner.tip - outer.tip;
+        let angle = (-way.dot(&outer.axis)).atan2((way - outer.axis.into_inner() * way.dot(&outer.axis)).norm());
+        if angle > test.cell.tool.max_ramp_angle() && test.cutter_in_stock(inner, hints) {
+            return Err(Infeasible::Ramp { angle });
+        }
+        inner = outer;
+    }
+    Ok(())
 }
 
 /// Keeps the arc and, of the straight retract above `top`, only the end.

@@ -106,7 +106,8 @@ impl Reasons {
 fn same_cause(a: &Infeasible, b: &Infeasible) -> bool {
     match (a, b) {
         (Infeasible::OutsideCone { .. }, Infeasible::OutsideCone { .. })
-        | (Infeasible::Unreachable(_), Infeasible::Unreachable(_)) => true,
+        | (Infeasible::Unreachable(_), Infeasible::Unreachable(_))
+        | (Infeasible::Ramp { .. }, Infeasible::Ramp { .. }) => true,
         (Infeasible::Gouge { obstacle: p, .. }, Infeasible::Gouge { obstacle: q, .. }) => p == q,
         (Infeasible::Collision { body: b1, obstacle: p, .. }, Infeasible::Collision { body: b2, obstacle: q, .. }) => {
             b1 == b2 && p == q

@@ -80,6 +80,11 @@ pub enum Infeasible {
         /// A point of the obstacle inside the test body, workpiece frame, at the largest lift.
         place: Point3<f64>,
     },
+    /// An entry goes down into the stock more steeply than the tool may.
+    Ramp {
+        /// Angle below the cutter's bottom plane, rad.
+        angle: f64,
+    },
     /// A dilated non-cutting body hits an obstacle.
     Collision {
         /// The body.
@@ -145,6 +150,7 @@ impl<'a> PoseTest<'a> {
             }
             Infeasible::Unreachable(u) => u.to_string(),
             Infeasible::Gouge { obstacle, .. } => format!("cutter gouges {}", name(*obstacle)),
+            Infeasible::Ramp { angle } => format!("ramp of {:.2} deg into stock", angle.to_degrees()),
             Infeasible::Collision { body, obstacle, .. } => {
                 format!("{} hits {}", self.body_name(*body), name(*obstacle))
             }
@@ -355,6 +361,17 @@ impl<'a> PoseTest<'a> {
             }
         }
         Ok(nearest)
+    }
+
+    /// Whether the cutter touches the stock, or what it is on, at a pose.
+    pub fn cutter_in_stock(&self, cl: &ClPoint, hints: &mut Hints) -> bool {
+        let work_from_tool = tool_frame(cl);
+        let cutter = Solid::Frustum(self.cell.tool.cutter().test_body(0.0));
+        hints.gouge.resize(self.cell.obstacles.len(), None);
+        self.cell.obstacles.iter().zip(&hints.gouge).any(|(obstacle, hint)| {
+            let body = cutter.dilated(obstacle.collision_allowance);
+            !obstacle.mesh.verdict(&body, &work_from_tool, *hint).is_free()
+        })
     }
 
     /// Distance from the tool tip to the farthest point of the tool assembly, mm.

@@ -72,7 +72,7 @@ pub(crate) struct MoveSettings {
 }
 
 /// How far the chords of an entry's or exit's arc may leave it, mm: nothing is cut to size there.
-const ARC_CHORD: f64 = 0.05;
+const ARC_CHORD: f64 = 0.02;
 
 /// Settings of an entry or exit.
 pub(crate) fn approach_settings(file: &ApproachFile, rapid_clearance: f64, max_retract: f64) -> ApproachSettings {

@@ -113,12 +113,14 @@ fn propeller_job(series: Series, diameter: f64) -> Result<Vec<(String, Vec<u8>)>
     let strategy = json!({
         "cylindrical_sections": {
             "axis_direction": [0.0, 0.0, 1.0],
-            "from_radius_mm": round_to(0.4 * tip, 1),
+            // Further in, the head would hit the neighbouring blade.
+            "from_radius_mm": round_to(0.46 * tip, 1),
             "to_radius_mm": round_to(0.975 * tip, 1),
         }
     });
     let mut operation = operation("suction side", radius, &strategy, diameter / 3048.0);
     operation["pattern"] = json!({ "copies": n_blades, "index_angle_deg": 360.0 / n_blades as f64 });
+    // From the tip inward: cut climbing, the passes then run down the blade, and their ends leave over its lower edge.
     operation["path"]["strategy"]["order"] = json!("decreasing");
     let job = job_file(&format!("{name}, D {diameter} mm"), setup, operation);
     Ok(job_folder(("propeller.glb", glb), &job, radius))
@@ -234,7 +236,7 @@ fn stock_for(radius: f64) -> f64 {
 /// An operation; `scale` is 1 for parts of about 3 m, for which lengths along the path are given.
 fn operation(name: &str, radius: f64, strategy: &Value, scale: f64) -> Value {
     // So flat that the cutter is in the stock only where it goes down by less than its ramp angle.
-    let arc = json!({ "tangential_arc": { "radius_mm": round_to(10.0 * radius, 1), "angle_deg": 10.0 } });
+    let arc = json!({ "tangential_arc": { "radius_mm": round_to(12.5 * radius, 1), "angle_deg": 8.0 } });
     json!({
         "name": name,
         "path": { "strategy": { "strategy": strategy, "min_pass_length_mm": round_to(0.5 * radius, 1) } },

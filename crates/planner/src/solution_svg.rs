@@ -29,7 +29,7 @@ impl Kind {
             None => Self::Feasible,
             Some(Infeasible::Gouge { .. }) => Self::Gouge,
             Some(Infeasible::Collision { .. }) => Self::Collision,
-            Some(Infeasible::Unreachable(_)) => Self::Limits,
+            Some(Infeasible::Unreachable(_) | Infeasible::Ramp { .. }) => Self::Limits,
             Some(Infeasible::OutsideCone { .. }) => Self::Cone,
         }
     }
