@@ -164,13 +164,16 @@ fn approach_by(
     Ok(Approach { outward })
 }
 
+/// How much a chord of the arc may be steeper than the tool's ramp angle, rad: less than inserts notice.
+const RAMP_SLACK: f64 = 1e-3;
+
 /// An entry may go down, against the cutter's bottom, by the tool's ramp angle where it is in the stock.
 fn check_ramp(test: &PoseTest<'_>, cl: &ClPoint, outward: &[ClPoint], hints: &mut Hints) -> Result<(), Infeasible> {
     let mut inner = cl;
     for outer in outward {
         let way = inner.tip - outer.tip;
         let angle = (-way.dot(&outer.axis)).atan2((way - outer.axis.into_inner() * way.dot(&outer.axis)).norm());
-        if angle > test.cell.tool.max_ramp_angle() && test.cutter_in_stock(inner, hints) {
+        if angle > test.cell.tool.max_ramp_angle() + RAMP_SLACK && test.cutter_in_stock(inner, hints) {
             return Err(Infeasible::Ramp { angle });
         }
         inner = outer;

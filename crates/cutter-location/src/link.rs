@@ -54,38 +54,56 @@ impl ClearanceSurface {
         }
     }
 
-    /// The pose moved to the surface: along the tool axis when that gets there within three times the height, else straight
-    /// out. A pose already outside stays.
-    pub fn retract(&self, cl: &ClPoint) -> ClPoint {
-        let height = self.height(&cl.tip);
-        if height >= 0.0 {
-            return *cl;
-        }
-        self.along_axis(cl, -3.0 * height).unwrap_or_else(|| {
-            let (out, level) = self.outward(&cl.tip);
-            cl.translated(out.into_inner() * -level)
-        })
+    /// The pose moved along the tool axis until its tip is `margin` above the surface, where that takes at most three times
+    /// its depth, else straight out. A pose that is there already stays.
+    pub fn retract(&self, cl: &ClPoint, margin: f64) -> ClPoint {
+        self.along(cl, &cl.axis, margin).unwrap_or_else(|| self.straight_out(cl, margin))
     }
 
-    /// First pose on the surface on the way along the tool axis, at most `max` mm away. Bisected: the height along a line
-    /// grows from the first crossing on for a pose inside.
-    fn along_axis(&self, cl: &ClPoint, max: f64) -> Option<ClPoint> {
-        let at = |t: f64| cl.translated(cl.axis.into_inner() * t);
-        let (mut inside, mut outside) = (0.0, max);
-        if self.height(&at(max).tip) < 0.0 {
+    /// The pose moved straight away from the workpiece until its tip is `margin` above the surface.
+    fn straight_out(&self, cl: &ClPoint, margin: f64) -> ClPoint {
+        let (out, level) = self.outward(&cl.tip);
+        cl.translated(out.into_inner() * (margin - level).max(0.0))
+    }
+
+    /// First pose `margin` above the surface on the way along `direction`, at most three times its depth away. Bisected: the
+    /// height along a line grows from the first crossing on for a pose inside a convex surface.
+    fn along(&self, cl: &ClPoint, direction: &Unit<Vector3<f64>>, margin: f64) -> Option<ClPoint> {
+        let depth = margin - self.height(&cl.tip);
+        if depth <= 0.0 {
+            return Some(*cl);
+        }
+        let at = |t: f64| cl.translated(direction.into_inner() * t);
+        let (mut inside, mut outside) = (0.0, 3.0 * depth);
+        if self.height(&at(outside).tip) < margin {
             return None;
         }
         while outside - inside > 1e-3 {
             let middle = 0.5 * (inside + outside);
-            if self.height(&at(middle).tip) < 0.0 { inside = middle } else { outside = middle }
+            if self.height(&at(middle).tip) < margin { inside = middle } else { outside = middle }
         }
         Some(at(outside))
     }
 
-    /// `p` moved straight out to the surface if it is inside.
-    fn pushed_out(&self, p: &Point3<f64>) -> Point3<f64> {
+    /// Ways from a pose to `margin` above the surface, without the pose itself, the likeliest first: along the tool axis,
+    /// straight out, between the two, and a little along the axis before going straight out.
+    fn ways_out(&self, cl: &ClPoint, margin: f64) -> Vec<Vec<ClPoint>> {
+        let out = self.outward(&cl.tip).0;
+        let between = Unit::try_new(out.into_inner() + cl.axis.into_inner(), 1e-6);
+        let mut ways: Vec<Vec<ClPoint>> = self.along(cl, &cl.axis, margin).into_iter().map(|p| vec![p]).collect();
+        ways.push(vec![self.straight_out(cl, margin)]);
+        ways.extend(between.and_then(|d| self.along(cl, &d, margin)).map(|p| vec![p]));
+        for by in FIRST_BACK {
+            let back = cl.translated(cl.axis.into_inner() * by);
+            ways.push(vec![back, self.straight_out(&back, margin)]);
+        }
+        ways
+    }
+
+    /// `p` moved straight out until it is `margin` above the surface, if it is not.
+    fn pushed_out(&self, p: &Point3<f64>, margin: f64) -> Point3<f64> {
         let (out, level) = self.outward(p);
-        if level < 0.0 { p - out.into_inner() * level } else { *p }
+        p + out.into_inner() * (margin - level).max(0.0)
     }
 }
 
@@ -116,6 +134,9 @@ pub struct LinkSettings {
     /// Distance the whole tool keeps from stock, part and fixtures, mm.
     pub rapid_clearance: f64,
 }
+
+/// How far a tool goes back along its axis before it goes straight out, mm.
+const FIRST_BACK: [f64; 3] = [20.0, 60.0, 180.0];
 
 /// Why there is no link between two poses.
 #[derive(Clone, Debug, PartialEq)]
@@ -153,24 +174,68 @@ pub fn link(
             return Ok(way);
         }
     }
-    let way = over_clearance(&settings.clearance, from, to);
+    over_clearance(test, settings, from, to, hints)
+}
+
+/// From `from` out to the clearance surface, along it, and back to `to`, by the first free way out at each end.
+fn over_clearance(
+    test: &PoseTest<'_>,
+    settings: &LinkSettings,
+    from: &ClPoint,
+    to: &ClPoint,
+    hints: &mut Hints,
+) -> Result<Vec<ClPoint>, LinkBlocked> {
+    let out = way_out(test, settings, from, hints)?;
+    let mut back = way_out(test, settings, to, hints)?;
+    back.reverse();
+    let across =
+        along_clearance(&settings.clearance, test.clearance_margin(), end_of(&out, from), back.first().unwrap_or(to));
+    let way: Vec<ClPoint> = out.into_iter().chain(across).chain(back).collect();
     match way_blocked(test, settings, from, &way, to, hints) {
         None => Ok(way),
         Some((pose, why)) => Err(LinkBlocked { pose, why }),
     }
 }
 
-/// From `from` out to the clearance surface, along it, and back to `to`.
-fn over_clearance(surface: &ClearanceSurface, from: &ClPoint, to: &ClPoint) -> Vec<ClPoint> {
-    let (a, b) = (surface.retract(from), surface.retract(to));
-    // A straight line between two points outside a convex surface may cut through it: points in between are pushed out.
+fn end_of<'a>(way: &'a [ClPoint], start: &'a ClPoint) -> &'a ClPoint {
+    way.last().unwrap_or(start)
+}
+
+/// The first free way from a pose to the clearance surface, without the pose itself.
+///
+/// # Errors
+/// When none is free: where the first one, along the tool axis, is blocked.
+pub fn way_out(
+    test: &PoseTest<'_>,
+    settings: &LinkSettings,
+    from: &ClPoint,
+    hints: &mut Hints,
+) -> Result<Vec<ClPoint>, LinkBlocked> {
+    let mut first = None;
+    for mut way in settings.clearance.ways_out(from, test.clearance_margin()) {
+        let Some(end) = way.pop() else { continue };
+        match way_blocked(test, settings, from, &way, &end, hints) {
+            None => {
+                way.push(end);
+                return Ok(way);
+            }
+            Some((pose, why)) => first = first.or(Some(LinkBlocked { pose, why })),
+        }
+    }
+    Err(first.expect("there is always the way straight out"))
+}
+
+/// Poses between two that are on the clearance surface. A straight line between two points outside a convex surface may cut
+/// through it: points in between are pushed out.
+fn along_clearance(surface: &ClearanceSurface, margin: f64, a: &ClPoint, b: &ClPoint) -> Vec<ClPoint> {
     const N_BETWEEN: usize = 24;
-    let curved = !matches!(surface, ClearanceSurface::Plane { .. });
-    let middle = (1..N_BETWEEN).filter(|_| curved).map(|k| {
-        let p = between(&a, &b, k as f64 / N_BETWEEN as f64);
-        ClPoint { tip: surface.pushed_out(&p.tip), ..p }
-    });
-    std::iter::once(a).chain(middle).chain(std::iter::once(b)).collect()
+    if matches!(surface, ClearanceSurface::Plane { .. }) {
+        return vec![];
+    }
+    (1..N_BETWEEN)
+        .map(|k| between(a, b, k as f64 / N_BETWEEN as f64))
+        .map(|p| ClPoint { tip: surface.pushed_out(&p.tip, margin), ..p })
+        .collect()
 }
 
 fn way_blocked(

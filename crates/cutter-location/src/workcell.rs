@@ -363,6 +363,11 @@ impl<'a> PoseTest<'a> {
         Ok(nearest)
     }
 
+    /// How far above a clearance surface the tip has to be for the whole cutter to be outside, whatever its axis, mm.
+    pub fn clearance_margin(&self) -> f64 {
+        self.cell.tool.cutter().radius()
+    }
+
     /// Whether the cutter touches the stock, or what it is on, at a pose.
     pub fn cutter_in_stock(&self, cl: &ClPoint, hints: &mut Hints) -> bool {
         let work_from_tool = tool_frame(cl);
