@@ -12,7 +12,9 @@ pub fn describe_setup(job: &Job, index: usize) -> Result<Vec<String>, Failure> {
     let setup = Setup::read(job, index)?;
     let mut lines = vec![format!("setup \"{}\"", setup.file.name)];
     for mesh in &setup.reports {
-        let counts: Vec<String> = mesh.repair.iter().map(|(k, v)| format!("{} {v}", k.replace('_', " "))).collect();
+        let counts = mesh.repair.iter().filter(|(_, v)| v.as_u64().is_some_and(|n| n > 0));
+        let counts: Vec<String> =
+            counts.map(|(k, v)| format!("{v} {}", k.trim_start_matches("n_").replace('_', " "))).collect();
         lines.push(format!("mesh {}: {}", mesh.file, counts.join(", ")));
     }
     let b = setup.aabb();

@@ -2,7 +2,7 @@
 
 use facemill_cl_data::{CcPoint, ClPoint, CuttingLaw, Monitor};
 use facemill_cutter_location::approach::{Approach, ApproachSettings, ApproachShape, PassEnd, approach};
-use facemill_cutter_location::link::{LinkSettings, between, link};
+use facemill_cutter_location::link::{LinkSettings, between, link, way_out};
 use facemill_cutter_location::{Hints, PoseTest};
 use facemill_inverse_kinematics::{AxisKind, AxisValues, Branch, BranchPreference, InverseSolution, deviation_bound};
 use facemill_nc_program::RoundingBound;
@@ -71,8 +71,9 @@ pub(crate) struct MoveSettings {
     pub rounding: RoundingBound,
 }
 
-/// How far the chords of an entry's or exit's arc may leave it, mm: nothing is cut to size there.
-const ARC_CHORD: f64 = 0.02;
+/// Poses of an entry's or exit's arc per radius of way: chords leave the arc by 2e-5 of its radius, and are no more than
+/// 0.4° steeper than it.
+const ARC_STEPS: f64 = 80.0;
 
 /// Settings of an entry or exit.
 pub(crate) fn approach_settings(file: &ApproachFile, rapid_clearance: f64, max_retract: f64) -> ApproachSettings {
@@ -88,7 +89,7 @@ pub(crate) fn approach_settings(file: &ApproachFile, rapid_clearance: f64, max_r
         }
     };
     let (ApproachShape::TangentialArc { radius, .. } | ApproachShape::RollIn { radius, .. }) = shape;
-    ApproachSettings { shape, step: (8.0 * ARC_CHORD * radius).sqrt(), rapid_clearance, max_retract }
+    ApproachSettings { shape, step: radius / ARC_STEPS, rapid_clearance, max_retract }
 }
 
 /// A piece with its ways in and out.
@@ -214,13 +215,21 @@ impl<'a> Sequencer<'a> {
     fn sequence(mut self, pieces: Vec<Reached>, mut links: Vec<Vec<ClPoint>>) -> Result<OperationMoves, Failure> {
         let mut done = Vec::with_capacity(pieces.len());
         let mut before = std::iter::once(None).chain(links.drain(..).map(Some)).collect::<Vec<_>>().into_iter();
-        let clearance = self.settings.link.clearance;
         let mut last = None;
         for Reached { piece, entry, exit } in pieces {
             let mut moves = Vec::new();
             let branch = self.branch_of(&piece.cuts[0])?;
             let start = outer(&entry);
-            for cl in before.next().flatten().unwrap_or_else(|| vec![clearance.retract(&start)]) {
+            let way = match before.next().flatten() {
+                Some(way) => way,
+                // The program starts above the first pass.
+                None => {
+                    let mut way = self.out(&start)?;
+                    way.reverse();
+                    way
+                }
+            };
+            for cl in way {
                 self.go(MoveKind::Rapid, cl, branch, &mut moves)?;
             }
             self.go(MoveKind::Rapid, start, branch, &mut moves)?;
@@ -240,9 +249,25 @@ impl<'a> Sequencer<'a> {
         }
         let mut retract = Vec::new();
         if let Some((cl, branch)) = last {
-            self.go(MoveKind::Rapid, clearance.retract(&cl), branch, &mut retract)?;
+            for cl in self.out(&cl)? {
+                self.go(MoveKind::Rapid, cl, branch, &mut retract)?;
+            }
         }
         Ok(OperationMoves { pieces: done, retract, linearisation: self.worst })
+    }
+
+    /// A free way from a pose to the clearance surface.
+    fn out(&self, from: &ClPoint) -> Result<Vec<ClPoint>, Failure> {
+        way_out(self.test, &self.settings.link, from, &mut Hints::default()).map_err(|blocked| {
+            let p = blocked.pose.tip;
+            Failure::Infeasible(format!(
+                "no way to the clearance surface: at ({:.1}, {:.1}, {:.1}) {}",
+                p.x,
+                p.y,
+                p.z,
+                self.test.describe(&blocked.why)
+            ))
+        })
     }
 
     /// The branch that a cut was tested on.

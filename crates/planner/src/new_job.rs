@@ -1,7 +1,8 @@
 //! Complete example jobs: mesh, tool, machine and job file.
 
 use facemill_sample_parts::{
-    BladeResolution, PatchSpec, PropellerSeries, PropellerSpec, RotorResolution, blade, blade_pose, hub, patch, rotor37,
+    BladeResolution, PatchSpec, PropellerSeries, PropellerSpec, RotorResolution, blade, blade_pose, chord_error, hub,
+    patch, rotor37,
 };
 use facemill_surface_model::{NamedNode, TriMesh, write_glb, write_obj};
 use nalgebra::{Isometry3, Point3};
@@ -61,10 +62,10 @@ pub fn new_job(job: &NewJob) -> Result<Vec<(String, Vec<u8>)>, String> {
     }
 }
 
-/// Quads between hub and tip, and between leading and trailing edge: on a blade of 3 m diameter facets of about 12 mm, whose
-/// chords leave the surface by 0.01 to 0.02 mm.
-const RADIAL_QUADS: usize = 110;
-const CHORD_QUADS: usize = 140;
+/// Quads between hub and tip, and between leading and trailing edge: facets of about 10 mm on a blade of 3 m diameter, 2 MB
+/// for the file.
+const RADIAL_QUADS: usize = 160;
+const CHORD_QUADS: usize = 120;
 
 /// Radii of face mills that can be bought, mm.
 const CUTTER_RADII: [f64; 12] = [4.0, 5.0, 6.0, 8.0, 10.0, 12.5, 16.0, 20.0, 25.0, 40.0, 63.0, 80.0];
@@ -91,10 +92,21 @@ fn propeller_job(series: Series, diameter: f64) -> Result<Vec<(String, Vec<u8>)>
         ),
     };
     let spec = PropellerSpec::new(series, diameter).map_err(|e| e.to_string())?;
-    let glb = propeller_glb(&spec)?;
+    let resolution = BladeResolution::new(RADIAL_QUADS, CHORD_QUADS).map_err(|e| e.to_string())?;
+    let glb = propeller_glb(&spec, resolution)?;
+    let chord = chord_error(&spec, resolution).sides;
     let n_blades = spec.n_blades();
     let tip = 0.5 * diameter;
-    let radius = cutter_radius(80.0 * diameter / 3048.0);
+    // Blades of high area ratio overlap: a thin tool that reaches far comes between most of them, and what it does not
+    // reach in one setup is left out.
+    let overlapping = match series {
+        PropellerSeries::Dtmb4119 => false,
+        PropellerSeries::Dtmb4382 | PropellerSeries::Vp1304 => true,
+        PropellerSeries::WageningenB { area_ratio, .. } => area_ratio > 0.65,
+    };
+    let radius = cutter_radius(if overlapping { 0.025 } else { 0.02625 } * diameter);
+    let reach = if overlapping { 0.3 * diameter } else { 4.0 * radius };
+    let from_radius = if overlapping { 0.6 } else { 0.46 };
     let height = 0.16 * diameter;
     let meshes = json!([
         { "file": "propeller.glb", "groups": ["blade-1/suction"], "role": "drive", "unit": "metre", "up_axis": "y" },
@@ -107,27 +119,31 @@ fn propeller_job(series: Series, diameter: f64) -> Result<Vec<(String, Vec<u8>)>
         "work_offset": { "register": "G54" },
         "meshes": meshes,
         "stock": { "offset": { "allowance_mm": stock_for(radius) } },
-        "clearance": { "plane": { "origin_mm": [0.0, 0.0, round_to(height + radius + 30.0, 0)] } },
+        "clearance": { "plane": { "origin_mm": [0.0, 0.0, round_to(height + 20.0, 0)] } },
         "rapid_clearance_mm": 5.0,
     });
     let strategy = json!({
         "cylindrical_sections": {
             "axis_direction": [0.0, 0.0, 1.0],
             // Further in, the head would hit the neighbouring blade.
-            "from_radius_mm": round_to(0.46 * tip, 1),
+            "from_radius_mm": round_to(from_radius * tip, 1),
             "to_radius_mm": round_to(0.975 * tip, 1),
         }
     });
     let mut operation = operation("suction side", radius, &strategy, diameter / 3048.0);
+    // Rounded up to the next hundredth.
+    operation["tolerances"]["mesh_chord_mm"] = json!(round_to((100.0 * chord).ceil() / 100.0, 2));
+    if overlapping {
+        operation["infeasible"] = json!({ "trim": { "max_trimmed_fraction": 0.15 } });
+    }
     operation["pattern"] = json!({ "copies": n_blades, "index_angle_deg": 360.0 / n_blades as f64 });
     // From the tip inward: cut climbing, the passes then run down the blade, and their ends leave over its lower edge.
     operation["path"]["strategy"]["order"] = json!("decreasing");
     let job = job_file(&format!("{name}, D {diameter} mm"), setup, operation);
-    Ok(job_folder(("propeller.glb", glb), &job, radius))
+    Ok(job_folder(("propeller.glb", glb), &job, (radius, reach)))
 }
 
-fn propeller_glb(spec: &PropellerSpec) -> Result<Vec<u8>, String> {
-    let resolution = BladeResolution::new(RADIAL_QUADS, CHORD_QUADS).map_err(|e| e.to_string())?;
+fn propeller_glb(spec: &PropellerSpec, resolution: BladeResolution) -> Result<Vec<u8>, String> {
     let blade = blade(spec, resolution);
     let hub = hub(spec, 2e-4 * spec.hub_radius()).map_err(|e| e.to_string())?;
     let blade_groups: Vec<String> = blade.groups().iter().map(|g| g.name.clone()).collect();
@@ -182,11 +198,15 @@ fn patch_job(size: f64) -> Result<Vec<(String, Vec<u8>)>, String> {
         "table_from_work": { "translation_mm": [0.0, 0.0, 300.0] },
         "meshes": [{ "file": "patch.obj", "role": "drive", "unit": "millimetre", "up_axis": "z" }],
         "stock": { "offset": { "allowance_mm": stock_for(radius) } },
-        "clearance": { "plane": { "origin_mm": [0.0, 0.0, round_to(0.05 * size + radius + 20.0, 0)] } },
+        "clearance": { "plane": { "origin_mm": [0.0, 0.0, round_to(0.05 * size + 10.0, 0)] } },
     });
     let strategy = json!({ "parallel_planes": { "normal": [0.0, 1.0, 0.0] } });
     let operation = operation("patch", radius, &strategy, size / 1600.0);
-    Ok(job_folder(("patch.obj", obj), &job_file(&format!("wavy patch of {size} mm"), setup, operation), radius))
+    Ok(job_folder(
+        ("patch.obj", obj),
+        &job_file(&format!("wavy patch of {size} mm"), setup, operation),
+        (radius, 4.0 * radius),
+    ))
 }
 
 fn rotor37_job(scale: f64) -> Result<Vec<(String, Vec<u8>)>, String> {
@@ -210,7 +230,7 @@ fn rotor37_job(scale: f64) -> Result<Vec<(String, Vec<u8>)>, String> {
     // The blade stands along +X at its radius; on the table it lies, its span toward the operator.
     let setup = json!({
         "name": "suction side",
-        "work_from_part": { "rotation_axis": [1.0, 0.0, 0.0], "rotation_deg": -90.0 },
+        "work_from_part": { "rotation_axis": [1.0, 0.0, 0.0], "rotation_deg": 90.0 },
         "table_from_work": { "translation_mm": [round_to(-21.5 * scale * 10.0, 0), 0.0, 400.0] },
         "meshes": [
             { "file": "rotor37.obj", "groups": [suction], "role": "drive", "unit": "millimetre", "up_axis": "z" },
@@ -224,7 +244,7 @@ fn rotor37_job(scale: f64) -> Result<Vec<(String, Vec<u8>)>, String> {
     Ok(job_folder(
         ("rotor37.obj", obj),
         &job_file(&format!("NASA Rotor 37 blade, scale {scale}"), setup, operation),
-        radius,
+        (radius, 4.0 * radius),
     ))
 }
 
@@ -286,10 +306,10 @@ fn job_file(name: &str, setup: Value, operation: Value) -> Value {
 }
 
 /// A face mill of this radius on an arbor that reaches between blades.
-fn tool_file(radius: f64) -> Value {
+fn tool_file(radius: f64, reach: f64) -> Value {
     let flute = round_to(0.15 * radius, 2);
     let body = round_to(0.65 * radius, 2);
-    let arbor = round_to((4.0 * radius).max(60.0), 1);
+    let arbor = round_to(reach.max(60.0), 1);
     let flange = 40.0;
     let stick_out = flute + body;
     json!({
@@ -320,11 +340,11 @@ fn tool_file(radius: f64) -> Value {
     })
 }
 
-fn job_folder(mesh: (&str, Vec<u8>), job: &Value, radius: f64) -> Vec<(String, Vec<u8>)> {
+fn job_folder(mesh: (&str, Vec<u8>), job: &Value, (radius, reach): (f64, f64)) -> Vec<(String, Vec<u8>)> {
     vec![
         (mesh.0.to_owned(), mesh.1),
         ("job.json".to_owned(), facemill_file_format::to_json(job).into_bytes()),
-        ("tool.json".to_owned(), facemill_file_format::to_json(&tool_file(radius)).into_bytes()),
+        ("tool.json".to_owned(), facemill_file_format::to_json(&tool_file(radius, reach)).into_bytes()),
         ("machine.json".to_owned(), facemill_inverse_kinematics::preset_head_b_table_c().as_bytes().to_vec()),
     ]
 }

@@ -23,7 +23,7 @@ use crate::job_file::{ClearanceFile, InfeasibleFile, OperationFile};
 use crate::load::{Job, ObstacleRole, Setup, direction};
 use crate::moves::{MoveKind, MoveSettings, OperationMoves, approach_settings, operation_moves};
 use crate::path::lay;
-use crate::pieces::{LaidTask, LeftOut, Piece, copy_outcomes, places, split};
+use crate::pieces::{Cut, LaidTask, LeftOut, Piece, copy_outcomes, places, split};
 use crate::program::{BlockWriter, Timed, program_spec, word_map};
 use crate::report::{BudgetReport, InfeasibleReport, PassReport, REPORT_FORMAT, Report, Totals, Worst};
 use crate::solution_svg::solution_svg;
@@ -47,9 +47,10 @@ pub struct Planned {
 }
 
 impl Planned {
-    /// Whether the program can be run as it is.
+    /// Whether the program can be run as it is: no finding but near misses, and no more left out than the job allows.
     pub fn is_clean(&self) -> bool {
-        !self.report.findings.iter().any(|f| f.kind.is_fault())
+        let faults = self.report.findings.iter().any(|f| f.kind.is_fault());
+        !faults && !self.report.totals.trims_too_much()
     }
 }
 
@@ -91,7 +92,7 @@ pub fn plan_setup(job: &Job, index: usize, settings: PlanSettings, stages: &dyn 
         let pieces = place_pieces(&test, operation, &laid.tasks, &mut left_out, &mut totals, stages)?;
         clock.lap("search");
         if picture.is_none() {
-            picture = picture_of(&test, operation, &laid.tasks)?;
+            picture = picture_of(&test, operation, &laid.tasks, &pieces)?;
         }
         let move_settings = move_settings(job, &setup, operation);
         let monitor = stages.start("entries and links", 2 * pieces.len());
@@ -102,7 +103,7 @@ pub fn plan_setup(job: &Job, index: usize, settings: PlanSettings, stages: &dyn 
         clock.lap("cusps and chips");
         operations.push(PlannedOperation { operation, moves, chips });
     }
-    check_left_out(&operations, &left_out, &totals)?;
+    check_left_out(&operations, &left_out)?;
     let (timed, text, apt) = write_texts(job, &setup, &operations, &words)?;
     clock.lap("program");
     let verification =
@@ -172,13 +173,25 @@ fn place_pieces(
     Ok(pieces)
 }
 
-/// The solution space at the middle of the middle pass.
-fn picture_of(test: &PoseTest<'_>, operation: &OperationFile, tasks: &[LaidTask]) -> Result<Option<String>, Failure> {
-    let Some((pass, task)) = tasks.iter().enumerate().nth(tasks.len() / 2) else { return Ok(None) };
-    let point = task.pass.points.len() / 2;
-    let cc = &task.pass.points[point];
-    let title = format!("{}, pass {}, point {}", operation.name, pass + 1, point + 1);
-    Ok(Some(solution_picture(test, cc, &task.curve, &search_settings(operation), &title)?))
+/// The solution space at the point of the first place that needs the largest tilt, the first of equals: where it is
+/// narrowest.
+fn picture_of(
+    test: &PoseTest<'_>,
+    operation: &OperationFile,
+    tasks: &[LaidTask],
+    pieces: &[Piece],
+) -> Result<Option<String>, Failure> {
+    let cuts =
+        pieces.iter().filter(|p| p.copy == 0).flat_map(|p| p.cuts.iter().enumerate().map(move |(k, c)| (p, k, c)));
+    let steeper = |a: &Cut, b: &Cut| a.pose.posture.tilt > b.pose.posture.tilt;
+    let narrowest = cuts.fold(None, |best: Option<(&Piece, usize, &Cut)>, next| match best {
+        Some(b) if !steeper(next.2, b.2) => Some(b),
+        _ => Some(next),
+    });
+    let Some((piece, point, cut)) = narrowest else { return Ok(None) };
+    let curve = &tasks[piece.pass].curve;
+    let title = format!("{}, pass {}, point {} of the piece", operation.name, piece.pass + 1, point + 1);
+    Ok(Some(solution_picture(test, &cut.cc, curve, &search_settings(operation), &title)?))
 }
 
 /// Columns and rows of the picture's grid.
@@ -286,7 +299,7 @@ fn along_passes(
 }
 
 /// Applies each operation's policy for infeasible points.
-fn check_left_out(operations: &[PlannedOperation<'_>], left_out: &[LeftOut], totals: &Totals) -> Result<(), Failure> {
+fn check_left_out(operations: &[PlannedOperation<'_>], left_out: &[LeftOut]) -> Result<(), Failure> {
     let Some(first) = left_out.first() else { return Ok(()) };
     let p = first.place;
     let example = format!("first at ({:.2}, {:.2}, {:.2}): {}", p.x, p.y, p.z, first.reason);
@@ -297,7 +310,6 @@ fn check_left_out(operations: &[PlannedOperation<'_>], left_out: &[LeftOut], tot
     if kept == 0 {
         return Err(Failure::Infeasible(format!("no CC point can be planned; {example}")));
     }
-    let _ = totals;
     Ok(())
 }
 
@@ -417,11 +429,13 @@ fn report(
             worst.chip_area_mm2 = larger(worst.chip_area_mm2, area);
             worst.removal_rate_mm3_min = larger(worst.removal_rate_mm3_min, area.map(|a| a * removal));
             totals.passes += 1;
+            totals.uncut_points += pass.uncut_points;
             totals.planned_points += pass.points;
             passes.push(pass);
         }
     }
     totals.trimmed_points = totals.cc_points - totals.planned_points;
+    totals.max_trimmed_fraction = operations.iter().map(|o| max_trimmed(o.operation)).fold(1.0, f64::min);
     totals.planned_fraction =
         if totals.cc_points > 0 { totals.planned_points as f64 / totals.cc_points as f64 } else { 0.0 };
     totals.blocks = timed.n_blocks;
@@ -453,6 +467,14 @@ fn report(
     }
 }
 
+/// Part of an operation's CC points that may be left out.
+fn max_trimmed(operation: &OperationFile) -> f64 {
+    match &operation.infeasible {
+        InfeasibleFile::Stop => 0.0,
+        InfeasibleFile::Trim(trim) => trim.max_trimmed_fraction,
+    }
+}
+
 fn larger(a: Option<f64>, b: Option<f64>) -> Option<f64> {
     match (a, b) {
         (Some(a), Some(b)) => Some(a.max(b)),
@@ -461,16 +483,16 @@ fn larger(a: Option<f64>, b: Option<f64>) -> Option<f64> {
 }
 
 fn pass_report(operation: &str, piece: &Piece, along: Option<&Vec<Along>>) -> PassReport {
-    let range = |f: &dyn Fn(&crate::pieces::Cut) -> f64| {
+    let range = |f: &dyn Fn(&Cut) -> f64| {
         piece.cuts.iter().map(f).fold([f64::INFINITY, f64::NEG_INFINITY], |[lo, hi], v| [lo.min(v), hi.max(v)])
     };
-    let height = |ridge: &Ridge| match ridge.cusp {
-        Cusp::Height(h) => h,
-        Cusp::Uncut => f64::INFINITY,
-    };
     let all: &[Along] = along.map_or(&[], Vec::as_slice);
-    let ridge_max = |f: &dyn Fn(&Ridge) -> f64| {
-        all.iter().filter_map(|a| a.ridge.as_ref()).map(f).fold(None, |m, v| larger(m, Some(v)))
+    let ridge_max = |f: &dyn Fn(&Ridge) -> Option<f64>| {
+        all.iter().filter_map(|a| a.ridge.as_ref()).filter_map(f).fold(None, |m, v| larger(m, Some(v)))
+    };
+    let height = |ridge: &Ridge| match ridge.cusp {
+        Cusp::Height(h) => Some(h),
+        Cusp::Uncut => None,
     };
     let areas: Vec<f64> = all.iter().filter_map(|a| a.chip_area).collect();
     let mean = areas.iter().sum::<f64>() / areas.len().max(1) as f64;
@@ -484,7 +506,8 @@ fn pass_report(operation: &str, piece: &Piece, along: Option<&Vec<Along>>) -> Pa
         rotate_deg: range(&|c| c.pose.posture.rotate.to_degrees()),
         lift_mm: range(&|c| c.pose.lift)[1],
         cusp_mm: ridge_max(&height),
-        step_over_mm: ridge_max(&|r| r.step_over),
+        uncut_points: all.iter().filter(|a| a.ridge.is_some_and(|r| r.cusp == Cusp::Uncut)).count(),
+        step_over_mm: ridge_max(&|r| Some(r.step_over)),
         chip_area_mm2: (!areas.is_empty()).then(|| [mean, areas.iter().copied().fold(0.0, f64::max)]),
     }
 }

@@ -52,6 +52,10 @@ pub struct Totals {
     pub trimmed_points: usize,
     /// Part of the CC points that is planned.
     pub planned_fraction: f64,
+    /// Largest part of the CC points that the job allows to be left out.
+    pub max_trimmed_fraction: f64,
+    /// Points between which and the pass before a strip stays uncut.
+    pub uncut_points: usize,
     /// Pieces of passes dropped because they are shorter than asked.
     pub dropped_pieces: usize,
     /// Motion blocks written.
@@ -64,6 +68,13 @@ pub struct Totals {
     pub approach_time_s: f64,
     /// Time in rapids at the axes' largest velocities, without acceleration.
     pub rapid_time_s: f64,
+}
+
+impl Totals {
+    /// Whether more is left out than the job allows.
+    pub fn trims_too_much(&self) -> bool {
+        self.trimmed_points as f64 > self.max_trimmed_fraction * self.cc_points as f64
+    }
 }
 
 /// Extreme values. `null` where there is none.
@@ -182,6 +193,8 @@ pub struct PassReport {
     pub lift_mm: f64,
     /// Largest predicted cusp toward the pass before; `null` for the first of a region.
     pub cusp_mm: Option<f64>,
+    /// Points between which and the pass before a strip stays uncut.
+    pub uncut_points: usize,
     /// Largest distance from the pass before.
     pub step_over_mm: Option<f64>,
     /// Mean and largest chip section across the feed.

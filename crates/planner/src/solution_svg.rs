@@ -94,20 +94,27 @@ impl Plot {
     }
 }
 
+/// Neighbouring nodes of a row with the same verdict are one rectangle.
 fn cells(svg: &mut String, space: &SolutionSpace, plot: &Plot) {
-    for (k, blocked_by) in space.blocked_by.iter().enumerate() {
-        let (row, column) = (k / space.tilts.len(), k % space.tilts.len());
-        let (x, y) = plot.at(Posture { tilt: space.tilts[column], rotate: space.rotates[row] });
-        let _ = writeln!(
-            svg,
-            r#"<rect x="{:.2}" y="{:.2}" width="{:.2}" height="{:.2}" fill="{}"/>"#,
-            x - 0.5 * plot.cell[0],
-            y - 0.5 * plot.cell[1],
-            plot.cell[0] + 0.15,
-            plot.cell[1] + 0.15,
-            Kind::of(blocked_by.as_ref()).color()
-        );
+    svg.push_str("<g shape-rendering=\"crispEdges\">\n");
+    for (row, verdicts) in space.blocked_by.chunks(space.tilts.len().max(1)).enumerate() {
+        let kinds: Vec<Kind> = verdicts.iter().map(|b| Kind::of(b.as_ref())).collect();
+        let mut column = 0;
+        for run in kinds.chunk_by(|a, b| a == b) {
+            let (x, y) = plot.at(Posture { tilt: space.tilts[column], rotate: space.rotates[row] });
+            let _ = writeln!(
+                svg,
+                r#"<rect x="{:.2}" y="{:.2}" width="{:.2}" height="{:.2}" fill="{}"/>"#,
+                x - 0.5 * plot.cell[0],
+                y - 0.5 * plot.cell[1],
+                plot.cell[0] * run.len() as f64,
+                plot.cell[1],
+                run[0].color()
+            );
+            column += run.len();
+        }
     }
+    svg.push_str("</g>\n");
 }
 
 fn axes(svg: &mut String, plot: &Plot) {
@@ -132,7 +139,8 @@ fn axes(svg: &mut String, plot: &Plot) {
             left - 5.0,
             left - 9.0,
             y + 4.5,
-            rotate.to_degrees()
+            // Adding 0 turns -0 into 0.
+            rotate.to_degrees() + 0.0
         );
     }
     let (middle_x, middle_y) = (LEFT + 0.5 * WIDTH, TOP + 0.5 * HEIGHT);

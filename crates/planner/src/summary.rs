@@ -39,6 +39,12 @@ pub fn summary(report: &Report) -> String {
         lines.push("  the written program was not verified".to_owned());
     }
     lines.push(format!("  largest cusp      {}", or_none(w.cusp_mm, "mm")));
+    if t.uncut_points > 0 {
+        lines.push(format!("  uncut strips      at {} points", t.uncut_points));
+    }
+    if t.trims_too_much() {
+        lines.push(format!("  trimmed more than the job allows ({:.2} %)", 100.0 * t.max_trimmed_fraction));
+    }
     lines.push(format!("  findings          {}", report.findings.len()));
     for finding in report.findings.iter().take(10) {
         lines.push(format!("    {finding}"));
