@@ -171,7 +171,7 @@ fn plan(job_path: &Path, out: Option<PathBuf>, verify: bool) -> Result<ExitCode,
     }
     let timings = serde_json::json!({ "format": "facemill-timings/1", "setups": timings });
     all_files.push(("timings.json".to_owned(), facemill::file_format::to_json(&timings).into_bytes()));
-    if crate::progress::is_interrupted() {
+    if !crate::progress::start_writing() {
         return Err(Failure::Interrupted);
     }
     files::write_all(&out, &all_files)?;

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use facemill_cl_data::Aabb;
+use facemill_cl_data::{Aabb, CcPoint};
 use facemill_interference::MeshTree;
 use facemill_inverse_kinematics::{Carrier, Machine};
 use facemill_nc_program::{PostSettings, Template, WorkOffset};
@@ -119,6 +119,10 @@ pub(crate) struct Setup<'a> {
     pub obstacles: Vec<ObstacleMesh>,
     /// Thickness of the stock on part and check surfaces, mm; 0 where the stock is a solid of its own.
     pub stock_thickness: f64,
+    /// The stock, where it is a solid of its own.
+    pub stock_solid: Option<Surface>,
+    /// Material that is left on the drive surface, mm.
+    pub drive_allowance: f64,
     /// Pose of the workpiece frame on the table.
     pub table_from_work: Isometry3<f64>,
     /// Work offset register.
@@ -162,6 +166,7 @@ impl<'a> Setup<'a> {
         let mut obstacles = joined_obstacles(&selections, &read_files, &work_from_part);
         let table_from_work = pose(&file.table_from_work);
         obstacles.extend(table_bodies(&job.machine, &table_from_work));
+        let mut stock_solid = None;
         let stock_thickness = match &file.stock {
             StockFile::Offset(offset) => offset.allowance_mm,
             solid => {
@@ -169,6 +174,7 @@ impl<'a> Setup<'a> {
                     StockFile::Mesh(m) => read_files.get(&m.file, m.unit, m.up_axis)?.mesh.transformed(&work_from_part),
                     other => stock_mesh(other),
                 };
+                stock_solid = Some(Surface::new(mesh.clone(), SurfaceSettings::default()));
                 obstacles.push(obstacle(ObstacleRole::Stock, 0.0, "stock".to_owned(), mesh));
                 0.0
             }
@@ -181,6 +187,8 @@ impl<'a> Setup<'a> {
             drive_groups,
             obstacles,
             stock_thickness,
+            stock_solid,
+            drive_allowance: file.meshes.iter().find(|m| m.role == RoleFile::Drive).map_or(0.0, |m| m.allowance_mm),
             table_from_work,
             work_offset: work_offset(&file.work_offset.register).ok_or_else(|| {
                 job.wrong(format!(
@@ -190,6 +198,18 @@ impl<'a> Setup<'a> {
             })?,
             reports,
         })
+    }
+
+    /// Thickness of the stock along the normal at a CC point, mm, before anything is cut; 0 where there is none.
+    pub(crate) fn stock_above(&self, cc: &CcPoint) -> f64 {
+        match &self.stock_solid {
+            None => (self.stock_thickness - self.drive_allowance).max(0.0),
+            Some(solid) => solid
+                .ray_all(&cc.position, &cc.normal, f64::INFINITY)
+                .iter()
+                .find(|hit| !hit.from_outside)
+                .map_or(0.0, |hit| hit.point.distance),
+        }
     }
 
     /// Smallest box around everything that stands on the table.

@@ -55,6 +55,13 @@ pub(crate) struct OperationMoves {
     pub linearisation: f64,
 }
 
+impl OperationMoves {
+    /// Where the operation ends.
+    pub(crate) fn last(&self) -> Option<Move> {
+        self.retract.last().or_else(|| self.pieces.last()?.moves.last()).copied()
+    }
+}
+
 /// How moves are made.
 pub(crate) struct MoveSettings {
     /// Entry of every pass.
@@ -99,7 +106,8 @@ struct Reached {
     exit: Approach,
 }
 
-/// Moves of an operation, in the order of its pieces.
+/// Moves of an operation, in the order of its pieces; `from` is where the operation before it ended, linked to the first
+/// piece.
 ///
 /// Points at the ends of a piece from where no entry or exit is possible are left out; so is a piece that would keep fewer
 /// than two.
@@ -110,6 +118,7 @@ pub(crate) fn operation_moves(
     test: &PoseTest<'_>,
     settings: &MoveSettings,
     pieces: Vec<Piece>,
+    from: Option<Move>,
     left_out: &mut Vec<LeftOut>,
     monitor: &dyn Monitor,
 ) -> Result<OperationMoves, Failure> {
@@ -127,27 +136,42 @@ pub(crate) fn operation_moves(
         left_out.extend(lost);
         pieces.extend(piece);
     }
+    let first = pieces.first().map(|p| outer(&p.entry));
+    let before = from
+        .zip(first)
+        .map(|(from, to)| linked(test, settings, &from.cl, &to, "the operation before it"))
+        .transpose()?;
     let links: Vec<Vec<ClPoint>> = pieces
         .par_windows(2)
         .map(|w| {
             monitor.checkpoint().map_err(Failure::from)?;
-            let (from, to) = (outer(&w[0].exit), outer(&w[1].entry));
-            let way = link(test, &settings.link, &from, &to, &mut Hints::default()).map_err(|blocked| {
-                Failure::Infeasible(format!(
-                    "no way from pass {} to pass {}: at ({:.1}, {:.1}, {:.1}) even over the clearance surface {}",
-                    w[0].piece.pass,
-                    w[1].piece.pass,
-                    blocked.pose.tip.x,
-                    blocked.pose.tip.y,
-                    blocked.pose.tip.z,
-                    test.describe(&blocked.why)
-                ))
-            })?;
+            let ends = format!("pass {} to pass {}", w[0].piece.pass + 1, w[1].piece.pass + 1);
+            let way = linked(test, settings, &outer(&w[0].exit), &outer(&w[1].entry), &ends)?;
             monitor.advance(1);
             Ok(way)
         })
         .collect::<Result<_, Failure>>()?;
-    Sequencer::new(test, settings).sequence(pieces, links)
+    Sequencer::new(test, settings, from).sequence(pieces, before, links)
+}
+
+/// The link between two poses; `ends` names them for the error.
+fn linked(
+    test: &PoseTest<'_>,
+    settings: &MoveSettings,
+    from: &ClPoint,
+    to: &ClPoint,
+    ends: &str,
+) -> Result<Vec<ClPoint>, Failure> {
+    link(test, &settings.link, from, to, &mut Hints::default()).map_err(|blocked| {
+        let p = blocked.pose.tip;
+        Failure::Infeasible(format!(
+            "no way from {ends}: at ({:.1}, {:.1}, {:.1}) even over the clearance surface {}",
+            p.x,
+            p.y,
+            p.z,
+            test.describe(&blocked.why)
+        ))
+    })
 }
 
 fn outer(approach: &Approach) -> ClPoint {
@@ -208,13 +232,19 @@ struct Sequencer<'a> {
 const MAX_HALVINGS: u32 = 10;
 
 impl<'a> Sequencer<'a> {
-    fn new(test: &'a PoseTest<'a>, settings: &'a MoveSettings) -> Self {
-        Self { test, settings, law: test.cell.machine.motion_law().cutting, at: None, worst: 0.0 }
+    fn new(test: &'a PoseTest<'a>, settings: &'a MoveSettings, at: Option<Move>) -> Self {
+        Self { test, settings, law: test.cell.machine.motion_law().cutting, at, worst: 0.0 }
     }
 
-    fn sequence(mut self, pieces: Vec<Reached>, mut links: Vec<Vec<ClPoint>>) -> Result<OperationMoves, Failure> {
+    /// `before` is the way to the first piece, where there is one; `links` are the ways from each piece to the next.
+    fn sequence(
+        mut self,
+        pieces: Vec<Reached>,
+        before: Option<Vec<ClPoint>>,
+        links: Vec<Vec<ClPoint>>,
+    ) -> Result<OperationMoves, Failure> {
         let mut done = Vec::with_capacity(pieces.len());
-        let mut before = std::iter::once(None).chain(links.drain(..).map(Some)).collect::<Vec<_>>().into_iter();
+        let mut before = std::iter::once(before).chain(links.into_iter().map(Some));
         let mut last = None;
         for Reached { piece, entry, exit } in pieces {
             let mut moves = Vec::new();

@@ -40,6 +40,7 @@ pub(crate) fn lay(job: &Job, setup: &Setup<'_>, index: usize, operation: &Operat
         .map(|(pass, uncut_left)| {
             // A pass whose direction is free is cut with the side that the path gives it.
             let uncut_left = wanted_uncut_left(job, operation.direction).unwrap_or(uncut_left);
+            let pass = pass.map(|cc| raised(cc, setup.drive_allowance));
             Ok(LaidTask { pass, uncut_left, curve: search_curve(job, operation, uncut_left)? })
         })
         .collect::<Result<Vec<_>, Failure>>()?;
@@ -49,6 +50,11 @@ pub(crate) fn lay(job: &Job, setup: &Setup<'_>, index: usize, operation: &Operat
         );
     }
     Ok(LaidPath { tasks, dropped_pieces })
+}
+
+/// A CC point on the material that is left on the drive surface.
+fn raised(cc: &CcPoint, allowance: f64) -> CcPoint {
+    CcPoint { position: cc.position + cc.normal.into_inner() * allowance, ..*cc }
 }
 
 /// Passes of a path file. The file's order of points is turned round where the wanted side of the uncut stock asks for it.

@@ -9,7 +9,7 @@ use facemill_nc_program::{
 use facemill_tool_model::SpindleRotation;
 
 use crate::Failure;
-use crate::job_file::{CoolantFile, OperationFile};
+use crate::job_file::{CoolantFile, FeedsFile, OperationFile};
 use crate::load::{Job, Setup};
 use crate::moves::{Move, MoveKind, OperationMoves};
 
@@ -84,6 +84,9 @@ pub(crate) struct BlockWriter<'a> {
     tool_length: f64,
     words: &'a WordMap,
     feed_mode: FeedMode,
+    clockwise: bool,
+    /// Of the operation before.
+    feeds: Option<FeedsFile>,
     at: Option<Move>,
     timed: Timed,
 }
@@ -96,6 +99,8 @@ impl<'a> BlockWriter<'a> {
             tool_length: job.tool.gauge_length(),
             words,
             feed_mode: job.post.feed_mode(),
+            clockwise: job.tool.spindle_rotation() == SpindleRotation::Clockwise,
+            feeds: None,
             at: None,
             timed: Timed {
                 program: NcProgram::default(),
@@ -115,6 +120,9 @@ impl<'a> BlockWriter<'a> {
     /// # Errors
     /// When a block has no feed that axes and control allow.
     pub(crate) fn operation(&mut self, operation: &OperationFile, moves: &OperationMoves) -> Result<(), Failure> {
+        if let Some(before) = self.feeds.replace(operation.feeds.clone()) {
+            self.change_of(&before, &operation.feeds);
+        }
         self.comment(operation.name.clone());
         for piece in &moves.pieces {
             self.comment(format!("PASS {} PLACE {}", piece.piece.pass + 1, piece.piece.copy + 1));
@@ -126,6 +134,16 @@ impl<'a> BlockWriter<'a> {
             self.block(operation, m)?;
         }
         Ok(())
+    }
+
+    /// Spindle and coolant where an operation has others than the one before; the first one's are in the header.
+    fn change_of(&mut self, before: &FeedsFile, now: &FeedsFile) {
+        if before.spindle_rpm != now.spindle_rpm {
+            self.timed.program.blocks.push(Block::SpindleOn { rpm: now.spindle_rpm, clockwise: self.clockwise });
+        }
+        if before.coolant != now.coolant {
+            self.timed.program.blocks.push(Block::Coolant(coolant(now.coolant)));
+        }
     }
 
     /// The program so far.
@@ -194,6 +212,14 @@ impl<'a> BlockWriter<'a> {
     }
 }
 
+fn coolant(file: CoolantFile) -> Coolant {
+    match file {
+        CoolantFile::Off => Coolant::Off,
+        CoolantFile::Flood => Coolant::Flood,
+        CoolantFile::Mist | CoolantFile::Air => Coolant::Mist,
+    }
+}
+
 /// Everything the dialect's writer needs.
 ///
 /// # Errors
@@ -237,11 +263,7 @@ pub(crate) fn program_spec(
             rpm: operation.feeds.spindle_rpm,
             clockwise: job.tool.spindle_rotation() == SpindleRotation::Clockwise,
         },
-        coolant: match operation.feeds.coolant {
-            CoolantFile::Off => Coolant::Off,
-            CoolantFile::Flood => Coolant::Flood,
-            CoolantFile::Mist | CoolantFile::Air => Coolant::Mist,
-        },
+        coolant: coolant(operation.feeds.coolant),
         work_offset: setup.work_offset,
         axes,
         program: std::mem::take(&mut timed.program),

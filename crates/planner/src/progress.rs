@@ -9,12 +9,28 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 /// Set by Ctrl-C.
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
-/// Makes Ctrl-C (and a termination request) set the flag that every [`Bar`] asks for.
+/// Set while files are being put in place, which is not to be cut short.
+static WRITING: AtomicBool = AtomicBool::new(false);
+
+/// How long a stage may take to notice an interruption before the program ends without it. Nothing is written before the
+/// last stage is done, so ending loses nothing.
+const PATIENCE: Duration = Duration::from_millis(600);
+
+/// Makes Ctrl-C (and a termination request) set the flag that every [`Bar`] asks for, and end the program soon after where
+/// nobody asks.
 ///
 /// # Errors
 /// When the system does not let a handler be installed.
 pub(crate) fn watch_interrupts() -> Result<(), String> {
-    ctrlc::set_handler(|| INTERRUPTED.store(true, Ordering::Relaxed)).map_err(|e| e.to_string())
+    ctrlc::set_handler(|| {
+        INTERRUPTED.store(true, Ordering::Relaxed);
+        std::thread::sleep(PATIENCE);
+        if !WRITING.load(Ordering::Relaxed) {
+            eprintln!("facemill: interrupted; nothing was written");
+            std::process::exit(130);
+        }
+    })
+    .map_err(|e| e.to_string())
 }
 
 /// A progress bar on standard error, visible only when that is a terminal.
@@ -50,7 +66,13 @@ impl Monitor for Bar {
     }
 }
 
+/// Says that from now on files are put in place, unless Ctrl-C has been pressed; then it says so.
+pub(crate) fn start_writing() -> bool {
+    WRITING.store(true, Ordering::Relaxed);
+    !is_interrupted()
+}
+
 /// Whether Ctrl-C has been pressed.
-pub(crate) fn is_interrupted() -> bool {
+fn is_interrupted() -> bool {
     INTERRUPTED.load(Ordering::Relaxed)
 }

@@ -52,7 +52,9 @@ pub struct Totals {
     pub trimmed_points: usize,
     /// Part of the CC points that is planned.
     pub planned_fraction: f64,
-    /// Largest part of the CC points that the job allows to be left out.
+    /// Whether an operation leaves out more than the job allows.
+    pub trims_too_much: bool,
+    /// Largest part of the CC points that the job allows to be left out; of several operations the smallest such part.
     pub max_trimmed_fraction: f64,
     /// Points between which and the pass before a strip stays uncut.
     pub uncut_points: usize,
@@ -68,13 +70,6 @@ pub struct Totals {
     pub approach_time_s: f64,
     /// Time in rapids at the axes' largest velocities, without acceleration.
     pub rapid_time_s: f64,
-}
-
-impl Totals {
-    /// Whether more is left out than the job allows.
-    pub fn trims_too_much(&self) -> bool {
-        self.trimmed_points as f64 > self.max_trimmed_fraction * self.cc_points as f64
-    }
 }
 
 /// Extreme values. `null` where there is none.

@@ -42,7 +42,7 @@ pub fn summary(report: &Report) -> String {
     if t.uncut_points > 0 {
         lines.push(format!("  uncut strips      at {} points", t.uncut_points));
     }
-    if t.trims_too_much() {
+    if t.trims_too_much {
         lines.push(format!("  trimmed more than the job allows ({:.2} %)", 100.0 * t.max_trimmed_fraction));
     }
     lines.push(format!("  findings          {}", report.findings.len()));

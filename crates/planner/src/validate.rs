@@ -96,8 +96,9 @@ fn check_setup(at: &Field, setup: &SetupFile) -> Result<(), String> {
     for (k, mesh) in setup.meshes.iter().enumerate() {
         let key = format!("meshes[{k}].allowance_mm");
         at.not_negative(&key, mesh.allowance_mm)?;
-        if mesh.role == RoleFile::Drive && mesh.allowance_mm != 0.0 {
-            return Err(format!("{}.{key}: the drive surface is cut to size, so it must be 0", at.0));
+        let drive = setup.meshes.iter().find(|m| m.role == RoleFile::Drive);
+        if mesh.role == RoleFile::Drive && drive.is_some_and(|d| d.allowance_mm != mesh.allowance_mm) {
+            return Err(format!("{}.{key}: all drive surfaces of a setup must have the same", at.0));
         }
     }
     match &setup.stock {

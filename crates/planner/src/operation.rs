@@ -1,0 +1,275 @@
+//! One operation on its way to the program: poses, moves, ridges and chips.
+
+use facemill_cl_data::{CcPoint, Silent};
+use facemill_cutter_location::cusp::{CutPoint, Ridge, ridges};
+use facemill_cutter_location::link::{ClearanceSurface, LinkSettings};
+use facemill_cutter_location::{
+    Hints, PassSettings, PassTask, PoseTest, SearchCurve, SearchSettings, plan_passes, search, solution_space,
+};
+use facemill_z_map::ZMap;
+use nalgebra::Point3;
+use rayon::prelude::*;
+
+use crate::cell::{diagonal, search_settings, workcell};
+use crate::chips::chip_area_at;
+use crate::job_file::{ClearanceFile, InfeasibleFile, OperationFile};
+use crate::load::{Job, Setup, direction};
+use crate::moves::{Move, MoveSettings, OperationMoves, approach_settings, operation_moves};
+use crate::path::lay;
+use crate::pieces::{Cut, LaidTask, LeftOut, Piece, copy_outcomes, places, split};
+use crate::plan::Clock;
+use crate::solution_svg::solution_svg;
+use crate::{Failure, Stages};
+
+/// What all operations of a setup stand on.
+pub(crate) struct Ground<'a> {
+    /// The job.
+    pub(crate) job: &'a Job,
+    /// The setup.
+    pub(crate) setup: &'a Setup<'a>,
+    /// Z-map of the setup's obstacles.
+    pub(crate) map: &'a ZMap,
+}
+
+/// An operation on its way to the program.
+pub(crate) struct PlannedOperation<'a> {
+    pub(crate) operation: &'a OperationFile,
+    pub(crate) moves: OperationMoves,
+    /// CC points of the path, in all places of the pattern.
+    pub(crate) cc_points: usize,
+    /// Pieces of passes that were too short to keep.
+    pub(crate) dropped_pieces: usize,
+    /// CC points without a pose in the program.
+    pub(crate) left_out: Vec<LeftOut>,
+    /// Ridge and chip at every cut of every piece of the first place.
+    pub(crate) along: Vec<Vec<Along>>,
+}
+
+/// What is known along a pass besides poses.
+#[derive(Clone, Copy)]
+pub(crate) struct Along {
+    /// Toward the pass before.
+    pub(crate) ridge: Option<Ridge>,
+    /// Section of the chip, mm², where it was computed.
+    pub(crate) chip_area: Option<f64>,
+}
+
+impl<'a> PlannedOperation<'a> {
+    /// Plans an operation whose program goes on `from` where the one before it ended; with `picture` also draws the
+    /// solution space at one point.
+    ///
+    /// # Errors
+    /// When no pass can be laid, the operation's policy does not allow what is infeasible, or the stages are cancelled.
+    pub(crate) fn plan(
+        Ground { job, setup, map }: &Ground<'_>,
+        (index, operation): (usize, &'a OperationFile),
+        from: Option<Move>,
+        picture: bool,
+        stages: &dyn Stages,
+        clock: &mut Clock,
+    ) -> Result<(Self, Option<String>), Failure> {
+        let cell = workcell(job, setup, operation, map);
+        let test = PoseTest::new(&cell);
+        let laid = lay(job, setup, index, operation)?;
+        clock.lap("path");
+        let mut left_out = Vec::new();
+        let (pieces, cc_points) = place_pieces(&test, operation, &laid.tasks, &mut left_out, stages)?;
+        clock.lap("search");
+        let picture = if picture { picture_of(&test, operation, &laid.tasks, &pieces)? } else { None };
+        let settings = move_settings(job, setup, operation);
+        let monitor = stages.start("entries and links", 2 * pieces.len());
+        let moves = operation_moves(&test, &settings, pieces, from, &mut left_out, &*monitor)?;
+        drop(monitor);
+        clock.lap("moves");
+        let along = along_passes(job, setup, operation, &moves, stages)?;
+        clock.lap("cusps and chips");
+        let planned = Self { operation, moves, cc_points, dropped_pieces: laid.dropped_pieces, left_out, along };
+        planned.check_left_out()?;
+        Ok((planned, picture))
+    }
+
+    /// CC points with a pose in the program.
+    pub(crate) fn planned_points(&self) -> usize {
+        self.moves.pieces.iter().map(|p| p.piece.cuts.len()).sum()
+    }
+
+    /// Part of the CC points that may be left out.
+    pub(crate) fn max_trimmed_fraction(&self) -> f64 {
+        match &self.operation.infeasible {
+            InfeasibleFile::Stop => 0.0,
+            InfeasibleFile::Trim(trim) => trim.max_trimmed_fraction,
+        }
+    }
+
+    /// Whether more is left out than the operation allows.
+    pub(crate) fn trims_too_much(&self) -> bool {
+        self.left_out.len() as f64 > self.max_trimmed_fraction() * self.cc_points as f64
+    }
+
+    /// Applies the operation's policy for infeasible points.
+    fn check_left_out(&self) -> Result<(), Failure> {
+        let Some(first) = self.left_out.first() else { return Ok(()) };
+        let (p, name) = (first.place, &self.operation.name);
+        let example = format!("first at ({:.2}, {:.2}, {:.2}): {}", p.x, p.y, p.z, first.reason);
+        if matches!(self.operation.infeasible, InfeasibleFile::Stop) {
+            let n = self.left_out.len();
+            return Err(Failure::Infeasible(format!(
+                "operation \"{name}\": {n} CC points have no feasible posture; {example}"
+            )));
+        }
+        if self.planned_points() == 0 {
+            return Err(Failure::Infeasible(format!("operation \"{name}\": no CC point can be planned; {example}")));
+        }
+        Ok(())
+    }
+}
+
+/// Poses in every place of the pattern, as pieces in cutting order, and the number of CC points of all places.
+fn place_pieces(
+    test: &PoseTest<'_>,
+    operation: &OperationFile,
+    tasks: &[LaidTask],
+    left_out: &mut Vec<LeftOut>,
+    stages: &dyn Stages,
+) -> Result<(Vec<Piece>, usize), Failure> {
+    let places = places(operation.pattern.as_ref());
+    let n_points: usize = tasks.iter().map(|t| t.pass.points.len()).sum();
+    let monitor = stages.start("tilt and rotate", n_points * places.len());
+    let settings = PassSettings {
+        search: search_settings(operation),
+        max_turn_per_mm: operation.search.max_turn_deg_per_mm.to_radians(),
+    };
+    let pass_tasks: Vec<PassTask> = tasks.iter().map(|t| PassTask { pass: t.pass.clone(), curve: t.curve }).collect();
+    let outcomes = plan_passes(test, &pass_tasks, &settings, &*monitor)?;
+    let mut pieces = split(test, tasks, &outcomes, 0, left_out);
+    for (copy, place) in places.iter().enumerate().skip(1) {
+        let (copied, results) = copy_outcomes(test, tasks, &outcomes, place, &settings.search, &*monitor)?;
+        pieces.extend(split(test, &copied, &results, copy as u32, left_out));
+    }
+    Ok((pieces, n_points * places.len()))
+}
+
+/// The solution space at the point of the first place that needs the largest tilt, the first of equals: where it is
+/// narrowest.
+fn picture_of(
+    test: &PoseTest<'_>,
+    operation: &OperationFile,
+    tasks: &[LaidTask],
+    pieces: &[Piece],
+) -> Result<Option<String>, Failure> {
+    let cuts =
+        pieces.iter().filter(|p| p.copy == 0).flat_map(|p| p.cuts.iter().enumerate().map(move |(k, c)| (p, k, c)));
+    let steeper = |a: &Cut, b: &Cut| a.pose.posture.tilt > b.pose.posture.tilt;
+    let narrowest = cuts.fold(None, |best: Option<(&Piece, usize, &Cut)>, next| match best {
+        Some(b) if !steeper(next.2, b.2) => Some(b),
+        _ => Some(next),
+    });
+    let Some((piece, point, cut)) = narrowest else { return Ok(None) };
+    let curve = &tasks[piece.pass].curve;
+    let title = format!("{}, pass {}, point {} of the piece", operation.name, piece.pass + 1, point + 1);
+    Ok(Some(solution_picture(test, &cut.cc, curve, &search_settings(operation), &title)?))
+}
+
+/// Columns and rows of the picture's grid.
+const PICTURE_COLUMNS: usize = 61;
+const PICTURE_ROWS: usize = 69;
+
+/// The solution space at a CC point as a picture, from tilt 0 and rotate 0 to the ends of the curve.
+fn solution_picture(
+    test: &PoseTest<'_>,
+    cc: &CcPoint,
+    curve: &SearchCurve,
+    settings: &SearchSettings,
+    title: &str,
+) -> Result<String, Failure> {
+    let steps = |to: f64, n: usize| (0..n).map(|k| to * k as f64 / (n - 1) as f64).collect::<Vec<f64>>();
+    let end = curve.end();
+    let rotate_end = if end.rotate == 0.0 { -85f64.to_radians() } else { end.rotate };
+    let space = solution_space(test, cc, steps(end.tilt, PICTURE_COLUMNS), steps(rotate_end, PICTURE_ROWS), &Silent)?;
+    let found = search(test, cc, curve, settings, 0.0, None, &mut Hints::default()).ok();
+    Ok(solution_svg(&space, curve, found.map(|f| f.pose.posture), title))
+}
+
+fn move_settings(job: &Job, setup: &Setup<'_>, operation: &OperationFile) -> MoveSettings {
+    let clearance = setup.file.rapid_clearance_mm;
+    // Along the tool axis, out of any stock that the tool can be in.
+    let max_retract = diagonal(&setup.aabb()).max(100.0);
+    MoveSettings {
+        entry: approach_settings(&operation.entry, clearance, max_retract),
+        exit: approach_settings(&operation.exit, clearance, max_retract),
+        link: LinkSettings { clearance: clearance_surface(&setup.file.clearance), rapid_clearance: clearance },
+        linearisation: operation.tolerances.linearisation_mm,
+        // Half of the distance that rapids keep anyway.
+        rapid_linearisation: 0.5 * clearance,
+        rounding: job.post.rounding_bound(),
+    }
+}
+
+fn clearance_surface(file: &ClearanceFile) -> ClearanceSurface {
+    match file {
+        ClearanceFile::Plane(p) => {
+            ClearanceSurface::Plane { origin: Point3::from(p.origin_mm), normal: direction(&p.normal) }
+        }
+        ClearanceFile::Cylinder(c) => ClearanceSurface::Cylinder {
+            origin: Point3::from(c.origin_mm),
+            axis: direction(&c.axis),
+            radius: c.radius_mm,
+        },
+        ClearanceFile::Sphere(s) => ClearanceSurface::Sphere { center: Point3::from(s.center_mm), radius: s.radius_mm },
+    }
+}
+
+/// Points of a piece at which the chip section is computed; it changes as slowly as the surface does.
+const CHIPS_PER_PIECE: usize = 32;
+
+/// Ridges and chips along the pieces of the first place; the other places are alike.
+fn along_passes(
+    job: &Job,
+    setup: &Setup<'_>,
+    operation: &OperationFile,
+    moves: &OperationMoves,
+    stages: &dyn Stages,
+) -> Result<Vec<Vec<Along>>, Failure> {
+    let cutter = job.tool.cutter();
+    let reach = 3.0 * operation.tolerances.max_step_over_mm;
+    let first: Vec<&Piece> = moves.pieces.iter().map(|p| &p.piece).filter(|p| p.copy == 0).collect();
+    let points = |piece: &Piece| -> Vec<CutPoint> {
+        piece.cuts.iter().map(|c| CutPoint { cc: c.cc, posture: c.pose.posture }).collect()
+    };
+    let monitor = stages.start("cusps and chips", first.len());
+    first
+        .par_iter()
+        .map(|piece| {
+            monitor.checkpoint()?;
+            let own = points(piece);
+            // All pieces of the pass before, nearest ridge wins: a trimmed pass is several pieces.
+            let mut best: Vec<Option<Ridge>> = vec![None; own.len()];
+            for before in first.iter().filter(|p| p.pass + 1 == piece.pass) {
+                for (best, found) in best.iter_mut().zip(ridges(cutter, &own, &points(before), reach)) {
+                    let nearer = match (&best, &found) {
+                        (Some(b), Some(f)) => f.step_over < b.step_over,
+                        (None, Some(_)) => true,
+                        _ => false,
+                    };
+                    if nearer {
+                        *best = found;
+                    }
+                }
+            }
+            let stride = own.len().div_ceil(CHIPS_PER_PIECE).max(1);
+            let along = own
+                .iter()
+                .zip(best)
+                .enumerate()
+                .map(|(k, (p, ridge))| {
+                    let chip_area = (k % stride == 0)
+                        .then(|| chip_area_at(cutter, p, ridge.as_ref(), setup.stock_above(&p.cc)))
+                        .flatten();
+                    Along { ridge, chip_area }
+                })
+                .collect();
+            monitor.advance(1);
+            Ok(along)
+        })
+        .collect()
+}

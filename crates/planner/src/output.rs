@@ -1,0 +1,108 @@
+//! From planned operations to text, and the run of that text on the virtual machine.
+
+use facemill_cl_data::ClPoint;
+use facemill_nc_program::{AptCutter, AptMove, AptSpec, WordMap, read_program, write_apt, write_program};
+use facemill_virtual_machine::{
+    ObstacleKind, Verification, VerifyError, VerifySettings, VirtualObstacle, VirtualSetup, verify,
+};
+use nalgebra::Isometry3;
+
+use crate::cell::budget;
+use crate::load::{Job, ObstacleRole, Setup};
+use crate::moves::MoveKind;
+use crate::operation::PlannedOperation;
+use crate::program::{BlockWriter, Timed, program_spec};
+use crate::{Failure, Stages};
+
+/// Timed blocks, NC text and APT text.
+pub(crate) fn write_texts(
+    job: &Job,
+    setup: &Setup<'_>,
+    operations: &[PlannedOperation<'_>],
+    words: &WordMap,
+) -> Result<(Timed, String, String), Failure> {
+    let mut writer = BlockWriter::new(job, words);
+    for o in operations {
+        writer.operation(o.operation, &o.moves)?;
+    }
+    let mut timed = writer.finish();
+    let first = operations.first().map(|o| o.operation).ok_or_else(|| Failure::Internal("no operation".to_owned()))?;
+    let spec = program_spec(job, setup, first, words, &mut timed)?;
+    let text = write_program(&spec, &job.post).map_err(|e| job.wrong(format!("post: {e}")))?;
+    let cutter = job.tool.cutter();
+    let apt = AptSpec {
+        part_name: spec.job_name.clone(),
+        tool_number: spec.tool.number,
+        cutter: AptCutter {
+            radius: cutter.radius(),
+            corner_radius: cutter.corner_radius(),
+            height: cutter.flute_length(),
+        },
+        spindle: spec.spindle,
+        coolant: spec.coolant,
+        moves: apt_moves(operations),
+    };
+    let apt = write_apt(&apt).map_err(|e| Failure::Internal(e.to_string()))?;
+    Ok((timed, text, apt))
+}
+
+fn apt_moves(operations: &[PlannedOperation<'_>]) -> Vec<AptMove> {
+    let mut moves = Vec::new();
+    for o in operations {
+        moves.push(AptMove::Comment(o.operation.name.clone()));
+        let linear = |cl: ClPoint, feed: f64| AptMove::Linear { cl, feed };
+        let all = o.moves.pieces.iter().flat_map(|p| &p.moves).chain(&o.moves.retract);
+        moves.extend(all.map(|m| match m.kind {
+            MoveKind::Rapid => AptMove::Rapid(m.cl),
+            MoveKind::Approach => linear(m.cl, o.operation.feeds.approach_mm_min),
+            MoveKind::Cut => linear(m.cl, o.operation.feeds.cutting_mm_min),
+        }));
+    }
+    moves
+}
+
+/// Runs the text on the virtual machine.
+pub(crate) fn verify_text(
+    job: &Job,
+    setup: &Setup<'_>,
+    operations: &[PlannedOperation<'_>],
+    words: &WordMap,
+    text: &str,
+    stages: &dyn Stages,
+) -> Result<Verification, Failure> {
+    let program = read_program(text, job.post.dialect()).map_err(|e| Failure::Internal(format!("own program: {e}")))?;
+    let obstacles = setup
+        .obstacles
+        .iter()
+        .map(|o| VirtualObstacle {
+            name: o.name.clone(),
+            mesh: &o.tree,
+            kind: match o.role {
+                ObstacleRole::Part => ObstacleKind::Part,
+                ObstacleRole::Check => ObstacleKind::Check,
+                ObstacleRole::Fixture => ObstacleKind::Fixture,
+                ObstacleRole::Stock => ObstacleKind::Stock,
+            },
+            allowance: o.allowance,
+            stock: match o.role {
+                ObstacleRole::Part | ObstacleRole::Check => setup.stock_thickness,
+                ObstacleRole::Fixture | ObstacleRole::Stock => 0.0,
+            },
+        })
+        .collect();
+    let virtual_setup = VirtualSetup {
+        machine: &job.machine,
+        table_from_work: setup.table_from_work,
+        words,
+        table_from_rtcp_words: Isometry3::identity(),
+        tool: &job.tool,
+        obstacles,
+    };
+    let limit = operations.iter().map(|o| budget(job, o.operation).above_mesh()).fold(f64::INFINITY, f64::min);
+    let settings = VerifySettings { gouge_limit: limit, ..VerifySettings::default() };
+    let monitor = stages.start("verify program", program.blocks.len());
+    verify(&program, &virtual_setup, &settings, &*monitor).map_err(|e| match e {
+        VerifyError::Cancelled(_) => Failure::Interrupted,
+        other => Failure::Internal(other.to_string()),
+    })
+}

@@ -1,0 +1,134 @@
+//! The report of a planned setup.
+
+use std::collections::BTreeMap;
+
+use facemill_cutter_location::cusp::Ridge;
+use facemill_tool_model::Cusp;
+use facemill_virtual_machine::Verification;
+use nalgebra::Point3;
+
+use crate::cell::budget;
+use crate::load::{Job, Setup};
+use crate::operation::{Along, PlannedOperation};
+use crate::pieces::{Cut, LeftOut, Piece};
+use crate::program::Timed;
+use crate::report::{BudgetReport, InfeasibleReport, PassReport, REPORT_FORMAT, Report, Totals, Worst};
+
+/// Sums, extremes and details of planned operations and of the run of their program.
+pub(crate) fn report(
+    job: &Job,
+    setup: &Setup<'_>,
+    operations: &[PlannedOperation<'_>],
+    timed: &Timed,
+    verification: Option<Verification>,
+) -> Report {
+    let (mut totals, mut worst) = (Totals::default(), Worst::default());
+    let mut passes = Vec::new();
+    for o in operations {
+        totals.cc_points += o.cc_points;
+        totals.dropped_pieces += o.dropped_pieces;
+        totals.trims_too_much |= o.trims_too_much();
+        worst.linearisation_mm = worst.linearisation_mm.max(o.moves.linearisation);
+        let removal = o.operation.feeds.cutting_mm_min;
+        for (k, piece) in o.moves.pieces.iter().enumerate() {
+            let pass = pass_report(&o.operation.name, &piece.piece, o.along.get(k));
+            worst.lift_mm = worst.lift_mm.max(pass.lift_mm);
+            worst.cusp_mm = larger(worst.cusp_mm, pass.cusp_mm);
+            worst.step_over_mm = larger(worst.step_over_mm, pass.step_over_mm);
+            let area = pass.chip_area_mm2.map(|[_, max]| max);
+            worst.chip_area_mm2 = larger(worst.chip_area_mm2, area);
+            worst.removal_rate_mm3_min = larger(worst.removal_rate_mm3_min, area.map(|a| a * removal));
+            totals.passes += 1;
+            totals.uncut_points += pass.uncut_points;
+            totals.planned_points += pass.points;
+            passes.push(pass);
+        }
+    }
+    totals.trimmed_points = totals.cc_points - totals.planned_points;
+    totals.max_trimmed_fraction = operations.iter().map(PlannedOperation::max_trimmed_fraction).fold(1.0, f64::min);
+    totals.planned_fraction =
+        if totals.cc_points > 0 { totals.planned_points as f64 / totals.cc_points as f64 } else { 0.0 };
+    totals.blocks = timed.n_blocks;
+    totals.cutting_length_mm = timed.cutting_length;
+    totals.cutting_time_s = timed.cutting_time;
+    totals.approach_time_s = timed.approach_time;
+    totals.rapid_time_s = timed.rapid_time;
+    if let Some(v) = &verification {
+        worst.gouge_mm = v.largest_gouge.as_ref().map(|g| g.depth_mm);
+        worst.gouge_line = v.largest_gouge.as_ref().map(|g| g.line);
+        if let Some(c) = &v.smallest_clearance {
+            worst.clearance_mm = Some(c.distance_mm);
+            worst.clearance_between = Some(format!("{} to {}", c.body, c.obstacle));
+            worst.clearance_line = Some(c.line);
+        }
+    }
+    Report {
+        format: REPORT_FORMAT,
+        job: job.file.name.clone(),
+        setup: setup.file.name.clone(),
+        verified: verification.is_some(),
+        totals,
+        worst,
+        budgets: operations.iter().map(|o| BudgetReport::new(&o.operation.name, &budget(job, o.operation))).collect(),
+        findings: verification.map(|v| v.findings).unwrap_or_default(),
+        infeasible: infeasible_report(operations),
+        meshes: setup.reports.clone(),
+        passes,
+    }
+}
+
+fn larger(a: Option<f64>, b: Option<f64>) -> Option<f64> {
+    match (a, b) {
+        (Some(a), Some(b)) => Some(a.max(b)),
+        (a, b) => a.or(b),
+    }
+}
+
+fn pass_report(operation: &str, piece: &Piece, along: Option<&Vec<Along>>) -> PassReport {
+    let range = |f: &dyn Fn(&Cut) -> f64| {
+        piece.cuts.iter().map(f).fold([f64::INFINITY, f64::NEG_INFINITY], |[lo, hi], v| [lo.min(v), hi.max(v)])
+    };
+    let all: &[Along] = along.map_or(&[], Vec::as_slice);
+    let ridge_max = |f: &dyn Fn(&Ridge) -> Option<f64>| {
+        all.iter().filter_map(|a| a.ridge.as_ref()).filter_map(f).fold(None, |m, v| larger(m, Some(v)))
+    };
+    let height = |ridge: &Ridge| match ridge.cusp {
+        Cusp::Height(h) => Some(h),
+        Cusp::Uncut => None,
+    };
+    let areas: Vec<f64> = all.iter().filter_map(|a| a.chip_area).collect();
+    let mean = areas.iter().sum::<f64>() / areas.len().max(1) as f64;
+    PassReport {
+        operation: operation.to_owned(),
+        copy: piece.copy,
+        pass: piece.pass,
+        points: piece.cuts.len(),
+        length_mm: piece.cuts.windows(2).map(|w| (w[1].cc.position - w[0].cc.position).norm()).sum(),
+        tilt_deg: range(&|c| c.pose.posture.tilt.to_degrees()),
+        rotate_deg: range(&|c| c.pose.posture.rotate.to_degrees()),
+        lift_mm: range(&|c| c.pose.lift)[1],
+        cusp_mm: ridge_max(&height),
+        uncut_points: all.iter().filter(|a| a.ridge.is_some_and(|r| r.cusp == Cusp::Uncut)).count(),
+        step_over_mm: ridge_max(&|r| Some(r.step_over)),
+        chip_area_mm2: (!areas.is_empty()).then(|| [mean, areas.iter().copied().fold(0.0, f64::max)]),
+    }
+}
+
+/// Reasons by number of points, the most frequent first; equal ones in alphabetical order.
+fn infeasible_report(operations: &[PlannedOperation<'_>]) -> Vec<InfeasibleReport> {
+    let mut reasons: BTreeMap<&str, (usize, Point3<f64>)> = BTreeMap::new();
+    let all: Vec<&LeftOut> = operations.iter().flat_map(|o| &o.left_out).collect();
+    for l in all {
+        reasons.entry(&l.reason).or_insert((0, l.place)).0 += 1;
+    }
+    let mut all: Vec<InfeasibleReport> = reasons
+        .into_iter()
+        .map(|(reason, (points, p))| InfeasibleReport {
+            reason: reason.to_owned(),
+            points,
+            first_place_mm: [p.x, p.y, p.z],
+        })
+        .collect();
+    all.sort_by_key(|r| std::cmp::Reverse(r.points));
+    all
+}
