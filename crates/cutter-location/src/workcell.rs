@@ -191,8 +191,8 @@ impl<'a> PoseTest<'a> {
         Err(reason.expect("solutions() gives at least one"))
     }
 
-    /// Axis values for a pose, at least one: with `near`, the ones reached from it first come first, else the preferred
-    /// branch does.
+    /// Axis values for a pose, at least one: with `near`, those on its branch come first, because going over to the other
+    /// one is only possible through the pole; without, the preferred ones.
     fn solutions(
         &self,
         cl: &ClPoint,
@@ -203,8 +203,12 @@ impl<'a> PoseTest<'a> {
         let reference = near.copied().unwrap_or_else(|| machine.home());
         let length = self.cell.tool.gauge_length();
         let all = machine.inverse_near(&cl, length, &reference).map_err(Infeasible::Unreachable)?;
-        let best =
-            machine.nearest_inverse(&cl, length, near, self.cell.preferred_branch).map_err(Infeasible::Unreachable)?;
+        let best = match near.and_then(|near| all.on_branch(machine.branch_of(near))) {
+            Some(solution) => solution.values,
+            None => machine
+                .nearest_inverse(&cl, length, near, self.cell.preferred_branch)
+                .map_err(Infeasible::Unreachable)?,
+        };
         let others: Vec<AxisValues> =
             all.iter().map(|s: &InverseSolution| s.values).filter(|values| *values != best).collect();
         Ok(std::iter::once(best).chain(others))

@@ -86,6 +86,12 @@ impl Machine {
         Ok(preferred.unwrap_or(nearest).values)
     }
 
+    /// The branch that a position is on; at the border between the two, and at the pole, the positive one.
+    pub fn branch_of(&self, q: &AxisValues) -> Branch {
+        let second = q.get_or_zero(self.rotaries.second.axis);
+        if self.rotaries.is_positive(second) { Branch::Positive } else { Branch::Negative }
+    }
+
     /// Time in which every axis has got from one position to another at its largest speed, s (no acceleration).
     pub fn travel_time(&self, from: &AxisValues, to: &AxisValues) -> f64 {
         let time = |k: usize| (to.get_or_zero(k) - from.get_or_zero(k)).abs() / self.axes[k].max_velocity;

@@ -248,7 +248,7 @@ impl<'a> Sequencer<'a> {
         let mut last = None;
         for Reached { piece, entry, exit } in pieces {
             let mut moves = Vec::new();
-            let branch = self.branch_of(&piece.cuts[0])?;
+            let branch = Some(self.branch_of(&piece.cuts[0])?);
             let start = outer(&entry);
             let way = match before.next().flatten() {
                 Some(way) => way,
@@ -271,16 +271,17 @@ impl<'a> Sequencer<'a> {
                 self.cut(previous.as_ref(), cut, &mut moves)?;
                 previous = Some(*cut);
             }
+            let branch = self.at.map(|m| self.test.cell.machine.branch_of(&m.axes));
             for cl in &exit.outward {
                 self.go(MoveKind::Approach, *cl, branch, &mut moves)?;
             }
-            last = Some((outer(&exit), branch));
+            last = Some(outer(&exit));
             done.push(PieceMoves { piece, moves });
         }
         let mut retract = Vec::new();
-        if let Some((cl, branch)) = last {
+        if let Some(cl) = last {
             for cl in self.out(&cl)? {
-                self.go(MoveKind::Rapid, cl, branch, &mut retract)?;
+                self.go(MoveKind::Rapid, cl, None, &mut retract)?;
             }
         }
         Ok(OperationMoves { pieces: done, retract, linearisation: self.worst })
@@ -337,8 +338,15 @@ impl<'a> Sequencer<'a> {
         }
     }
 
-    fn go(&mut self, kind: MoveKind, cl: ClPoint, branch: Branch, moves: &mut Vec<Move>) -> Result<(), Failure> {
-        let axes = self.solve(&cl, Some(branch))?;
+    /// Goes to a pose, on a branch where one is wanted.
+    fn go(
+        &mut self,
+        kind: MoveKind,
+        cl: ClPoint,
+        branch: Option<Branch>,
+        moves: &mut Vec<Move>,
+    ) -> Result<(), Failure> {
+        let axes = self.solve(&cl, branch)?;
         self.reach(Move { kind, cl, axes }, moves, &|a, b, t| between(a, b, t))
     }
 
@@ -406,9 +414,15 @@ impl<'a> Sequencer<'a> {
         let cell = self.test.cell;
         let cl = cl.transformed(&cell.table_from_work);
         let near = self.at.map_or(*target, |m| m.axes.lerp(target, 0.5));
-        cell.machine
-            .nearest_inverse(&cl, cell.tool.gauge_length(), Some(&near), BranchPreference::Nearest)
-            .map_err(unreachable_again)
+        let length = cell.tool.gauge_length();
+        let all = cell.machine.inverse_near(&cl, length, &near).map_err(unreachable_again)?;
+        match all.on_branch(cell.machine.branch_of(target)) {
+            Some(solution) => Ok(solution.values),
+            None => cell
+                .machine
+                .nearest_inverse(&cl, length, Some(&near), BranchPreference::Nearest)
+                .map_err(unreachable_again),
+        }
     }
 
     /// How far the cutter may be from the straight way between two positions, rounding of the words included.

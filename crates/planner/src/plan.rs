@@ -29,10 +29,11 @@ pub struct Planned {
 }
 
 impl Planned {
-    /// Whether the program can be run as it is: no finding but near misses, and no more left out than the job allows.
+    /// Whether the program can be run as it is: no finding but near misses, no more left out than the job allows, and
+    /// blocks close enough for the linearisation tolerance.
     pub fn is_clean(&self) -> bool {
         let faults = self.report.findings.iter().any(|f| f.kind.is_fault());
-        !faults && !self.report.totals.trims_too_much
+        !faults && !self.report.totals.trims_too_much && !self.report.worst.linearisation_exceeded
     }
 }
 

@@ -91,8 +91,10 @@ pub struct Worst {
     pub lift_mm: f64,
     /// Largest distance between neighbouring passes.
     pub step_over_mm: Option<f64>,
-    /// Largest deviation of the tip between two blocks from the straight way.
+    /// Largest deviation of the cutter between two blocks from the straight way, rounding of the words included.
     pub linearisation_mm: f64,
+    /// Whether that is more than an operation's budget allows: near a pole, more blocks do not help.
+    pub linearisation_exceeded: bool,
     /// Largest chip section across the feed.
     pub chip_area_mm2: Option<f64>,
     /// Largest removal rate.

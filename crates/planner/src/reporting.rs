@@ -29,6 +29,7 @@ pub(crate) fn report(
         totals.dropped_pieces += o.dropped_pieces;
         totals.trims_too_much |= o.trims_too_much();
         worst.linearisation_mm = worst.linearisation_mm.max(o.moves.linearisation);
+        worst.linearisation_exceeded |= o.moves.linearisation > o.operation.tolerances.linearisation_mm;
         let removal = o.operation.feeds.cutting_mm_min;
         for (k, piece) in o.moves.pieces.iter().enumerate() {
             let pass = pass_report(&o.operation.name, &piece.piece, o.along.get(k));

@@ -42,6 +42,9 @@ pub fn summary(report: &Report) -> String {
     if t.uncut_points > 0 {
         lines.push(format!("  uncut strips      at {} points", t.uncut_points));
     }
+    if w.linearisation_exceeded {
+        lines.push(format!("  linearisation     {:.3} mm is more than the budget allows", w.linearisation_mm));
+    }
     if t.trims_too_much {
         lines.push(format!("  trimmed more than the job allows ({:.2} %)", 100.0 * t.max_trimmed_fraction));
     }
