@@ -1,1 +1,18 @@
-//! Test kit of the workspace: slow, independent code that defines what is correct.
+//! Test kit of the workspace: slow, independent code that defines what is correct, and helpers to write and run jobs.
+//!
+//! Independent of the crates under test, from the papers alone:
+//! - [`brute`]: how deep a cutter is in a mesh and how far a turned body is from it, over all triangles;
+//! - [`interpreter`]: what a FANUC program does to its axes;
+//! - [`paper_machine`]: FEED (9), from axis values of the head-B, table-C mill to the tool.
+//!
+//! Helpers: [`jobs`] writes small jobs and plans them, [`program`] runs the `facemill` command, [`shared`] finds the
+//! shared data, [`meshes`] plans every shared mesh, [`random`] makes seeded numbers.
+
+pub mod brute;
+pub mod interpreter;
+pub mod jobs;
+pub mod meshes;
+pub mod paper_machine;
+pub mod program;
+pub mod random;
+pub mod shared;

@@ -45,7 +45,7 @@ pub(crate) fn workcell<'a>(
                     ObstacleRole::Part | ObstacleRole::Check | ObstacleRole::Fixture => Some(o.allowance),
                     ObstacleRole::Stock => None,
                 },
-                collision_allowance: if cut { setup.stock_thickness.max(o.allowance) } else { 0.0 },
+                collision_allowance: if cut { setup.stock_thickness.max(o.allowance) } else { o.allowance },
             }
         })
         .collect();

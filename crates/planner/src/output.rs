@@ -86,7 +86,8 @@ pub(crate) fn verify_text(
             allowance: o.allowance,
             stock: match o.role {
                 ObstacleRole::Part | ObstacleRole::Check => setup.stock_thickness,
-                ObstacleRole::Fixture | ObstacleRole::Stock => 0.0,
+                // Everything keeps off a fixture by its allowance.
+                ObstacleRole::Fixture | ObstacleRole::Stock => o.allowance,
             },
         })
         .collect();
