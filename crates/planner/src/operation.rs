@@ -244,7 +244,9 @@ fn along_passes(
             let own = points(piece);
             // All pieces of the pass before, nearest ridge wins: a trimmed pass is several pieces.
             let mut best: Vec<Option<Ridge>> = vec![None; own.len()];
+            let mut is_first = true;
             for before in first.iter().filter(|p| p.pass + 1 == piece.pass) {
+                is_first = false;
                 for (best, found) in best.iter_mut().zip(ridges(cutter, &own, &points(before), reach)) {
                     let nearer = match (&best, &found) {
                         (Some(b), Some(f)) => f.step_over < b.step_over,
@@ -262,7 +264,8 @@ fn along_passes(
                 .zip(best)
                 .enumerate()
                 .map(|(k, (p, ridge))| {
-                    let chip_area = (k % stride == 0)
+                    // Beyond the ends of the pass before, how much it has left is not known.
+                    let chip_area = (k % stride == 0 && (is_first || ridge.is_some()))
                         .then(|| chip_area_at(cutter, p, ridge.as_ref(), setup.stock_above(&p.cc)))
                         .flatten();
                     Along { ridge, chip_area }

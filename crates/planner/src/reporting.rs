@@ -106,7 +106,8 @@ fn pass_report(operation: &str, piece: &Piece, along: Option<&Vec<Along>>) -> Pa
         points: piece.cuts.len(),
         length_mm: piece.cuts.windows(2).map(|w| (w[1].cc.position - w[0].cc.position).norm()).sum(),
         tilt_deg: range(&|c| c.pose.posture.tilt.to_degrees()),
-        rotate_deg: range(&|c| c.pose.posture.rotate.to_degrees()),
+        // Adding 0 turns -0 into 0.
+        rotate_deg: range(&|c| c.pose.posture.rotate.to_degrees() + 0.0),
         lift_mm: range(&|c| c.pose.lift)[1],
         cusp_mm: ridge_max(&height),
         uncut_points: all.iter().filter(|a| a.ridge.is_some_and(|r| r.cusp == Cusp::Uncut)).count(),
