@@ -1,1 +1,151 @@
-//! Scenes shared by the benches.
+//! Scenes shared by the benches: a wavy patch, a propeller blade, cutters, and postures over both.
+
+use facemill_cl_data::{CcPoint, ClPoint, Posture, RoundBox, RoundFrustum, Solid};
+use facemill_inverse_kinematics::Machine;
+use facemill_sample_parts::{BladeResolution, PatchSpec, PropellerSeries, PropellerSpec, blade, patch};
+use facemill_surface_model::{Surface, SurfaceSettings, TriMesh};
+use facemill_tool_model::{Cutter, Section, SpindleRotation, Stack, ToolAssembly, ToolFile, cl_from_cc};
+use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
+
+/// A mesh with CC points on it.
+pub struct Scene {
+    /// What the bench calls it.
+    pub name: &'static str,
+    /// The mesh.
+    pub mesh: TriMesh,
+    /// CC points on its smooth surface.
+    pub cc: Vec<CcPoint>,
+}
+
+/// Wavy patch of 200 mm with about 200,000 triangles.
+///
+/// # Panics
+/// Never: the numbers are in range.
+pub fn patch_scene(n_points: usize) -> Scene {
+    let spec = PatchSpec::new([200.0, 200.0], 15.0, [1.1, 1.0]).expect("numbers are in range");
+    let mesh = patch(&spec, 316, 316).expect("numbers are in range");
+    let mut random = Lcg(1);
+    let cc = (0..n_points)
+        .map(|_| spec.at(170.0 * random.next() - 85.0, 170.0 * random.next() - 85.0))
+        .map(|p| CcPoint::new(p.point, p.normal.into_inner(), Vector3::x()).expect("the patch is nowhere vertical"))
+        .collect();
+    Scene { name: "patch_200k", mesh, cc }
+}
+
+/// Suction side of a DTMB 4119 blade of 3,048 mm diameter, with the whole blade of about 200,000 triangles as mesh.
+///
+/// # Panics
+/// Never: the numbers are in range.
+pub fn blade_scene(n_points: usize) -> Scene {
+    let spec = PropellerSpec::new(PropellerSeries::Dtmb4119, 3048.0).expect("numbers are in range");
+    let mesh = blade(&spec, BladeResolution::new(200, 240).expect("numbers are in range"));
+    let surface = Surface::new(mesh.clone(), SurfaceSettings::default());
+    let suction = mesh.groups()[0].triangles.clone();
+    let mut random = Lcg(2);
+    let mut cc = Vec::with_capacity(n_points);
+    while cc.len() < n_points {
+        let triangle = suction.start + (random.next() * suction.len() as f64) as usize;
+        let point = surface.point(triangle as u32, [1.0 / 3.0; 3]);
+        let radius = point.position.x.hypot(point.position.y);
+        // Where the sample job cuts: neither in the hub's corner nor on the tip.
+        if (700.0..1480.0).contains(&radius) {
+            let around = Vector3::new(-point.position.y, point.position.x, 0.0);
+            cc.extend(CcPoint::new(point.position, surface.normal_at(&point).into_inner(), around));
+        }
+    }
+    Scene { name: "blade_200k", mesh, cc }
+}
+
+/// Uniform numbers in 0..1, always the same.
+pub struct Lcg(pub u64);
+
+impl Lcg {
+    /// The next one.
+    #[expect(clippy::should_implement_trait, reason = "an endless sequence, not an iterator")]
+    pub fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 11) as f64 / (1u64 << 53) as f64
+    }
+}
+
+/// Poses with tilt 2° to 15° and rotate 0 to −85° at the CC points, lifted by `lift` along the normal.
+pub fn poses(cutter: &Cutter, cc: &[CcPoint], lift: f64) -> Vec<Isometry3<f64>> {
+    let mut random = Lcg(3);
+    cc.iter()
+        .map(|cc| {
+            let posture =
+                Posture { tilt: (2.0 + 13.0 * random.next()).to_radians(), rotate: (-85.0 * random.next()).to_radians() };
+            frame(&cl_from_cc(cutter, cc, posture).translated(cc.normal.into_inner() * lift))
+        })
+        .collect()
+}
+
+/// A tool frame at a pose.
+fn frame(cl: &ClPoint) -> Isometry3<f64> {
+    let turn = UnitQuaternion::rotation_between(&Vector3::z(), &cl.axis).unwrap_or_else(UnitQuaternion::identity);
+    Isometry3::from_parts(Translation3::from(cl.tip.coords), turn)
+}
+
+/// Cutter, holder and box of the bench postures, tool frame: each with the pose of the solid.
+pub fn bodies(cutter: &Cutter) -> Vec<(Solid, Isometry3<f64>)> {
+    let holder = RoundFrustum {
+        z_low: 50.0,
+        z_high: 150.0,
+        radius_low: 1.26 * cutter.radius(),
+        radius_high: 1.26 * cutter.radius(),
+        rounding: 0.0,
+    };
+    let head = RoundBox { half_extents: Vector3::new(100.0, 100.0, 150.0), rounding: 0.0 };
+    vec![
+        (Solid::Frustum(cutter.test_body(0.0)), Isometry3::identity()),
+        (Solid::Frustum(holder), Isometry3::identity()),
+        (Solid::Box(head), Isometry3::translation(0.0, 0.0, 300.0)),
+    ]
+}
+
+/// A face mill with arbor.
+///
+/// # Panics
+/// Never: the lengths fit together.
+pub fn tool(radius: f64, corner_radius: f64) -> ToolAssembly {
+    let section = |length_mm, diameter_mm| Section { length_mm, diameter_low_mm: diameter_mm, diameter_high_mm: diameter_mm };
+    let flute = 2.0 * corner_radius.max(3.0);
+    ToolAssembly::new(ToolFile {
+        format: facemill_tool_model::FormatTag::V1,
+        name: "bench mill".to_owned(),
+        number: 1,
+        radius_mm: radius,
+        corner_radius_mm: corner_radius,
+        n_inserts: 6,
+        flute_length_mm: flute,
+        dead_core_radius_mm: 0.5 * radius,
+        max_ramp_angle_deg: 2.0,
+        spindle_rotation: SpindleRotation::Clockwise,
+        cutting_edge_angle_deg: None,
+        stick_out_mm: flute + 40.0,
+        gauge_length_mm: flute + 40.0 + 4.0 * radius,
+        body: Stack { clearance_mm: 1.0, sections: vec![section(40.0, 1.8 * radius)] },
+        holder: Stack { clearance_mm: 2.0, sections: vec![section(4.0 * radius, 1.2 * radius)] },
+    })
+    .expect("lengths fit together")
+}
+
+/// The propeller mill with head B and table C.
+///
+/// # Panics
+/// Never: the preset is valid.
+pub fn machine() -> Machine {
+    Machine::head_b_table_c().expect("the preset is valid")
+}
+
+/// Reachable tool poses over the table of [`machine`].
+pub fn table_poses(n: usize) -> Vec<ClPoint> {
+    let mut random = Lcg(4);
+    (0..n)
+        .map(|_| {
+            let tip = Point3::new(2000.0 * random.next() - 1000.0, 2000.0 * random.next() - 1000.0, 400.0 + 400.0 * random.next());
+            let lean = Vector3::new(random.next() - 0.5, random.next() - 0.5, 0.6);
+            ClPoint { tip, axis: nalgebra::Unit::new_normalize(lean) }
+        })
+        .collect()
+}

@@ -1,0 +1,34 @@
+//! Z-map of a mesh: build, and the proof that a body is above it.
+
+use std::hint::black_box;
+use std::time::Duration;
+
+use criterion::{Criterion, criterion_group, criterion_main};
+use facemill_benches::{bodies, patch_scene, poses};
+use facemill_tool_model::Cutter;
+use facemill_z_map::{ZMap, ZMapSettings, certainly_free};
+use nalgebra::Isometry3;
+
+fn z_map(c: &mut Criterion) {
+    let scene = patch_scene(200);
+    let mut group = c.benchmark_group("z_map");
+    group.sample_size(10).measurement_time(Duration::from_secs(4));
+    for cell in [1.0, 0.25] {
+        let settings = ZMapSettings { cell, margin: 0.0 };
+        group.bench_function(format!("build_{}_cell_{cell}", scene.name), |b| {
+            b.iter(|| ZMap::build(black_box(&scene.mesh), &Isometry3::identity(), &settings));
+        });
+    }
+    let map = ZMap::build(&scene.mesh, &Isometry3::identity(), &ZMapSettings { cell: 1.0, margin: 0.0 })
+        .expect("the map fits into memory");
+    let cutter = Cutter::new(25.0, 2.0, 50.0).expect("lengths are in range");
+    let poses = poses(&cutter, &scene.cc, 0.05);
+    let (holder, from_holder) = bodies(&cutter)[1];
+    group.bench_function("certainly_free_holder_200_poses", |b| {
+        b.iter(|| poses.iter().filter(|p| certainly_free(&map, black_box(&holder), &(**p * from_holder))).count());
+    });
+    group.finish();
+}
+
+criterion_group!(benches, z_map);
+criterion_main!(benches);
