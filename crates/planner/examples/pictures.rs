@@ -1,0 +1,178 @@
+//! Makes the pictures of the documentation from the sample job:
+//! `cargo run --release -p facemill --example pictures` writes `docs/pictures/*.svg`.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use facemill::cl_data::Posture;
+use facemill::nc_program::{AptPoint, AptPointKind, read_apt};
+use facemill::tool_model::{Cusp, Cutter, Outline, cusp_height_between};
+use facemill::z_map::{ZMap, ZMapSettings};
+use facemill::{Job, PlanSettings, SilentStages, files, plan_setup, read_mesh};
+use nalgebra::Isometry3;
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let path = std::env::args().nth(1).unwrap_or_else(|| "assets/propeller/job.json".to_owned());
+    let job = Job::read(Path::new(&path))?;
+    let planned = plan_setup(&job, 0, PlanSettings { verify: false }, &SilentStages)?;
+    let text = |name: &str| planned.files.iter().find(|(n, _)| n == name).map(|(_, bytes)| bytes.clone());
+    let apt = read_apt(text("program.apt").ok_or("no APT file")?)?;
+    let mesh_file = &job.file.setups[0].meshes[0];
+    let mesh = read_mesh(&job.beside(&mesh_file.file), mesh_file.unit, mesh_file.up_axis)?.mesh;
+    let map = ZMap::build(&mesh, &Isometry3::identity(), &ZMapSettings { cell: 24.0, margin: 0.0 })?;
+    let pictures = vec![
+        ("passes.svg".to_owned(), passes(&map, &apt.points).into_bytes()),
+        ("solution-space.svg".to_owned(), text("solution-space.svg").ok_or("no picture in the plan")?),
+        ("cusp.svg".to_owned(), cusp(job.tool.cutter()).into_bytes()),
+    ];
+    files::write_all(Path::new("docs/pictures"), &pictures)?;
+    Ok(())
+}
+
+/// An empty picture with white ground.
+fn picture(width: f64, height: f64, title: &str) -> String {
+    format!(
+        r##"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" width="{width}" height="{height}" font-family="Helvetica, Arial, sans-serif" font-size="13" fill="#22282d">
+<rect width="{width}" height="{height}" fill="#ffffff"/>
+<text x="20" y="28" font-size="16" font-weight="bold">{title}</text>
+"##
+    )
+}
+
+/// Room around the part for entries and links, pixels.
+const MARGIN: f64 = 80.0;
+
+/// The part from above, shaded by its slope, with the tool tip's way: cuts dark, entries and exits orange, rapids blue.
+fn passes(map: &ZMap, points: &[AptPoint]) -> String {
+    let [nx, ny] = map.n_cells();
+    let [x0, y0] = map.node_position(0, 0);
+    let [x1, y1] = map.node_position(nx, ny);
+    let scale = 680.0 / (x1 - x0).max(y1 - y0);
+    let at = |x: f64, y: f64| (MARGIN + (x - x0) * scale, MARGIN + (y1 - y) * scale);
+    let mut svg = picture(
+        2.0 * MARGIN + (x1 - x0) * scale,
+        2.0 * MARGIN + (y1 - y0) * scale,
+        "Sample job from above: the way of the tool tip",
+    );
+    svg.push_str("<g shape-rendering=\"crispEdges\">\n");
+    for j in 0..ny {
+        let shades: Vec<Option<u8>> = (0..nx).map(|i| shade(map, i, j)).collect();
+        let mut i = 0;
+        for run in shades.chunk_by(|a, b| a == b) {
+            if let Some(level) = run[0] {
+                let [x, y] = map.node_position(i, j);
+                let (px, py) = at(x, y + map.cell());
+                let side = map.cell() * scale;
+                let gray = 150 + 10 * u32::from(level);
+                let _ = writeln!(
+                    svg,
+                    r#"<rect x="{px:.1}" y="{py:.1}" width="{:.1}" height="{side:.1}" fill="rgb({gray},{gray},{gray})"/>"#,
+                    side * run.len() as f64
+                );
+            }
+            i += run.len();
+        }
+    }
+    svg.push_str("</g>\n");
+    for (kind, color, width) in [("rapid", "#3b6fb5", 0.7), ("approach", "#d97b1f", 1.2), ("cut", "#17324a", 0.8)] {
+        for way in ways(points, kind) {
+            let places: Vec<String> =
+                way.iter().map(|&(x, y)| at(x, y)).map(|(x, y)| format!("{x:.1},{y:.1}")).collect();
+            let _ = writeln!(
+                svg,
+                r#"<polyline points="{}" fill="none" stroke="{color}" stroke-width="{width}"/>"#,
+                places.join(" ")
+            );
+        }
+    }
+    let y = 1.85 * MARGIN + (y1 - y0) * scale;
+    let _ = writeln!(
+        svg,
+        r##"<text x="20" y="{y}"><tspan fill="#17324a">passes</tspan>   <tspan fill="#d97b1f">entries and exits</tspan>   <tspan fill="#3b6fb5">rapids</tspan></text>
+</svg>"##
+    );
+    svg
+}
+
+/// Brightness of a cell, 0 steep to 8 level; `None` where there is no part.
+fn shade(map: &ZMap, i: usize, j: usize) -> Option<u8> {
+    let z = |i, j| map.node_height(i, j);
+    let (a, b, c) = (z(i, j)?, z(i + 1, j)?, z(i, j + 1)?);
+    let slope = ((b - a) / map.cell()).hypot((c - a) / map.cell());
+    Some((8.0 / (1.0 + slope * slope).sqrt()).round() as u8)
+}
+
+/// Polylines of the moves of a kind, thinned.
+fn ways(points: &[AptPoint], kind: &str) -> Vec<Vec<(f64, f64)>> {
+    let kind_of = |p: &AptPoint| match (p.kind, p.feed) {
+        (AptPointKind::Rapid, _) => "rapid",
+        (_, Some(feed)) if feed > 1500.0 => "approach",
+        _ => "cut",
+    };
+    const KEEP_EVERY: usize = 10;
+    let mut ways: Vec<Vec<(f64, f64)>> = Vec::new();
+    let mut open = false;
+    for pair in points.windows(2) {
+        if kind_of(&pair[1]) != kind {
+            open = false;
+            continue;
+        }
+        if !open {
+            ways.push(vec![(pair[0].cl.tip.x, pair[0].cl.tip.y)]);
+        }
+        open = true;
+        if let Some(way) = ways.last_mut() {
+            way.push((pair[1].cl.tip.x, pair[1].cl.tip.y));
+        }
+    }
+    ways.into_iter()
+        .map(|way| {
+            let last = way.len() - 1;
+            way.into_iter().enumerate().filter(|(k, _)| k % KEEP_EVERY == 0 || *k == last).map(|(_, p)| p).collect()
+        })
+        .collect()
+}
+
+/// Two neighbouring passes seen along the feed: outlines of the tilted cutter and the cusp between them, heights twenty
+/// times too large.
+fn cusp(cutter: &Cutter) -> String {
+    let posture = Posture { tilt: 3f64.to_radians(), rotate: 0.0 };
+    let (step, curvature) = (30.0, 1.0 / 3000.0);
+    let outline = Outline::new(cutter, posture);
+    let Cusp::Height(height) = cusp_height_between(&outline, &outline, step, curvature) else { return String::new() };
+    let (sx, sy, origin) = (6.0, 120.0, (360.0, 250.0));
+    let surface = |y: f64| -0.5 * curvature * (y - 0.5 * step).powi(2);
+    let line = |f: &dyn Fn(f64) -> Option<f64>, color: &str, width: f64| {
+        let places: Vec<String> = (-500..=500)
+            .map(|k| 0.5 * step + 0.11 * f64::from(k))
+            .filter_map(|y| f(y).map(|z| (y, z)))
+            .map(|(y, z)| (origin.0 - (y - 0.5 * step) * sx, origin.1 - z * sy))
+            .filter(|(_, py)| (50.0..330.0).contains(py))
+            .map(|(px, py)| format!("{px:.1},{py:.1}"))
+            .collect();
+        format!(
+            "<polyline points=\"{}\" fill=\"none\" stroke=\"{color}\" stroke-width=\"{width}\"/>\n",
+            places.join(" ")
+        )
+    };
+    let pass_at = |at: f64| {
+        move |y: f64| outline.height_at(y - at).map(|z| z + surface(at) + slope(curvature, step, at) * (y - at))
+    };
+    let mut svg = picture(720.0, 380.0, "Cusp between two passes, seen along the feed (heights × 20)");
+    svg.push_str(&line(&|y| Some(surface(y)), "#22282d", 2.0));
+    svg.push_str(&line(&pass_at(0.0), "#2f6f9e", 1.6));
+    svg.push_str(&line(&pass_at(step), "#c9503f", 1.6));
+    let _ = writeln!(
+        svg,
+        r##"<text x="20" y="352">surface (black), outlines of the cutter R {} r {} at tilt 3° (blue, red), step-over {step} mm: cusp {height:.3} mm</text>
+</svg>"##,
+        cutter.radius(),
+        cutter.corner_radius()
+    );
+    svg
+}
+
+/// Slope of the drawn surface.
+fn slope(curvature: f64, step: f64, y: f64) -> f64 {
+    -curvature * (y - 0.5 * step)
+}
