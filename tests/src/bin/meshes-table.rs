@@ -1,0 +1,22 @@
+//! Prints `docs/meshes.md`: what becomes of every shared mesh.
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    let outcomes = facemill_tests::meshes::outcomes();
+    if outcomes.is_empty() {
+        return ExitCode::FAILURE;
+    }
+    print!("{}", facemill_tests::meshes::markdown(&outcomes));
+    for o in &outcomes {
+        let Ok(planned) = &o.result else { continue };
+        for why in &planned.report.infeasible {
+            eprintln!("{}: {} points, {}", o.file, why.points, why.reason);
+        }
+        for finding in planned.report.findings.iter().take(3) {
+            eprintln!("{}: {finding}", o.file);
+        }
+        eprintln!("{}: {:?}", o.file, planned.timings);
+    }
+    ExitCode::SUCCESS
+}

@@ -1,0 +1,47 @@
+//! The `facemill` command, built as the tests are.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::sync::OnceLock;
+
+/// The binary of this profile. It is built here, because cargo builds no binaries of other packages for a test.
+///
+/// # Panics
+/// When it cannot be built.
+pub fn facemill() -> &'static Path {
+    static BINARY: OnceLock<PathBuf> = OnceLock::new();
+    BINARY.get_or_init(|| {
+        let exe = std::env::current_exe().expect("a test knows where it is");
+        // target/<profile>/deps/<test>, or target/<profile>/<command>.
+        let folder = exe.ancestors().skip(1).find(|f| !f.ends_with("deps")).expect("a profile folder");
+        let profile = match folder.file_name().and_then(|n| n.to_str()) {
+            Some("debug") | None => "dev",
+            Some(name) => name,
+        };
+        let status = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
+            .args(["build", "--quiet", "-p", "facemill", "--bin", "facemill", "--profile", profile, "--target-dir"])
+            .arg(folder.parent().expect("a target folder"))
+            .current_dir(crate::shared::workspace())
+            .status()
+            .expect("cargo runs");
+        assert!(status.success(), "cannot build facemill");
+        folder.join(format!("facemill{}", std::env::consts::EXE_SUFFIX))
+    })
+}
+
+/// Runs the command to its end.
+///
+/// # Panics
+/// When it cannot be started.
+pub fn run<A: AsRef<std::ffi::OsStr>>(arguments: &[A]) -> Output {
+    Command::new(facemill()).args(arguments).output().expect("facemill starts")
+}
+
+/// Exit code and what was said on standard error.
+///
+/// # Panics
+/// When it was killed.
+pub fn code_and_errors(output: &Output) -> (i32, String) {
+    let errors = String::from_utf8_lossy(&output.stderr).into_owned();
+    (output.status.code().unwrap_or_else(|| panic!("killed: {errors}")), errors)
+}
