@@ -1,0 +1,87 @@
+//! The JSON Schemas are the ones checked in, and every example obeys them.
+
+use facemill::new_job::{NewJob, Series, new_job};
+use facemill_tests::jobs::{small_patch, text_of};
+use facemill_tests::program::{code_and_errors, run};
+use facemill_tests::shared::workspace;
+use serde_json::{Value, json};
+
+const FORMATS: [&str; 5] = ["job", "tool", "machine", "path", "report"];
+
+fn schema(format: &str) -> Value {
+    let output = run(&["schema", format]);
+    assert_eq!(code_and_errors(&output).0, 0);
+    serde_json::from_slice(&output.stdout).expect("a schema is JSON")
+}
+
+fn check(format: &str, what: &str, file: &Value) {
+    let validator = jsonschema::validator_for(&schema(format)).expect("a schema that is one");
+    let faults: Vec<String> = validator.iter_errors(file).map(|e| format!("{}: {e}", e.instance_path())).collect();
+    assert!(faults.is_empty(), "{what} against the schema of {format}: {}", faults.join("; "));
+}
+
+#[test]
+fn schemas_are_the_ones_checked_in() {
+    for format in FORMATS {
+        let printed = run(&["schema", format]).stdout;
+        let name = format!("docs/schemas/{format}.json");
+        let kept = std::fs::read(workspace().join(&name)).unwrap_or_default();
+        assert!(
+            printed == kept,
+            "{name} is not what `facemill schema {format}` prints; regenerate it: \
+             cargo run --release -- schema {format} > {name}"
+        );
+    }
+}
+
+#[test]
+fn every_example_obeys_its_schema() {
+    let series = [
+        Series::Dtmb4119,
+        Series::Dtmb4382,
+        Series::Vp1304,
+        Series::WageningenB { blades: 5, area_ratio: 0.6, pitch_ratio: 1.1 },
+    ];
+    let mut examples: Vec<NewJob> =
+        series.into_iter().map(|series| NewJob::Propeller { series, diameter_mm: 900.0 }).collect();
+    examples.extend([NewJob::Patch { size_mm: 300.0 }, NewJob::Rotor37 { scale: 10.0 }]);
+    for example in examples {
+        for (name, bytes) in new_job(&example).unwrap() {
+            if let Some(format) = name.strip_suffix(".json") {
+                check(format, &format!("{name} of {example:?}"), &serde_json::from_slice(&bytes).unwrap());
+            }
+        }
+    }
+}
+
+#[test]
+fn every_committed_job_folder_obeys_the_schemas() {
+    let mut n = 0;
+    for folder in std::fs::read_dir(workspace().join("assets")).unwrap().map(|e| e.unwrap().path()) {
+        for format in FORMATS {
+            if let Ok(bytes) = std::fs::read(folder.join(format!("{format}.json"))) {
+                check(format, &format!("{} in {}", format, folder.display()), &serde_json::from_slice(&bytes).unwrap());
+                n += 1;
+            }
+        }
+    }
+    assert!(n >= 3, "only {n} files");
+}
+
+#[test]
+fn a_report_obeys_its_schema_and_a_wrong_job_does_not() {
+    let job = small_patch();
+    check("report", "a report", &serde_json::from_str(&text_of(&job.plan(), "report.json")).unwrap());
+    let validator = jsonschema::validator_for(&schema("job")).unwrap();
+    assert!(validator.is_valid(&job.json("job.json")));
+    for (pointer, value) in [
+        ("/operations/0/tolerances/gauge_mm", json!(1.0)),
+        ("/operations/0/direction", json!("sideways")),
+        ("/setups/0/meshes/0/role", json!(7)),
+        ("/tool", Value::Null),
+    ] {
+        let mut wrong = job.json("job.json");
+        facemill_tests::jobs::set(&mut wrong, pointer, value);
+        assert!(!validator.is_valid(&wrong), "{pointer}");
+    }
+}
