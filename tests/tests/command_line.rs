@@ -371,7 +371,6 @@ fn bad_input_is_exit_2_with_file_and_field() {
 }
 
 #[test]
-#[ignore = "the planner blames setups[0] (\"no operation belongs to it\") instead of the operation's wrong name"]
 fn an_operation_of_a_setup_that_does_not_exist_is_named() {
     let f = small_patch();
     job(&f, "/operations/0/setup", json!("bottom"));

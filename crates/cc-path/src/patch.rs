@@ -106,8 +106,10 @@ fn barycentric(p: &Point3<f64>, [a, b, c]: &[Point3<f64>; 3]) -> [f64; 3] {
         return [1.0, 0.0, 0.0];
     }
     let d = p - a;
-    let v = (d.cross(&f).dot(&n) / n_sq).clamp(0.0, 1.0);
-    let w = (e.cross(&d).dot(&n) / n_sq).clamp(0.0, 1.0 - v);
+    // Written so that NaN, from products that overflow, counts as 0.
+    let within = |share: f64, most: f64| if share > 0.0 { share.min(most) } else { 0.0 };
+    let v = within(d.cross(&f).dot(&n) / n_sq, 1.0);
+    let w = within(e.cross(&d).dot(&n) / n_sq, 1.0 - v);
     [1.0 - v - w, v, w]
 }
 

@@ -2,6 +2,7 @@
 
 use crate::load::Setup;
 use crate::path::lay;
+use crate::program::word_map;
 use crate::{Failure, Job};
 
 /// Reads a setup, lays its passes, and tells in lines what was found; nothing is planned.
@@ -10,6 +11,7 @@ use crate::{Failure, Job};
 /// As planning would, as far as reading and laying go.
 pub fn describe_setup(job: &Job, index: usize) -> Result<Vec<String>, Failure> {
     let setup = Setup::read(job, index)?;
+    word_map(job, &setup, index)?;
     let mut lines = vec![format!("setup \"{}\"", setup.file.name)];
     for mesh in &setup.reports {
         let counts = mesh.repair.iter().filter(|(_, v)| v.as_u64().is_some_and(|n| n > 0));

@@ -11,7 +11,7 @@ use facemill_surface_model::{
     Group, ImportSettings, Imported, LengthUnit, MeshFormat, Surface, SurfaceSettings, TriMesh, UpAxis, import_mesh,
 };
 use facemill_tool_model::ToolAssembly;
-use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Point3, Translation3, Unit, UnitQuaternion, Vector3};
 
 use crate::job_file::{
     JobFile, MeshFile, OperationFile, PoseFile, RoleFile, SetupFile, StockFile, UnitFile, UpAxisFile,
@@ -377,9 +377,25 @@ pub fn read_mesh(path: &Path, unit: Option<UnitFile>, up: Option<UpAxisFile>) ->
     }
     let folder = path.parent().unwrap_or(Path::new("")).to_owned();
     let bytes = files::read(path)?;
-    import_mesh(&path.display().to_string(), &bytes, format, &settings, &|name| std::fs::read(folder.join(name)))
-        .map_err(|e| Failure::Input { file: path.to_owned(), message: e.to_string() })
+    let imported =
+        import_mesh(&path.display().to_string(), &bytes, format, &settings, &|name| std::fs::read(folder.join(name)))
+            .map_err(|e| Failure::Input { file: path.to_owned(), message: e.to_string() })?;
+    let far = |p: &Point3<f64>| p.coords.amax() > FARTHEST;
+    match imported.mesh.vertices().iter().position(far) {
+        None => Ok(imported),
+        Some(vertex) => {
+            let p = imported.mesh.vertices()[vertex];
+            let message = format!(
+                "vertex {vertex} is at ({:e}, {:e}, {:e}) mm, more than a kilometre from the origin; is the unit right?",
+                p.x, p.y, p.z
+            );
+            Err(Failure::Input { file: path.to_owned(), message })
+        }
+    }
 }
+
+/// Largest coordinate of a mesh, mm. Farther out, rounding alone is 1e-10 mm and more, and no machine reaches.
+const FARTHEST: f64 = 1e6;
 
 /// Which groups of a mesh a job's entry means.
 fn selected_groups(job: &Job, at: &str, entry: &MeshFile, mesh: &TriMesh) -> Result<Vec<bool>, Failure> {

@@ -19,6 +19,10 @@ pub(crate) fn validate(job: &JobFile) -> Result<(), String> {
     if job.operations.is_empty() {
         return Err("operations: at least one is needed".to_owned());
     }
+    for (k, operation) in job.operations.iter().enumerate() {
+        check_operation(&Field::new("operations", k), operation)?;
+        check_setup_name(k, operation, job)?;
+    }
     for (k, setup) in job.setups.iter().enumerate() {
         check_setup(&Field::new("setups", k), setup)?;
         if job.setups[..k].iter().any(|s| s.name == setup.name) {
@@ -27,10 +31,6 @@ pub(crate) fn validate(job: &JobFile) -> Result<(), String> {
         if !job.operations.iter().any(|o| belongs(o, setup, job)) {
             return Err(format!("setups[{k}]: no operation belongs to \"{}\"", setup.name));
         }
-    }
-    for (k, operation) in job.operations.iter().enumerate() {
-        check_operation(&Field::new("operations", k), operation)?;
-        check_setup_name(k, operation, job)?;
     }
     Ok(())
 }
