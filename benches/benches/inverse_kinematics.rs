@@ -22,18 +22,26 @@ fn kinematics(c: &mut Criterion) {
         b.iter(|| axes.iter().map(|q| machine.forward(black_box(q), TOOL_LENGTH).translation.x).sum::<f64>());
     });
     group.bench_function("inverse_both_branches_checked", |b| {
-        b.iter(|| poses.iter().filter_map(|cl| machine.inverse(black_box(cl), TOOL_LENGTH).ok()).map(|s| s.len()).sum::<usize>());
+        b.iter(|| {
+            poses
+                .iter()
+                .filter_map(|cl| machine.inverse(black_box(cl), TOOL_LENGTH).ok())
+                .map(|s| s.len())
+                .sum::<usize>()
+        });
     });
     group.bench_function("nearest_inverse", |b| {
         b.iter(|| {
-            let near = |(cl, q)| machine.nearest_inverse(black_box(cl), TOOL_LENGTH, Some(q), BranchPreference::Nearest);
+            let near =
+                |(cl, q)| machine.nearest_inverse(black_box(cl), TOOL_LENGTH, Some(q), BranchPreference::Nearest);
             poses.iter().zip(&axes).filter(|p| near((p.0, p.1)).is_ok()).count()
         });
     });
     group.throughput(Throughput::Elements(axes.len() as u64 - 1));
     group.bench_function("deviation_bound", |b| {
         b.iter(|| {
-            let bound = |w: &[AxisValues]| deviation_bound(&machine, CuttingLaw::AxesLinear, &w[0], &w[1], TOOL_LENGTH).tip;
+            let bound =
+                |w: &[AxisValues]| deviation_bound(&machine, CuttingLaw::AxesLinear, &w[0], &w[1], TOOL_LENGTH).tip;
             axes.windows(2).map(bound).sum::<f64>()
         });
     });

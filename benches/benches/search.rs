@@ -36,7 +36,8 @@ fn scene(c: &mut Criterion, scene: &Scene, tool: &ToolAssembly) {
     };
     let test = PoseTest::new(&cell);
     let deg = |tilt: f64, rotate: f64| Posture { tilt: tilt.to_radians(), rotate: rotate.to_radians() };
-    let curve = SearchCurve::new(deg(2.0, 0.0), deg(15.0, -85.0), SearchOrder::TiltFirst, 1.0).expect("ranges are valid");
+    let curve =
+        SearchCurve::new(deg(2.0, 0.0), deg(15.0, -85.0), SearchOrder::TiltFirst, 1.0).expect("ranges are valid");
     let settings = SearchSettings::default();
     let mut group = c.benchmark_group(format!("search_{}", scene.name));
     group.sample_size(10).measurement_time(Duration::from_secs(3));

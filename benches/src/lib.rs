@@ -73,8 +73,10 @@ pub fn poses(cutter: &Cutter, cc: &[CcPoint], lift: f64) -> Vec<Isometry3<f64>> 
     let mut random = Lcg(3);
     cc.iter()
         .map(|cc| {
-            let posture =
-                Posture { tilt: (2.0 + 13.0 * random.next()).to_radians(), rotate: (-85.0 * random.next()).to_radians() };
+            let posture = Posture {
+                tilt: (2.0 + 13.0 * random.next()).to_radians(),
+                rotate: (-85.0 * random.next()).to_radians(),
+            };
             frame(&cl_from_cc(cutter, cc, posture).translated(cc.normal.into_inner() * lift))
         })
         .collect()
@@ -108,7 +110,8 @@ pub fn bodies(cutter: &Cutter) -> Vec<(Solid, Isometry3<f64>)> {
 /// # Panics
 /// Never: the lengths fit together.
 pub fn tool(radius: f64, corner_radius: f64) -> ToolAssembly {
-    let section = |length_mm, diameter_mm| Section { length_mm, diameter_low_mm: diameter_mm, diameter_high_mm: diameter_mm };
+    let section =
+        |length_mm, diameter_mm| Section { length_mm, diameter_low_mm: diameter_mm, diameter_high_mm: diameter_mm };
     let flute = 2.0 * corner_radius.max(3.0);
     ToolAssembly::new(ToolFile {
         format: facemill_tool_model::FormatTag::V1,
@@ -143,7 +146,11 @@ pub fn table_poses(n: usize) -> Vec<ClPoint> {
     let mut random = Lcg(4);
     (0..n)
         .map(|_| {
-            let tip = Point3::new(2000.0 * random.next() - 1000.0, 2000.0 * random.next() - 1000.0, 400.0 + 400.0 * random.next());
+            let tip = Point3::new(
+                2000.0 * random.next() - 1000.0,
+                2000.0 * random.next() - 1000.0,
+                400.0 + 400.0 * random.next(),
+            );
             let lean = Vector3::new(random.next() - 0.5, random.next() - 0.5, 0.6);
             ClPoint { tip, axis: nalgebra::Unit::new_normalize(lean) }
         })
