@@ -11,13 +11,16 @@ use facemill_interference::{Interference, MeshTree, ParryMesh, lift_to_free};
 use facemill_tool_model::Cutter;
 use nalgebra::Isometry3;
 
+/// A posture that hits, and where.
+type Hit = (Isometry3<f64>, CcPoint);
+
 /// CC points of a scene with the lifted poses that are free, and those that are not.
 fn split(
     mesh: &dyn Interference,
     solid: &Solid,
     poses: &[Isometry3<f64>],
     cc: &[CcPoint],
-) -> (Vec<Isometry3<f64>>, Vec<(Isometry3<f64>, CcPoint)>) {
+) -> (Vec<Isometry3<f64>>, Vec<Hit>) {
     let mut free = Vec::new();
     let mut hit = Vec::new();
     for (pose, cc) in poses.iter().zip(cc) {
