@@ -11,6 +11,11 @@ use facemill::z_map::{ZMap, ZMapSettings};
 use facemill::{Job, PlanSettings, SilentStages, files, plan_setup, read_mesh};
 use nalgebra::Isometry3;
 
+#[path = "pictures/figure.rs"]
+mod figure;
+#[path = "pictures/method.rs"]
+mod method;
+
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let path = std::env::args().nth(1).unwrap_or_else(|| "assets/propeller/job.json".to_owned());
     let job = Job::read(Path::new(&path))?;
@@ -24,6 +29,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         ("passes.svg".to_owned(), passes(&map, &apt.points).into_bytes()),
         ("solution-space.svg".to_owned(), text("solution-space.svg").ok_or("no picture in the plan")?),
         ("cusp.svg".to_owned(), cusp(job.tool.cutter()).into_bytes()),
+        ("contact.svg".to_owned(), method::contact()?.into_bytes()),
+        ("test-body.svg".to_owned(), method::test_body()?.into_bytes()),
+        ("seating.svg".to_owned(), method::seating()?.into_bytes()),
+        ("chip.svg".to_owned(), method::chip()?.into_bytes()),
     ];
     files::write_all(Path::new("docs/pictures"), &pictures)?;
     Ok(())

@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use facemill_cl_data::{Aabb, CcPoint};
+use facemill_cl_data::{Aabb, CcPoint, CuttingLaw};
 use facemill_interference::MeshTree;
 use facemill_inverse_kinematics::{Carrier, Machine};
-use facemill_nc_program::{PostSettings, Template, WorkOffset};
+use facemill_nc_program::{FeedMode, PostSettings, Template, WorkOffset};
 use facemill_surface_model::{
     Group, ImportSettings, Imported, LengthUnit, MeshFormat, Surface, SurfaceSettings, TriMesh, UpAxis, import_mesh,
 };
@@ -59,6 +59,11 @@ impl Job {
             }
         };
         let post = file.post.settings(template).map_err(|e| Failure::input(path, format!("post.{e}")))?;
+        if post.feed_mode() == FeedMode::Rtcp && machine.motion_law().cutting == CuttingLaw::AxesLinear {
+            let message = "post.feed_mode: rtcp needs a machine whose motion.cutting is tip_and_rotaries_linear or \
+                           tip_linear_vector_turned, because that is what the control then does; its is axes_linear";
+            return Err(Failure::input(path, message));
+        }
         Ok(Self { path: path.to_owned(), file, tool, machine, post })
     }
 

@@ -102,7 +102,7 @@ fn propeller_job(series: Series, diameter: f64) -> Result<Vec<(String, Vec<u8>)>
     let overlapping = match series {
         PropellerSeries::Dtmb4119 => false,
         PropellerSeries::Dtmb4382 | PropellerSeries::Vp1304 => true,
-        PropellerSeries::WageningenB { area_ratio, .. } => area_ratio > 0.65,
+        PropellerSeries::WageningenB { n_blades, area_ratio, .. } => n_blades > 4 || area_ratio > 0.6,
     };
     let radius = cutter_radius(if overlapping { 0.025 } else { 0.02625 } * diameter);
     let reach = if overlapping { 0.3 * diameter } else { 4.0 * radius };
@@ -134,7 +134,9 @@ fn propeller_job(series: Series, diameter: f64) -> Result<Vec<(String, Vec<u8>)>
     // Rounded up to the next hundredth.
     operation["tolerances"]["mesh_chord_mm"] = json!(round_to((100.0 * chord).ceil() / 100.0, 2));
     if overlapping {
-        operation["infeasible"] = json!({ "trim": { "max_trimmed_fraction": 0.15 } });
+        // The machine's head is as large for a small propeller as for a large one.
+        let trimmed = if diameter < 500.0 { 0.35 } else { 0.15 };
+        operation["infeasible"] = json!({ "trim": { "max_trimmed_fraction": trimmed } });
     }
     operation["pattern"] = json!({ "copies": n_blades, "index_angle_deg": 360.0 / n_blades as f64 });
     // From the tip inward: cut climbing, the passes then run down the blade, and their ends leave over its lower edge.
@@ -231,7 +233,7 @@ fn rotor37_job(scale: f64) -> Result<Vec<(String, Vec<u8>)>, String> {
     let setup = json!({
         "name": "suction side",
         "work_from_part": { "rotation_axis": [1.0, 0.0, 0.0], "rotation_deg": 90.0 },
-        "table_from_work": { "translation_mm": [round_to(-21.5 * scale * 10.0, 0), 0.0, 400.0] },
+        "table_from_work": { "translation_mm": [round_to(-21.5 * scale * 10.0, 0), 0.0, round_to(40.0 * scale + 20.0, 0)] },
         "meshes": [
             { "file": "rotor37.obj", "groups": [suction], "role": "drive", "unit": "millimetre", "up_axis": "z" },
             { "file": "rotor37.obj", "role": "part", "unit": "millimetre", "up_axis": "z" },

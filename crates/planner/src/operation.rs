@@ -4,8 +4,10 @@ use facemill_cl_data::{CcPoint, Silent};
 use facemill_cutter_location::cusp::{CutPoint, Ridge, ridges};
 use facemill_cutter_location::link::{ClearanceSurface, LinkSettings};
 use facemill_cutter_location::{
-    Hints, PassSettings, PassTask, PoseTest, SearchCurve, SearchSettings, plan_passes, search, solution_space,
+    Hints, PassSettings, PassTask, PoseTest, SearchCurve, SearchSettings, Workcell, plan_passes, search, solution_space,
 };
+use facemill_inverse_kinematics::{Branch, BranchPreference};
+use facemill_tool_model::cl_from_cc;
 use facemill_z_map::ZMap;
 use nalgebra::Point3;
 use rayon::prelude::*;
@@ -68,9 +70,10 @@ impl<'a> PlannedOperation<'a> {
         stages: &dyn Stages,
         clock: &mut Clock,
     ) -> Result<(Self, Option<String>), Failure> {
-        let cell = workcell(job, setup, operation, map);
-        let test = PoseTest::new(&cell);
+        let mut cell = workcell(job, setup, operation, map);
         let laid = lay(job, setup, index, operation)?;
+        settle_branch(&mut cell, &laid.tasks);
+        let test = PoseTest::new(&cell);
         clock.lap("path");
         let mut left_out = Vec::new();
         let (pieces, cc_points) = place_pieces(&test, operation, &laid.tasks, &mut left_out, stages)?;
@@ -121,6 +124,20 @@ impl<'a> PlannedOperation<'a> {
             return Err(Failure::Infeasible(format!("operation \"{name}\": no CC point can be planned; {example}")));
         }
         Ok(())
+    }
+}
+
+/// Where the job leaves the branch open, takes the one nearest to home at the first CC point for all passes: passes on
+/// different branches would have to be linked through the pole.
+fn settle_branch(cell: &mut Workcell<'_>, tasks: &[LaidTask]) {
+    let first = tasks.first().and_then(|t| Some((t.pass.points.first()?, t.curve.start())));
+    let (BranchPreference::Nearest, Some((cc, posture))) = (cell.preferred_branch, first) else { return };
+    let cl = cl_from_cc(cell.tool.cutter(), cc, posture).transformed(&cell.table_from_work);
+    if let Ok(q) = cell.machine.nearest_inverse(&cl, cell.tool.gauge_length(), None, BranchPreference::Nearest) {
+        cell.preferred_branch = match cell.machine.branch_of(&q) {
+            Branch::Positive => BranchPreference::Positive,
+            Branch::Negative => BranchPreference::Negative,
+        };
     }
 }
 

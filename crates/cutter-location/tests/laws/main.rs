@@ -1,0 +1,8 @@
+//! Laws of the tilt and rotate search, of passes, entries, exits and links, against closed forms and dense scans.
+
+mod approach;
+mod kit;
+mod link;
+mod passes;
+mod reasons;
+mod search;
