@@ -58,7 +58,7 @@ pub(crate) fn contact() -> Drawn {
     f.arrow([0.0, 0.0], [0.0, 44.0], INK);
     f.text([0.0, 44.0], [6.0, 4.0], INK, "N");
     f.arrow([0.0, 0.0], [42.0, 0.0], INK);
-    f.text([42.0, 0.0], [-2.0, -10.0], INK, "Et′ (= Et at β = 0)");
+    f.text([42.0, 0.0], [-2.0, -10.0], INK, "Et′");
     f.arrow(tip, placed([0.0, 48.0]), BLUE);
     f.text(placed([0.0, 48.0]), [8.0, 0.0], BLUE, "a");
     f.curve(&[tip, along(tip, [0.0, 1.0], 40.0)], GRAY, 0.9, "3 3");
@@ -202,7 +202,7 @@ pub(crate) fn chip() -> Drawn {
     let mut f = Figure::new(860.0, 330.0, "Chip section across the feed (heights × 10)");
     // Seen along the feed, y (to the left of it) points to the left.
     (f.origin, f.scale) = ([480.0, 250.0], [-3.4, 34.0]);
-    let places: Vec<f64> = (-1000..=1400).map(|k| 0.1 * f64::from(k)).collect();
+    let places: Vec<f64> = (-200..=280).map(|k| 0.5 * f64::from(k)).collect();
     let top = |y: f64| before(y).map_or(stock, |z| z.min(stock));
     let uncut: Vec<Mm> = places.iter().map(|&y| [y, top(y)]).collect();
     let ground = [[140.0, 0.0], [-100.0, 0.0]];
