@@ -61,7 +61,7 @@ pub fn arc_poses(
             finished + normal * ROLL_IN_RISE
         }
     };
-    let n = (radius * angle / step).ceil().max(1.0) as usize;
+    let n = (radius * angle * bend.norm() / step).ceil().max(1.0) as usize;
     (1..=n)
         .map(|k| {
             let (sin, cos) = (angle * k as f64 / n as f64).sin_cos();

@@ -155,8 +155,10 @@ const LIFTS: [f64; 6] = [0.0, 25.0, 60.0, 130.0, 280.0, 600.0];
 /// anything; both ends are clear already. The lowest of a series of lifted ways is taken, else the way over the clearance
 /// surface.
 ///
-/// The ways are tested at poses close enough for the free distance there to cover the motion to the next one
-/// in tip-linear motion; the motion of the control differs from it by the linearisation tolerance.
+/// The ways are tested at poses close enough for the free distance there to cover the motion of tool and head to the next
+/// one in tip-linear motion, near the clearance 1 mm apart, so that half a millimetre of it may lack between two; the motion
+/// of the control differs from it by the linearisation tolerance. Where a leg leads through the pole of the rotary axes, the
+/// head's turn about the tool at the pole itself is not tested.
 ///
 /// # Errors
 /// When even the way over the clearance surface is blocked.
@@ -264,22 +266,43 @@ fn leg_blocked(
     b: &ClPoint,
     hints: &mut Hints,
 ) -> Option<(ClPoint, Infeasible)> {
-    // The tool frame also turns about its own axis on a five-axis machine, by no more than about the axis' own turn
-    // outside the singular cone; twice the turn covers both.
-    let motion = (b.tip - a.tip).norm() + 2.0 * angle_between(&a.axis, &b.axis) * test.reach();
-    let mut t = 0.0;
+    let mut walk = Walk { t: 0.0, step: 1.0 };
     loop {
-        let pose = between(a, b, t);
+        let pose = between(a, b, walk.t);
         match test.rapid_distance(&pose, settings.rapid_clearance + FAR, hints) {
             Err(why) => return Some((pose, why)),
             Ok((distance, nearest)) if distance < settings.rapid_clearance => return Some((pose, nearest?)),
+            Ok(_) if walk.t >= 1.0 => return None,
             Ok((distance, _)) => {
-                if t >= 1.0 {
-                    return None;
-                }
                 let free = (distance - settings.rapid_clearance).max(MIN_ADVANCE);
-                t = (t + free / motion.max(1e-9)).min(1.0);
+                if let Err(why) = walk.advance(test, a, b, free) {
+                    return Some((pose, why));
+                }
             }
+        }
+    }
+}
+
+/// A place on a leg, as a fraction of it.
+struct Walk {
+    t: f64,
+    /// The step to try next.
+    step: f64,
+}
+
+impl Walk {
+    /// Goes on as far as no point of tool and head moves by more than `free`, to the leg's end at most.
+    fn advance(&mut self, test: &PoseTest<'_>, a: &ClPoint, b: &ClPoint, free: f64) -> Result<(), Infeasible> {
+        let here = test.stance(&between(a, b, self.t))?;
+        loop {
+            let next = (self.t + self.step).min(1.0);
+            let moved = here.motion_to(&test.stance(&between(a, b, next))?);
+            if moved <= free || self.step <= MIN_STEP {
+                self.step = 2.0 * (next - self.t).max(MIN_STEP);
+                self.t = next;
+                return Ok(());
+            }
+            self.step = ((next - self.t) * (0.9 * free / moved).max(0.1)).max(MIN_STEP);
         }
     }
 }
@@ -288,3 +311,5 @@ fn leg_blocked(
 const FAR: f64 = 150.0;
 /// Smallest step of the walk, mm: half of the smallest rapid clearance that makes sense.
 const MIN_ADVANCE: f64 = 1.0;
+/// Smallest step, as a fraction of the leg: at the pole of the rotary axes a body turns at once, however small the step.
+const MIN_STEP: f64 = 1e-4;

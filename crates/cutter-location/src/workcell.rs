@@ -3,7 +3,7 @@ use facemill_interference::{Interference, Verdict};
 use facemill_inverse_kinematics::{AxisValues, BranchPreference, Carrier, InverseSolution, Machine, Unreachable};
 use facemill_tool_model::{Cutter, ToolAssembly, cl_from_cc};
 use facemill_z_map::{ZMap, certainly_free};
-use nalgebra::{Isometry3, Point3, Unit, Vector3};
+use nalgebra::{Isometry3, Point3, Unit, UnitQuaternion, Vector3};
 
 /// Something that must not be cut or hit, as a mesh in the workpiece frame.
 pub struct Obstacle<'a> {
@@ -328,9 +328,8 @@ impl<'a> PoseTest<'a> {
         at_most: f64,
         hints: &mut Hints,
     ) -> Result<(f64, Option<Infeasible>), Infeasible> {
-        let axes = self.solutions(cl, None)?.next().expect("solutions() gives at least one");
+        let axes = self.rapid_axes(cl)?;
         let work_from_tool = self.work_from_table * self.cell.machine.forward(&axes, self.cell.tool.gauge_length());
-        let cutter = Solid::Frustum(self.cell.tool.cutter().test_body(0.0));
         let mut nearest = (at_most, None);
         let mut slot = 0;
         let n_obstacles = self.cell.obstacles.len();
@@ -351,7 +350,9 @@ impl<'a> PoseTest<'a> {
             }
             slot += 1;
         };
-        consider(None, &cutter, &work_from_tool);
+        for cutter in test_bodies(self.cell.tool.cutter(), 0.0) {
+            consider(None, &cutter, &work_from_tool);
+        }
         for (k, b) in self.tool_bodies.iter().enumerate() {
             consider(Some(Body::Tool(k)), &b.solid, &(work_from_tool * b.frame_from_solid));
         }
@@ -367,6 +368,28 @@ impl<'a> PoseTest<'a> {
         Ok(nearest)
     }
 
+    /// The axis values that a pose in rapid is judged at.
+    fn rapid_axes(&self, cl: &ClPoint) -> Result<AxisValues, Infeasible> {
+        Ok(self.solutions(cl, None)?.next().expect("solutions() gives at least one"))
+    }
+
+    /// Where tool and head are at a pose in rapid.
+    ///
+    /// # Errors
+    /// When no axis values give the pose.
+    pub(crate) fn stance(&self, cl: &ClPoint) -> Result<Stance, Infeasible> {
+        let axes = self.rapid_axes(cl)?;
+        let head_bodies =
+            self.cell.machine.body_poses(&axes).filter(|pose| pose.body.carrier() == Some(Carrier::Head)).map(|pose| {
+                let work_from_body = self.work_from_table * pose.table_from_solid;
+                let tip = work_from_body.inverse_transform_point(&cl.tip);
+                let bounds = pose.body.body.solid.aabb();
+                let farthest = (bounds.min - tip).abs().sup(&(bounds.max - tip).abs()).norm();
+                PlacedBody { rotation: work_from_body.rotation, tip, farthest }
+            });
+        Ok(Stance { cl: *cl, tool_reach: self.reach(), head_bodies: head_bodies.collect() })
+    }
+
     /// How far above a clearance surface the tip has to be for the whole cutter to be outside, whatever its axis, mm.
     pub fn clearance_margin(&self) -> f64 {
         self.cell.tool.cutter().radius()
@@ -375,11 +398,14 @@ impl<'a> PoseTest<'a> {
     /// Whether the cutter touches the stock, or what it is on, at a pose.
     pub fn cutter_in_stock(&self, cl: &ClPoint, hints: &mut Hints) -> bool {
         let work_from_tool = tool_frame(cl);
-        let cutter = Solid::Frustum(self.cell.tool.cutter().test_body(0.0));
+        let cutter = test_bodies(self.cell.tool.cutter(), 0.0);
         hints.gouge.resize(self.cell.obstacles.len(), None);
         self.cell.obstacles.iter().zip(&hints.gouge).any(|(obstacle, hint)| {
-            let body = cutter.dilated(obstacle.collision_allowance);
-            !obstacle.mesh.verdict(&body, &work_from_tool, *hint).is_free()
+            let touches = |body: &Solid| {
+                let body = body.dilated(obstacle.collision_allowance);
+                !obstacle.mesh.verdict(&body, &work_from_tool, *hint).is_free()
+            };
+            cutter.iter().any(touches)
         })
     }
 
@@ -403,6 +429,40 @@ impl<'a> PoseTest<'a> {
     }
 }
 
+/// Where tool and head are at one pose.
+pub(crate) struct Stance {
+    cl: ClPoint,
+    tool_reach: f64,
+    head_bodies: Vec<PlacedBody>,
+}
+
+/// A body of the head, seen from the tool tip.
+struct PlacedBody {
+    /// Of the workpiece from the body.
+    rotation: UnitQuaternion<f64>,
+    /// The tool tip in the body's frame.
+    tip: Point3<f64>,
+    /// Distance from the tip to the body's farthest point, mm.
+    farthest: f64,
+}
+
+impl Stance {
+    /// Largest distance in the workpiece frame that any point of tool and head covers on the way to another stance, mm, as
+    /// long as every body turns one way and the tip goes straight.
+    ///
+    /// A point moves with the tip, turns about it with its body, and moves as the body does against the tip (a ram that does
+    /// not tilt with the tool). The tool is round: turning about its own axis moves nothing.
+    pub(crate) fn motion_to(&self, other: &Self) -> f64 {
+        let of_tool = angle_between(&self.cl.axis, &other.cl.axis) * self.tool_reach;
+        let of_head = self
+            .head_bodies
+            .iter()
+            .zip(&other.head_bodies)
+            .map(|(a, b)| a.rotation.angle_to(&b.rotation) * a.farthest.max(b.farthest) + (b.tip - a.tip).norm());
+        (other.cl.tip - self.cl.tip).norm() + of_head.fold(of_tool, f64::max)
+    }
+}
+
 /// The bodies that together stand for the cutter at a tolerance.
 fn test_bodies(cutter: &Cutter, tolerance: f64) -> Vec<Solid> {
     std::iter::once(cutter.test_body(tolerance)).chain(cutter.upper_test_body(tolerance)).map(Solid::Frustum).collect()
@@ -410,8 +470,8 @@ fn test_bodies(cutter: &Cutter, tolerance: f64) -> Vec<Solid> {
 
 /// A tool frame at a pose: origin at the tip, z along the axis, x anywhere. For bodies of revolution only.
 pub fn tool_frame(cl: &ClPoint) -> Isometry3<f64> {
-    let rotation = nalgebra::UnitQuaternion::rotation_between(&Vector3::z(), &cl.axis)
-        .unwrap_or_else(|| nalgebra::UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI));
+    let rotation = UnitQuaternion::rotation_between(&Vector3::z(), &cl.axis)
+        .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI));
     Isometry3::from_parts(cl.tip.into(), rotation)
 }
 

@@ -1,0 +1,250 @@
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_3};
+
+use facemill_cl_data::{CcPoint, ClPoint};
+use facemill_cutter_location::approach::{Approach, ApproachSettings, ApproachShape, PassEnd, approach, arc_poses};
+use facemill_cutter_location::{Hints, Infeasible, Obstacle, PoseTest, Workcell};
+use facemill_interference::MeshTree;
+use facemill_tool_model::{ToolAssembly, cl_from_cc};
+use nalgebra::{Point3, Unit, Vector3};
+
+use crate::kit::{Ball, Random, cc_on_plane, distance_to_balls, machine, obstacle, plane, posture_deg, tool, workcell};
+
+const ENDS: [PassEnd; 2] = [PassEnd::Entry, PassEnd::Exit];
+
+fn shapes(radius: f64, angle: f64) -> [ApproachShape; 2] {
+    [ApproachShape::TangentialArc { radius, angle }, ApproachShape::RollIn { radius, angle }]
+}
+
+fn random_cc(random: &mut Random) -> (CcPoint, ClPoint) {
+    let cc = CcPoint::new(Point3::from(random.vector() * 100.0), random.vector(), random.vector()).unwrap();
+    let axis = Unit::new_normalize(cc.normal.into_inner() + 0.3 * random.vector());
+    (cc, ClPoint { tip: cc.position, axis })
+}
+
+#[test]
+fn arcs_leave_the_pass_along_its_feed() {
+    let mut random = Random(1);
+    for _ in 0..50 {
+        let (cc, cl) = random_cc(&mut random);
+        for shape in shapes(40.0, FRAC_PI_3) {
+            for end in ENDS {
+                let sign = if end == PassEnd::Entry { -1.0 } else { 1.0 };
+                for step in [1.0, 0.1, 0.01] {
+                    let first = arc_poses(shape, end, &cc, &cl, true, step)[0];
+                    let direction = (first.tip - cl.tip).normalize();
+                    // A chord of an arc leaves the tangent by half its angle.
+                    let off = (direction - cc.feed.into_inner() * sign).norm();
+                    assert!(off < 0.51 * step / 40.0 * 1.01, "{shape:?} {end:?} {step}: {off}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn arcs_keep_axis_radius_angle_and_step() {
+    let mut random = Random(2);
+    for _ in 0..50 {
+        let (cc, cl) = random_cc(&mut random);
+        let (radius, angle) = (random.between(5.0, 80.0), random.between(0.2, FRAC_PI_2));
+        let step = random.between(0.3, 5.0);
+        for shape in shapes(radius, angle) {
+            for end in ENDS {
+                let poses = arc_poses(shape, end, &cc, &cl, random.between(0.0, 1.0) < 0.5, step);
+                let mut before = cl;
+                for pose in &poses {
+                    assert_eq!(pose.axis, cl.axis);
+                    assert!((pose.tip - before.tip).norm() <= step + 1e-9, "{shape:?}, step {step}");
+                    before = *pose;
+                }
+                let along = (before.tip - cl.tip).dot(&cc.feed).abs();
+                assert!((along - radius * angle.sin()).abs() < 1e-9);
+                let aside = (before.tip - cl.tip) - cc.feed.into_inner() * (before.tip - cl.tip).dot(&cc.feed);
+                let bent = radius * (1.0 - angle.cos());
+                match shape {
+                    ApproachShape::TangentialArc { .. } => {
+                        assert!((aside - cc.normal.into_inner() * bent).norm() < 1e-9);
+                    }
+                    ApproachShape::RollIn { .. } => {
+                        assert!((aside.dot(&cc.left()).abs() - bent).abs() < 1e-9);
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_roll_in_comes_from_the_finished_side_and_from_above() {
+    let mut random = Random(3);
+    for _ in 0..50 {
+        let (cc, cl) = random_cc(&mut random);
+        for (uncut_left, side) in [(true, -1.0), (false, 1.0)] {
+            for end in ENDS {
+                let shape = ApproachShape::RollIn { radius: 30.0, angle: FRAC_PI_3 };
+                let mut height = 0.0;
+                for pose in arc_poses(shape, end, &cc, &cl, uncut_left, 1.0) {
+                    let way = pose.tip - cl.tip;
+                    assert!(side * way.dot(&cc.left()) > 0.0);
+                    assert!(way.dot(&cc.normal) > height);
+                    height = way.dot(&cc.normal);
+                }
+            }
+        }
+    }
+}
+
+/// Lowest height of the cutter over z = 0: that of the lower rim of the circle of corner centres, less r.
+fn height_over_plane(tool: &ToolAssembly, cl: &ClPoint) -> f64 {
+    let cutter = tool.cutter();
+    let r = cutter.corner_radius();
+    let sin = (1.0 - cl.axis.z * cl.axis.z).max(0.0).sqrt();
+    cl.tip.z + r * cl.axis.z - (cutter.radius() - r) * sin - r
+}
+
+/// The plane with stock of a thickness on it.
+fn with_stock<'a>(mesh: &'a MeshTree, thickness: f64) -> Obstacle<'a> {
+    Obstacle { collision_allowance: thickness, ..obstacle("part", mesh) }
+}
+
+fn settings(shape: ApproachShape) -> ApproachSettings {
+    ApproachSettings { shape, step: 1.0, rapid_clearance: 5.0, max_retract: 200.0 }
+}
+
+fn approach_on_plane(
+    cell: &Workcell<'_>,
+    shape: ApproachShape,
+    end: PassEnd,
+    tilt_deg: f64,
+) -> Result<Approach, Infeasible> {
+    let cc = cc_on_plane(0.0, 0.0);
+    let cl = cl_from_cc(cell.tool.cutter(), &cc, posture_deg(tilt_deg, 0.0));
+    approach(&PoseTest::new(cell), &settings(shape), end, &cc, &cl, true, &mut Hints::default())
+}
+
+#[test]
+fn both_ends_of_a_pass_are_clear_by_the_rapid_clearance() {
+    let tree = MeshTree::new(&plane(600.0));
+    let machine = machine();
+    for (radius, corner) in [(25.0, 2.0), (16.0, 16.0), (40.0, 0.0)] {
+        let tool = tool(radius, corner, 20.0);
+        for stock in [0.0, 0.1] {
+            let cell = workcell(&machine, &tool, vec![with_stock(&tree, stock)]);
+            for shape in shapes(30.0, 0.4) {
+                for end in ENDS {
+                    let outward = approach_on_plane(&cell, shape, end, 5.0).unwrap().outward;
+                    let clear = height_over_plane(&tool, outward.last().unwrap()) - stock;
+                    let enough = 5.0 - 1e-6;
+                    // At most one step farther than needed.
+                    assert!((enough..enough + 1.01).contains(&clear), "{shape:?} {end:?}: {clear}");
+                    for pose in &outward {
+                        assert!(height_over_plane(&tool, pose) > 0.0);
+                    }
+                    let arc = arc_poses(shape, end, &cc_on_plane(0.0, 0.0), &outward[0], true, 1.0).len();
+                    assert!(outward.len() <= arc + 1, "of the retract only the end is kept");
+                }
+            }
+        }
+    }
+}
+
+/// How steeply a leg goes down against the bottom of the cutter.
+fn ramp(from: &ClPoint, to: &ClPoint) -> f64 {
+    let way = to.tip - from.tip;
+    (-way.dot(&to.axis) / way.norm()).asin()
+}
+
+#[test]
+fn an_entry_goes_into_stock_no_more_steeply_than_the_tool_may() {
+    let tree = MeshTree::new(&plane(600.0));
+    let machine = machine();
+    let tool = tool(25.0, 2.0, 20.0);
+    let cc = cc_on_plane(0.0, 0.0);
+    let cl = cl_from_cc(tool.cutter(), &cc, posture_deg(2.0, 0.0));
+    // An arc of radius 40 rises by 1 mm where it is steep by 12.8°.
+    let arc = ApproachShape::TangentialArc { radius: 40.0, angle: FRAC_PI_3 };
+    let (mut refused, mut taken) = (0, 0);
+    for tenths in 0..60 {
+        let stock = 0.1 * f64::from(tenths);
+        let cell = workcell(&machine, &tool, vec![with_stock(&tree, stock)]);
+        match approach_on_plane(&cell, arc, PassEnd::Entry, 2.0) {
+            Ok(approach) => {
+                let mut inner = cl;
+                for outer in &approach.outward {
+                    if height_over_plane(&tool, &inner) < stock {
+                        let steep = ramp(outer, &inner);
+                        assert!(steep <= tool.max_ramp_angle() + 1.1e-3, "{} deg", steep.to_degrees());
+                    }
+                    inner = *outer;
+                }
+                taken += 1;
+            }
+            Err(why) => {
+                let Infeasible::Ramp { angle } = why else { panic!("{why:?}") };
+                assert!(angle > tool.max_ramp_angle());
+                let text = PoseTest::new(&cell).describe(&why);
+                assert_eq!(text, format!("ramp of {:.2} deg into stock", angle.to_degrees()));
+                refused += 1;
+                // The same way out is no ramp.
+                assert!(approach_on_plane(&cell, arc, PassEnd::Exit, 2.0).is_ok());
+            }
+        }
+    }
+    assert!(refused > 10 && taken > 0, "{refused} refused, {taken} taken");
+}
+
+#[test]
+fn a_smaller_arc_of_the_same_angle_is_taken_where_something_stands_behind() {
+    let tree = MeshTree::new(&plane(600.0));
+    let machine = machine();
+    let tool = tool(25.0, 2.0, 20.0);
+    let arc = ApproachShape::TangentialArc { radius: 80.0, angle: 0.5 };
+    let cc = cc_on_plane(0.0, 0.0);
+    let cl = cl_from_cc(tool.cutter(), &cc, posture_deg(5.0, 0.0));
+    let mut reaches = vec![];
+    for behind in [300.0, 100.0, 80.0, 71.0, 60.0] {
+        let post = Ball { center: Point3::new(-behind, 0.0, 10.0), radius: 10.0 };
+        let post_tree = MeshTree::new(&post.mesh());
+        let cell = workcell(&machine, &tool, vec![obstacle("part", &tree), obstacle("post", &post_tree)]);
+        match approach_on_plane(&cell, arc, PassEnd::Entry, 5.0) {
+            Ok(found) => {
+                // The end of the arc is as far back as its radius times the sine of its angle.
+                let reach = found.outward.iter().map(|p| cl.tip.x - p.tip.x).fold(0.0, f64::max);
+                let share = reach / (80.0 * 0.5f64.sin());
+                assert!([1.0, 0.5, 0.25, 0.125].iter().any(|s| (share - s).abs() < 1e-9), "{share}");
+                let touching = found.outward.iter().map(|p| distance_to_balls(&cell, p, &[post]));
+                assert!(touching.fold(f64::INFINITY, f64::min) > -cell.gouge_tolerance - post.chord_error());
+                let end = distance_to_balls(&cell, found.outward.last().unwrap(), &[post]);
+                assert!(end >= 5.0 - 1e-6 - post.chord_error());
+                reaches.push(share);
+            }
+            Err(why) => {
+                assert!(matches!(why, Infeasible::Gouge { obstacle: 1, .. }), "{why:?}");
+                reaches.push(0.0);
+            }
+        }
+    }
+    assert!(reaches.is_sorted_by(|a, b| a >= b), "{reaches:?}");
+    assert!(reaches[0] == reaches[0].max(0.999) && reaches.iter().any(|s| *s < 0.6), "{reaches:?}");
+}
+
+#[test]
+fn a_lid_over_the_pass_blocks_the_retract_and_is_named() {
+    let tree = MeshTree::new(&plane(600.0));
+    let machine = machine();
+    let tool = tool(25.0, 2.0, 20.0);
+    // Above the cutter's rim, beside its body: the pass is free, the way up is not.
+    let lid = Ball { center: Point3::new(-23.0, 22.5, 30.0), radius: 1.5 };
+    let lid_tree = MeshTree::new(&lid.mesh());
+    let cell = workcell(&machine, &tool, vec![with_stock(&tree, 0.0), obstacle("lid", &lid_tree)]);
+    let test = PoseTest::new(&cell);
+    let cc = cc_on_plane(0.0, 0.0);
+    assert!(test.try_posture(&cc, posture_deg(0.0, 0.0), None, &mut Hints::default()).is_ok());
+    let cl = cl_from_cc(tool.cutter(), &cc, posture_deg(0.0, 0.0));
+    let arc = ApproachShape::TangentialArc { radius: 1.0, angle: 0.1 };
+    let found = approach(&test, &settings(arc), PassEnd::Exit, &cc, &cl, true, &mut Hints::default());
+    let why = found.unwrap_err();
+    assert_eq!(test.describe(&why), "cutter gouges lid");
+    let Infeasible::Gouge { place, .. } = why else { panic!() };
+    assert!((place - lid.center).norm() <= lid.radius + 1e-9 && Vector3::z().dot(&(place - lid.center)) < 0.5);
+}
