@@ -1,5 +1,6 @@
 //! Command line.
 
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -28,9 +29,9 @@ enum Command {
         /// Folder to write to; out/<name of the job's folder> where it is not given
         #[arg(long, value_name = "DIR")]
         out: Option<PathBuf>,
-        /// Threads; all processors where it is not given
-        #[arg(long, value_name = "N")]
-        threads: Option<usize>,
+        /// Threads, 1 to 1024; all processors where it is not given
+        #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+        threads: Option<u16>,
         /// Do not run the written program on the virtual machine (the report says so)
         #[arg(long)]
         no_verify: bool,
@@ -123,7 +124,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
         Command::Plan { job, out, threads, no_verify } => {
             if let Some(n) = threads {
                 rayon::ThreadPoolBuilder::new()
-                    .num_threads(n)
+                    .num_threads(usize::from(n))
                     .build_global()
                     .map_err(|e| Failure::Internal(e.to_string()))?;
             }
@@ -132,13 +133,26 @@ pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
         Command::Check { job } => check(&job),
         Command::New { part } => write_new(part),
         Command::Schema { format } => {
-            print!("{}", schema(format));
+            say(&schema(format))?;
             Ok(ExitCode::SUCCESS)
         }
         Command::Completions { shell } => {
-            clap_complete::generate(shell, &mut Arguments::command(), "facemill", &mut std::io::stdout());
+            let mut script = Vec::new();
+            clap_complete::generate(shell, &mut Arguments::command(), "facemill", &mut script);
+            say(&String::from_utf8_lossy(&script))?;
             Ok(ExitCode::SUCCESS)
         }
+    }
+}
+
+/// Writes to standard output. A reader that has had enough and closed it (`| head`) is no failure.
+fn say(text: &str) -> Result<(), Failure> {
+    let mut out = std::io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => {
+            Err(Failure::Write { file: PathBuf::from("standard output"), source: e })
+        }
+        _ => Ok(()),
     }
 }
 
@@ -176,10 +190,10 @@ fn plan(job_path: &Path, out: Option<PathBuf>, verify: bool) -> Result<ExitCode,
     }
     files::write_all(&out, &all_files)?;
     for text in texts {
-        println!("{text}");
+        say(&format!("{text}\n"))?;
     }
     let names: Vec<&str> = all_files.iter().map(|(name, _)| name.as_str()).collect();
-    println!("  written to {}: {}", out.display(), names.join(", "));
+    say(&format!("  written to {}: {}\n", out.display(), names.join(", ")))?;
     Ok(if clean { ExitCode::SUCCESS } else { ExitCode::from(1) })
 }
 
@@ -191,10 +205,15 @@ fn default_out(job: &Path) -> PathBuf {
 
 fn check(job_path: &Path) -> Result<ExitCode, Failure> {
     let job = Job::read(job_path)?;
-    println!("{}: job \"{}\" with {} operation(s)", job_path.display(), job.file.name, job.file.operations.len());
+    say(&format!(
+        "{}: job \"{}\" with {} operation(s)\n",
+        job_path.display(),
+        job.file.name,
+        job.file.operations.len()
+    ))?;
     for index in 0..job.file.setups.len() {
         for line in facemill::describe_setup(&job, index)? {
-            println!("  {line}");
+            say(&format!("  {line}\n"))?;
         }
     }
     Ok(ExitCode::SUCCESS)
@@ -220,8 +239,9 @@ fn write_new(part: NewPart) -> Result<ExitCode, Failure> {
         return Err(Failure::input(&dir, "the folder is not empty; name a new one"));
     }
     files::write_all(&dir, &written)?;
-    println!("{}: {}", dir.display(), written.iter().map(|(n, _)| n.as_str()).collect::<Vec<_>>().join(", "));
-    println!("plan it with: facemill plan {}", dir.join("job.json").display());
+    let names: Vec<&str> = written.iter().map(|(n, _)| n.as_str()).collect();
+    say(&format!("{}: {}\n", dir.display(), names.join(", ")))?;
+    say(&format!("plan it with: facemill plan {}\n", dir.join("job.json").display()))?;
     Ok(ExitCode::SUCCESS)
 }
 
