@@ -17,8 +17,14 @@ pub fn read(file: &Path) -> Result<Vec<u8>, Failure> {
 /// interruption leaves whole old files or whole new ones.
 ///
 /// # Errors
-/// [`Failure::Write`], naming the file.
+/// [`Failure::Write`], naming the file; [`Failure::Internal`] when two files have one name, where case does not count, as
+/// it does not on some systems.
 pub fn write_all(folder: &Path, files: &[(String, Vec<u8>)]) -> Result<(), Failure> {
+    for (k, (name, _)) in files.iter().enumerate() {
+        if files[..k].iter().any(|(other, _)| other.eq_ignore_ascii_case(name)) {
+            return Err(Failure::Internal(format!("two files to be written are both called {name}")));
+        }
+    }
     let failed = |name: &str| {
         let file = folder.join(name);
         move |source: std::io::Error| Failure::Write { file, source }
@@ -62,6 +68,14 @@ mod tests {
         write_all(&inner, &[("x.txt".into(), b"two".to_vec()), ("y.txt".into(), vec![])]).unwrap();
         assert_eq!(std::fs::read(inner.join("x.txt")).unwrap(), b"two");
         assert_eq!(std::fs::read_dir(&inner).unwrap().count(), 2);
+    }
+
+    #[test]
+    fn two_files_of_one_name_are_refused_before_anything_is_written() {
+        let folder = tempfile::tempdir().unwrap();
+        let files = [("a.nc".to_owned(), vec![1]), ("A.nc".to_owned(), vec![2])];
+        assert!(write_all(folder.path(), &files).is_err());
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
     }
 
     #[test]

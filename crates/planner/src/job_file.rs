@@ -445,7 +445,8 @@ pub struct PatternFile {
 pub struct SearchFile {
     /// Smallest and largest tilt.
     pub tilt_deg: [f64; 2],
-    /// Smallest and largest amount of rotate, toward the uncut stock; negative: away from it.
+    /// Smallest and largest amount of rotate, 0 to 180, toward the uncut stock. The paper's sign follows from direction,
+    /// spindle sense and the side of the uncut stock.
     pub rotate_deg: [f64; 2],
     /// Which grows first.
     #[serde(default)]

@@ -25,6 +25,7 @@
 mod cell;
 mod check;
 mod chips;
+mod enclosure;
 mod failure;
 pub mod files;
 pub mod job_file;

@@ -13,12 +13,13 @@ use facemill_surface_model::{
 use facemill_tool_model::ToolAssembly;
 use nalgebra::{Isometry3, Point3, Translation3, Unit, UnitQuaternion, Vector3};
 
+use crate::enclosure::check_enclosure;
 use crate::job_file::{
     JobFile, MeshFile, OperationFile, PoseFile, RoleFile, SetupFile, StockFile, UnitFile, UpAxisFile,
 };
 use crate::report::MeshReport;
 use crate::stock::{solid_mesh, stock_mesh};
-use crate::validate::{belongs, validate};
+use crate::validate::{FARTHEST, belongs, check_feeds, validate};
 use crate::{Failure, files};
 
 /// A job with its tool, machine and post read.
@@ -49,6 +50,7 @@ impl Job {
         let tool = ToolAssembly::from_json(&files::read(&tool_path)?).map_err(|e| Failure::input(&tool_path, e))?;
         let machine_path = beside(&file.machine);
         let machine = Machine::from_json(&files::read(&machine_path)?).map_err(|e| Failure::input(&machine_path, e))?;
+        check_feeds(&file, &machine.feed_range()).map_err(|e| Failure::input(path, e))?;
         let template = match &file.post.template {
             None => None,
             Some(name) => {
@@ -169,8 +171,6 @@ impl<'a> Setup<'a> {
         let drive = drive.ok_or_else(|| job.wrong(format!("setups[{index}].meshes: no drive surface")))?;
         let (around_drive, drive_groups) = around_drive(file, &read_files, &work_from_part);
         let mut obstacles = joined_obstacles(&selections, &read_files, &work_from_part);
-        let table_from_work = pose(&file.table_from_work);
-        obstacles.extend(table_bodies(&job.machine, &table_from_work));
         let mut stock_solid = None;
         let stock_thickness = match &file.stock {
             StockFile::Offset(offset) => offset.allowance_mm,
@@ -184,6 +184,9 @@ impl<'a> Setup<'a> {
                 0.0
             }
         };
+        check_enclosure(&format!("setups[{index}]"), file, stock_thickness, &obstacles).map_err(|e| job.wrong(e))?;
+        let table_from_work = pose(&file.table_from_work);
+        obstacles.extend(table_bodies(&job.machine, &table_from_work));
         let reports = read_files.read.iter().map(|((name, ..), m)| MeshReport::new(name, &m.report)).collect();
         Ok(Self {
             file,
@@ -398,9 +401,6 @@ pub fn read_mesh(path: &Path, unit: Option<UnitFile>, up: Option<UpAxisFile>) ->
         }
     }
 }
-
-/// Largest coordinate of a mesh, mm. Farther out, rounding alone is 1e-10 mm and more, and no machine reaches.
-const FARTHEST: f64 = 1e6;
 
 /// Which groups of a mesh a job's entry means.
 fn selected_groups(job: &Job, at: &str, entry: &MeshFile, mesh: &TriMesh) -> Result<Vec<bool>, Failure> {

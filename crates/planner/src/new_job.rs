@@ -93,7 +93,7 @@ fn propeller_job(series: Series, diameter: f64) -> Result<Vec<(String, Vec<u8>)>
     };
     let spec = PropellerSpec::new(series, diameter).map_err(|e| e.to_string())?;
     let resolution = BladeResolution::new(RADIAL_QUADS, CHORD_QUADS).map_err(|e| e.to_string())?;
-    let glb = propeller_glb(&spec, resolution)?;
+    let (glb, top) = propeller_glb(&spec, resolution)?;
     let chord = chord_error(&spec, resolution).sides;
     let n_blades = spec.n_blades();
     let tip = 0.5 * diameter;
@@ -107,7 +107,7 @@ fn propeller_job(series: Series, diameter: f64) -> Result<Vec<(String, Vec<u8>)>
     let radius = cutter_radius(if overlapping { 0.025 } else { 0.02625 } * diameter);
     let reach = if overlapping { 0.3 * diameter } else { 4.0 * radius };
     let from_radius = if overlapping { 0.6 } else { 0.46 };
-    let height = 0.16 * diameter;
+    let stock = stock_for(radius);
     let meshes = json!([
         { "file": "propeller.glb", "groups": ["blade-1/suction"], "role": "drive", "unit": "metre", "up_axis": "y" },
         { "file": "propeller.glb", "groups": ["blade-*"], "role": "part", "unit": "metre", "up_axis": "y" },
@@ -118,8 +118,8 @@ fn propeller_job(series: Series, diameter: f64) -> Result<Vec<(String, Vec<u8>)>
         "table_from_work": { "translation_mm": [0.0, 0.0, round_to(0.25 * diameter, 0)] },
         "work_offset": { "register": "G54" },
         "meshes": meshes,
-        "stock": { "offset": { "allowance_mm": stock_for(radius) } },
-        "clearance": { "plane": { "origin_mm": [0.0, 0.0, round_to(height + 20.0, 0)] } },
+        "stock": { "offset": { "allowance_mm": stock } },
+        "clearance": { "plane": { "origin_mm": [0.0, 0.0, (top + stock + 10.0).ceil()] } },
         "rapid_clearance_mm": 5.0,
     });
     let strategy = json!({
@@ -145,7 +145,8 @@ fn propeller_job(series: Series, diameter: f64) -> Result<Vec<(String, Vec<u8>)>
     Ok(job_folder(("propeller.glb", glb), &job, (radius, reach)))
 }
 
-fn propeller_glb(spec: &PropellerSpec, resolution: BladeResolution) -> Result<Vec<u8>, String> {
+/// The propeller as a file, and how high it reaches, mm.
+fn propeller_glb(spec: &PropellerSpec, resolution: BladeResolution) -> Result<(Vec<u8>, f64), String> {
     let blade = blade(spec, resolution);
     let hub = hub(spec, 2e-4 * spec.hub_radius()).map_err(|e| e.to_string())?;
     let blade_groups: Vec<String> = blade.groups().iter().map(|g| g.name.clone()).collect();
@@ -164,8 +165,10 @@ fn propeller_glb(spec: &PropellerSpec, resolution: BladeResolution) -> Result<Ve
     }
     let nodes: Vec<NamedNode<'_>> =
         nodes.iter().map(|(name, mesh, transform)| NamedNode { name, mesh: *mesh, transform: *transform }).collect();
+    // Blades turn about z: all are as high as the first.
+    let top = meshes.iter().flat_map(TriMesh::vertices).map(|p| p.z).fold(f64::NEG_INFINITY, f64::max);
     let meshes: Vec<&TriMesh> = meshes.iter().collect();
-    write_glb(&meshes, &nodes).map_err(|e| e.to_string())
+    Ok((write_glb(&meshes, &nodes).map_err(|e| e.to_string())?, top))
 }
 
 /// The mesh without vertices that no triangle uses.

@@ -222,7 +222,8 @@ fn move_settings(job: &Job, setup: &Setup<'_>, operation: &OperationFile) -> Mov
     }
 }
 
-fn clearance_surface(file: &ClearanceFile) -> ClearanceSurface {
+/// The clearance surface that a job names.
+pub(crate) fn clearance_surface(file: &ClearanceFile) -> ClearanceSurface {
     match file {
         ClearanceFile::Plane(p) => {
             ClearanceSurface::Plane { origin: Point3::from(p.origin_mm), normal: direction(&p.normal) }

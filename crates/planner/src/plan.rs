@@ -9,6 +9,7 @@ use crate::output::{verify_text, write_texts};
 use crate::program::word_map;
 use crate::report::Report;
 use crate::reporting::report;
+use crate::validate::file_stem;
 use crate::{Failure, Stages};
 
 /// What is wanted of a plan.
@@ -62,7 +63,7 @@ pub fn plan_setup(job: &Job, index: usize, settings: PlanSettings, stages: &dyn 
         if settings.verify { Some(verify_text(job, &setup, &operations, &words, &text, stages)?) } else { None };
     clock.lap("verify");
     let report = report(job, &setup, &operations, &timed, verification);
-    let suffix = if job.file.setups.len() > 1 { format!("-{}", file_name(&setup.file.name)) } else { String::new() };
+    let suffix = if job.file.setups.len() > 1 { format!("-{}", file_stem(&setup.file.name)) } else { String::new() };
     let mut files = vec![
         (format!("program{suffix}.nc"), text.into_bytes()),
         (format!("program{suffix}.apt"), apt.into_bytes()),
@@ -70,11 +71,6 @@ pub fn plan_setup(job: &Job, index: usize, settings: PlanSettings, stages: &dyn 
     ];
     files.extend(picture.map(|svg| (format!("solution-space{suffix}.svg"), svg.into_bytes())));
     Ok(Planned { files, report, timings: clock.laps })
-}
-
-/// A setup's name as part of a file name.
-fn file_name(name: &str) -> String {
-    name.chars().map(|c| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { '-' }).collect()
 }
 
 /// Wall times of stages.

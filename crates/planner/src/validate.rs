@@ -1,8 +1,10 @@
 //! Checks of a job file's numbers that its types cannot express. Every message names the field and what it must be.
 
+use facemill_inverse_kinematics::FeedRange;
+
 use crate::job_file::{
     ApproachFile, ClearanceFile, DirectionFile, InfeasibleFile, JOB_FORMAT, JobFile, LinkingFile, OperationFile,
-    PathFile, RoleFile, SetupFile, StockFile,
+    PathFile, PatternFile, PoseFile, RoleFile, SetupFile, StockFile, TolerancesFile,
 };
 
 /// First thing wrong with a job, as `field: what it must be`.
@@ -25,14 +27,24 @@ pub(crate) fn validate(job: &JobFile) -> Result<(), String> {
     }
     for (k, setup) in job.setups.iter().enumerate() {
         check_setup(&Field::new("setups", k), setup)?;
-        if job.setups[..k].iter().any(|s| s.name == setup.name) {
-            return Err(format!("setups[{k}].name: \"{}\" is the name of another setup", setup.name));
+        if let Some(other) = job.setups[..k].iter().find(|s| file_stem(&s.name) == file_stem(&setup.name)) {
+            return Err(format!(
+                "setups[{k}].name: \"{}\" gives the same file names as \"{}\", program-{}.nc; name one of them otherwise",
+                setup.name,
+                other.name,
+                file_stem(&setup.name)
+            ));
         }
         if !job.operations.iter().any(|o| belongs(o, setup, job)) {
             return Err(format!("setups[{k}]: no operation belongs to \"{}\"", setup.name));
         }
     }
     Ok(())
+}
+
+/// A setup's name as part of a file name.
+pub(crate) fn file_stem(name: &str) -> String {
+    name.chars().map(|c| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { '-' }).collect()
 }
 
 /// Whether an operation is machined in a setup.
@@ -52,6 +64,16 @@ fn check_setup_name(k: usize, operation: &OperationFile, job: &JobFile) -> Resul
     }
 }
 
+/// Largest length and coordinate of a job, and of a mesh's vertices, mm. Farther out, rounding alone is 1e-10 mm and more,
+/// and no machine reaches.
+pub(crate) const FARTHEST: f64 = 1e6;
+
+/// Largest spindle speed, 1/min: the fastest spindles turn at a tenth of it.
+const FASTEST_SPINDLE: f64 = 1e6;
+
+/// Smallest distances between points and between passes, mm: below, a program has more blocks than a control can read.
+const SMALLEST_STEP: f64 = 1e-3;
+
 /// A place in the job file.
 struct Field(String);
 
@@ -64,16 +86,31 @@ impl Field {
         self.require(key, value, value > 0.0, "more than 0")
     }
 
-    fn not_negative(&self, key: &str, value: f64) -> Result<(), String> {
-        self.require(key, value, value >= 0.0, "0 or more")
-    }
-
     fn within(&self, key: &str, value: f64, min: f64, max: f64) -> Result<(), String> {
         self.require(key, value, (min..=max).contains(&value), &format!("from {min} to {max}"))
     }
 
     fn require(&self, key: &str, value: f64, holds: bool, what: &str) -> Result<(), String> {
         if holds && value.is_finite() { Ok(()) } else { Err(format!("{}.{key}: must be {what}, is {value}", self.0)) }
+    }
+
+    /// A length that is more than 0.
+    fn length(&self, key: &str, value: f64) -> Result<(), String> {
+        self.require(key, value, value > 0.0 && value <= FARTHEST, &format!("more than 0 and at most {FARTHEST}"))
+    }
+
+    fn length_or_zero(&self, key: &str, value: f64) -> Result<(), String> {
+        self.within(key, value, 0.0, FARTHEST)
+    }
+
+    fn point(&self, key: &str, p: &[f64; 3]) -> Result<(), String> {
+        (0..3).try_for_each(|k| self.within(&format!("{key}[{k}]"), p[k], -FARTHEST, FARTHEST))
+    }
+
+    fn pose(&self, key: &str, pose: &PoseFile) -> Result<(), String> {
+        self.point(&format!("{key}.translation_mm"), &pose.translation_mm)?;
+        self.direction(&format!("{key}.rotation_axis"), &pose.rotation_axis)?;
+        self.within(&format!("{key}.rotation_deg"), pose.rotation_deg, -360.0, 360.0)
     }
 
     fn direction(&self, key: &str, v: &[f64; 3]) -> Result<(), String> {
@@ -87,50 +124,69 @@ impl Field {
 }
 
 fn check_setup(at: &Field, setup: &SetupFile) -> Result<(), String> {
-    at.positive("rapid_clearance_mm", setup.rapid_clearance_mm)?;
-    at.direction("work_from_part.rotation_axis", &setup.work_from_part.rotation_axis)?;
-    at.direction("table_from_work.rotation_axis", &setup.table_from_work.rotation_axis)?;
+    at.within("rapid_clearance_mm", setup.rapid_clearance_mm, SMALLEST_STEP, FARTHEST)?;
+    at.pose("work_from_part", &setup.work_from_part)?;
+    at.pose("table_from_work", &setup.table_from_work)?;
+    let offsets = &setup.work_offset;
+    for (letter, value) in &offsets.linear_mm {
+        at.within(&format!("work_offset.linear_mm.{letter}"), *value, -FARTHEST, FARTHEST)?;
+    }
+    for (letter, value) in &offsets.rotary_deg {
+        at.within(&format!("work_offset.rotary_deg.{letter}"), *value, -360.0, 360.0)?;
+    }
     if !setup.meshes.iter().any(|m| m.role == RoleFile::Drive) {
         return Err(format!("{}.meshes: one with role \"drive\" is needed", at.0));
     }
     for (k, mesh) in setup.meshes.iter().enumerate() {
         let key = format!("meshes[{k}].allowance_mm");
-        at.not_negative(&key, mesh.allowance_mm)?;
+        at.length_or_zero(&key, mesh.allowance_mm)?;
         let drive = setup.meshes.iter().find(|m| m.role == RoleFile::Drive);
         if mesh.role == RoleFile::Drive && drive.is_some_and(|d| d.allowance_mm != mesh.allowance_mm) {
             return Err(format!("{}.{key}: all drive surfaces of a setup must have the same", at.0));
         }
     }
-    match &setup.stock {
-        StockFile::Offset(s) => at.not_negative("stock.offset.allowance_mm", s.allowance_mm)?,
+    check_stock(at, &setup.stock)?;
+    match &setup.clearance {
+        ClearanceFile::Plane(p) => {
+            at.point("clearance.plane.origin_mm", &p.origin_mm)?;
+            at.direction("clearance.plane.normal", &p.normal)
+        }
+        ClearanceFile::Cylinder(c) => {
+            at.point("clearance.cylinder.origin_mm", &c.origin_mm)?;
+            at.direction("clearance.cylinder.axis", &c.axis)?;
+            at.length("clearance.cylinder.radius_mm", c.radius_mm)
+        }
+        ClearanceFile::Sphere(s) => {
+            at.point("clearance.sphere.center_mm", &s.center_mm)?;
+            at.length("clearance.sphere.radius_mm", s.radius_mm)
+        }
+    }
+}
+
+fn check_stock(at: &Field, stock: &StockFile) -> Result<(), String> {
+    match stock {
+        StockFile::Offset(s) => at.length_or_zero("stock.offset.allowance_mm", s.allowance_mm),
         StockFile::Box(s) => {
-            for k in 0..3 {
-                at.positive("stock.box.max_mm minus min_mm", s.max_mm[k] - s.min_mm[k])?;
-            }
+            at.point("stock.box.min_mm", &s.min_mm)?;
+            at.point("stock.box.max_mm", &s.max_mm)?;
+            (0..3).try_for_each(|k| at.positive("stock.box.max_mm minus min_mm", s.max_mm[k] - s.min_mm[k]))
         }
         StockFile::Cylinder(s) => {
+            at.point("stock.cylinder.base_mm", &s.base_mm)?;
             at.direction("stock.cylinder.axis", &s.axis)?;
-            at.positive("stock.cylinder.radius_mm", s.radius_mm)?;
-            at.positive("stock.cylinder.height_mm", s.height_mm)?;
+            at.length("stock.cylinder.radius_mm", s.radius_mm)?;
+            at.length("stock.cylinder.height_mm", s.height_mm)
         }
-        StockFile::Mesh(_) => {}
-    }
-    match &setup.clearance {
-        ClearanceFile::Plane(p) => at.direction("clearance.plane.normal", &p.normal),
-        ClearanceFile::Cylinder(c) => {
-            at.direction("clearance.cylinder.axis", &c.axis)?;
-            at.positive("clearance.cylinder.radius_mm", c.radius_mm)
-        }
-        ClearanceFile::Sphere(s) => at.positive("clearance.sphere.radius_mm", s.radius_mm),
+        StockFile::Mesh(_) => Ok(()),
     }
 }
 
 fn check_operation(at: &Field, o: &OperationFile) -> Result<(), String> {
     match &o.path {
-        PathFile::File(f) => at.not_negative("path.file.max_distance_mm", f.max_distance_mm)?,
+        PathFile::File(f) => at.length_or_zero("path.file.max_distance_mm", f.max_distance_mm)?,
         PathFile::Strategy(s) => {
-            at.not_negative("path.strategy.edge_margin_mm", s.edge_margin_mm)?;
-            at.not_negative("path.strategy.min_pass_length_mm", s.min_pass_length_mm)?;
+            at.length_or_zero("path.strategy.edge_margin_mm", s.edge_margin_mm)?;
+            at.length_or_zero("path.strategy.min_pass_length_mm", s.min_pass_length_mm)?;
             if s.linking == LinkingFile::Zigzag && o.direction != DirectionFile::Either {
                 return Err(format!(
                     "{}.path.strategy.linking: zigzag cuts climb and conventional by turns, so direction must be \"either\"",
@@ -144,29 +200,64 @@ fn check_operation(at: &Field, o: &OperationFile) -> Result<(), String> {
             ApproachFile::TangentialArc(arc) => ("tangential_arc", arc),
             ApproachFile::RollIn(arc) => ("roll_in", arc),
         };
-        at.positive(&format!("{key}.{name}.radius_mm"), arc.radius_mm)?;
+        at.within(&format!("{key}.{name}.radius_mm"), arc.radius_mm, SMALLEST_STEP, FARTHEST)?;
         at.within(&format!("{key}.{name}.angle_deg"), arc.angle_deg, 1.0, 90.0)?;
     }
     if let Some(p) = &o.pattern {
-        at.within("pattern.copies", f64::from(p.copies), 1.0, 1000.0)?;
-        at.within("pattern.index_angle_deg", p.index_angle_deg, -360.0, 360.0)?;
-        at.direction("pattern.axis", &p.axis)?;
+        check_pattern(at, p)?;
     }
     check_search(at, o)?;
     at.positive("feeds.cutting_mm_min", o.feeds.cutting_mm_min)?;
     at.positive("feeds.approach_mm_min", o.feeds.approach_mm_min)?;
-    at.positive("feeds.spindle_rpm", o.feeds.spindle_rpm)?;
-    let t = &o.tolerances;
-    at.not_negative("tolerances.mesh_chord_mm", t.mesh_chord_mm)?;
-    at.positive("tolerances.path_chord_mm", t.path_chord_mm)?;
-    at.positive("tolerances.max_step_mm", t.max_step_mm)?;
-    at.positive("tolerances.linearisation_mm", t.linearisation_mm)?;
-    at.positive("tolerances.gouge_mm", t.gouge_mm)?;
-    at.not_negative("tolerances.max_lift_mm", t.max_lift_mm)?;
-    at.positive("tolerances.cusp_mm", t.cusp_mm)?;
-    at.positive("tolerances.max_step_over_mm", t.max_step_over_mm)?;
+    at.within("feeds.spindle_rpm", o.feeds.spindle_rpm, 1.0, FASTEST_SPINDLE)?;
+    check_tolerances(at, &o.tolerances)?;
     if let InfeasibleFile::Trim(trim) = &o.infeasible {
         at.within("infeasible.trim.max_trimmed_fraction", trim.max_trimmed_fraction, 0.0, 1.0)?;
+    }
+    Ok(())
+}
+
+fn check_tolerances(at: &Field, t: &TolerancesFile) -> Result<(), String> {
+    at.length_or_zero("tolerances.mesh_chord_mm", t.mesh_chord_mm)?;
+    at.length("tolerances.path_chord_mm", t.path_chord_mm)?;
+    at.within("tolerances.max_step_mm", t.max_step_mm, SMALLEST_STEP, FARTHEST)?;
+    at.length("tolerances.linearisation_mm", t.linearisation_mm)?;
+    at.length("tolerances.gouge_mm", t.gouge_mm)?;
+    at.length_or_zero("tolerances.max_lift_mm", t.max_lift_mm)?;
+    at.length("tolerances.cusp_mm", t.cusp_mm)?;
+    at.within("tolerances.max_step_over_mm", t.max_step_over_mm, SMALLEST_STEP, FARTHEST)
+}
+
+/// Places of a pattern must be apart: a place that comes back to another one would be cut twice.
+fn check_pattern(at: &Field, p: &PatternFile) -> Result<(), String> {
+    at.within("pattern.copies", f64::from(p.copies), 1.0, 1000.0)?;
+    at.within("pattern.index_angle_deg", p.index_angle_deg, -360.0, 360.0)?;
+    at.point("pattern.origin_mm", &p.origin_mm)?;
+    at.direction("pattern.axis", &p.axis)?;
+    let turns = |k: u32| p.index_angle_deg * f64::from(k) / 360.0;
+    match (1..p.copies).find(|&k| (turns(k) - turns(k).round()).abs() < 1e-9) {
+        None => Ok(()),
+        Some(k) => Err(format!(
+            "{}.pattern: with an index angle of {} deg, place {} is the first one again; have at most {k} copies",
+            at.0,
+            p.index_angle_deg,
+            k + 1
+        )),
+    }
+}
+
+/// Feeds against what the control takes as F.
+///
+/// # Errors
+/// When a feed is beyond it.
+pub(crate) fn check_feeds(job: &JobFile, range: &FeedRange) -> Result<(), String> {
+    for (k, o) in job.operations.iter().enumerate() {
+        let at = Field::new("operations", k);
+        let feeds = [("cutting_mm_min", o.feeds.cutting_mm_min), ("approach_mm_min", o.feeds.approach_mm_min)];
+        for (key, feed) in feeds {
+            at.within(&format!("feeds.{key}"), feed, range.min, range.max)
+                .map_err(|e| format!("{e}; that is what the machine's control takes as F"))?;
+        }
     }
     Ok(())
 }
@@ -176,20 +267,19 @@ fn check_search(at: &Field, o: &OperationFile) -> Result<(), String> {
     let [from, to] = s.tilt_deg;
     at.within("search.tilt_deg[0]", from, 0.0, 89.0)?;
     at.within("search.tilt_deg[1]", to, from, 89.0)?;
-    for (k, rotate) in s.rotate_deg.into_iter().enumerate() {
-        at.within(&format!("search.rotate_deg[{k}]"), rotate, -180.0, 180.0)?;
-    }
     let [from, to] = s.rotate_deg;
-    if from * to < 0.0 || from.abs() > to.abs() {
-        return Err(format!(
-            "{}.search.rotate_deg: must run away from 0 on one side of it, is {:?}",
-            at.0, s.rotate_deg
-        ));
+    for (k, rotate) in s.rotate_deg.into_iter().enumerate() {
+        at.within(&format!("search.rotate_deg[{k}]"), rotate, 0.0, 180.0).map_err(|e| {
+            format!(
+                "{e}; it is how far the axis turns toward the uncut stock, and direction decides to which side that is"
+            )
+        })?;
     }
-    at.positive("search.weight", s.weight)?;
+    at.within("search.rotate_deg[1]", to, from, 180.0)?;
+    at.within("search.weight", s.weight, 1e-6, 1e6)?;
     at.within("search.u_step", s.u_step, 0.001, 1.0)?;
     at.within("search.u_tolerance", s.u_tolerance, 1e-6, 1.0)?;
-    at.positive("search.max_turn_deg_per_mm", s.max_turn_deg_per_mm)?;
+    at.within("search.max_turn_deg_per_mm", s.max_turn_deg_per_mm, 1e-9, 1e6)?;
     if let Some(cone) = &s.tool_axis_cone {
         at.direction("search.tool_axis_cone.axis", &cone.axis)?;
         at.within("search.tool_axis_cone.half_angle_deg", cone.half_angle_deg, 0.0, 180.0)?;
