@@ -18,11 +18,12 @@ pub struct ErrorBudget {
 impl ErrorBudget {
     /// Sum of all parts, mm.
     pub fn total(&self) -> f64 {
-        self.mesh_chord + self.above_mesh()
+        self.mesh_chord + self.control + self.simulated()
     }
 
-    /// The part of the budget that a check against the mesh itself may use up: all but `mesh_chord`, mm.
-    pub fn above_mesh(&self) -> f64 {
-        self.path_chord + self.linearisation + self.control + self.gouge_tolerance
+    /// What of the budget may be seen when the programmed motion itself is held against the mesh, mm: all but the mesh's own
+    /// error and the control's, neither of which is there then.
+    pub fn simulated(&self) -> f64 {
+        self.path_chord + self.linearisation + self.gouge_tolerance
     }
 }

@@ -1,6 +1,7 @@
 //! What `check` says of a setup.
 
 use crate::load::Setup;
+use crate::output::try_template;
 use crate::path::lay;
 use crate::program::word_map;
 use crate::{Failure, Job};
@@ -11,7 +12,8 @@ use crate::{Failure, Job};
 /// As planning would, as far as reading and laying go.
 pub fn describe_setup(job: &Job, index: usize) -> Result<Vec<String>, Failure> {
     let setup = Setup::read(job, index)?;
-    word_map(job, &setup, index)?;
+    let words = word_map(job, &setup, index)?;
+    try_template(job, &setup, &words)?;
     let mut lines = vec![format!("setup \"{}\"", setup.file.name)];
     for mesh in &setup.reports {
         let counts = mesh.repair.iter().filter(|(_, v)| v.as_u64().is_some_and(|n| n > 0));

@@ -1,7 +1,7 @@
 //! From planned operations to text, and the run of that text on the virtual machine.
 
 use facemill_cl_data::ClPoint;
-use facemill_nc_program::{AptCutter, AptMove, AptSpec, WordMap, read_program, write_apt, write_program};
+use facemill_nc_program::{AptCutter, AptMove, AptSpec, Block, WordMap, read_program, write_apt, write_program};
 use facemill_virtual_machine::{
     ObstacleKind, Verification, VerifyError, VerifySettings, VirtualObstacle, VirtualSetup, verify,
 };
@@ -14,14 +14,21 @@ use crate::operation::PlannedOperation;
 use crate::program::{BlockWriter, Timed, program_spec};
 use crate::{Failure, Stages};
 
-/// Timed blocks, NC text and APT text.
+/// What a program says of itself that was not run on the virtual machine.
+const NOT_VERIFIED: &str = "NOT VERIFIED";
+
+/// Timed blocks, NC text and APT text; `verify` says whether the text will be run on the virtual machine.
 pub(crate) fn write_texts(
     job: &Job,
     setup: &Setup<'_>,
     operations: &[PlannedOperation<'_>],
     words: &WordMap,
+    verify: bool,
 ) -> Result<(Timed, String, String), Failure> {
     let mut writer = BlockWriter::new(job, words);
+    if !verify {
+        writer.comment(NOT_VERIFIED.to_owned());
+    }
     for o in operations {
         writer.operation(o.operation, &o.moves)?;
     }
@@ -40,14 +47,33 @@ pub(crate) fn write_texts(
         },
         spindle: spec.spindle,
         coolant: spec.coolant,
-        moves: apt_moves(operations),
+        moves: apt_moves(operations, verify),
     };
     let apt = write_apt(&apt).map_err(|e| Failure::Internal(e.to_string()))?;
     Ok((timed, text, apt))
 }
 
-fn apt_moves(operations: &[PlannedOperation<'_>]) -> Vec<AptMove> {
+/// Tries the post's template on a program that only stands at home, so that a fault in it is told before anything is
+/// planned.
+///
+/// # Errors
+/// When no program can be written with it.
+pub(crate) fn try_template(job: &Job, setup: &Setup<'_>, words: &WordMap) -> Result<(), Failure> {
+    let Some((_, operation)) = job.operations_of(setup.file).next() else { return Ok(()) };
+    let home = job.machine.home();
+    let mut timed = BlockWriter::new(job, words).finish();
+    let at_home = words.words(home.as_slice()).map_err(|e| Failure::Internal(e.to_string()))?;
+    timed.program.blocks.push(Block::Rapid { words: at_home });
+    timed.first = Some(home);
+    let spec = program_spec(job, setup, operation, words, &mut timed)?;
+    write_program(&spec, &job.post).map(drop).map_err(|e| job.wrong(format!("post: {e}")))
+}
+
+fn apt_moves(operations: &[PlannedOperation<'_>], verify: bool) -> Vec<AptMove> {
     let mut moves = Vec::new();
+    if !verify {
+        moves.push(AptMove::Comment(NOT_VERIFIED.to_owned()));
+    }
     for o in operations {
         moves.push(AptMove::Comment(o.operation.name.clone()));
         let linear = |cl: ClPoint, feed: f64| AptMove::Linear { cl, feed };
@@ -85,7 +111,7 @@ pub(crate) fn verify_text(
             },
             allowance: o.allowance,
             stock: match o.role {
-                ObstacleRole::Part | ObstacleRole::Check => setup.stock_thickness,
+                ObstacleRole::Part | ObstacleRole::Check => setup.stock_thickness.max(o.allowance),
                 // Everything keeps off a fixture by its allowance.
                 ObstacleRole::Fixture | ObstacleRole::Stock => o.allowance,
             },
@@ -99,7 +125,7 @@ pub(crate) fn verify_text(
         tool: &job.tool,
         obstacles,
     };
-    let limit = operations.iter().map(|o| budget(job, o.operation).above_mesh()).fold(f64::INFINITY, f64::min);
+    let limit = operations.iter().map(|o| budget(job, o.operation).simulated()).fold(f64::INFINITY, f64::min);
     let settings = VerifySettings { gouge_limit: limit, ..VerifySettings::default() };
     let monitor = stages.start("verify program", program.blocks.len());
     verify(&program, &virtual_setup, &settings, &*monitor).map_err(|e| match e {

@@ -5,7 +5,7 @@ use std::time::Instant;
 use crate::cell::z_map;
 use crate::load::{Job, Setup};
 use crate::operation::{Ground, PlannedOperation};
-use crate::output::{verify_text, write_texts};
+use crate::output::{try_template, verify_text, write_texts};
 use crate::program::word_map;
 use crate::report::Report;
 use crate::reporting::report;
@@ -47,6 +47,7 @@ pub fn plan_setup(job: &Job, index: usize, settings: PlanSettings, stages: &dyn 
     let setup = Setup::read(job, index)?;
     let map = z_map(&setup)?;
     let words = word_map(job, &setup, index)?;
+    try_template(job, &setup, &words)?;
     clock.lap("read");
     let ground = Ground { job, setup: &setup, map: &map };
     let mut operations: Vec<PlannedOperation<'_>> = Vec::new();
@@ -57,7 +58,7 @@ pub fn plan_setup(job: &Job, index: usize, settings: PlanSettings, stages: &dyn 
         picture = picture.or(svg);
         operations.push(planned);
     }
-    let (timed, text, apt) = write_texts(job, &setup, &operations, &words)?;
+    let (timed, text, apt) = write_texts(job, &setup, &operations, &words, settings.verify)?;
     clock.lap("program");
     let verification =
         if settings.verify { Some(verify_text(job, &setup, &operations, &words, &text, stages)?) } else { None };

@@ -151,7 +151,8 @@ impl<'a> BlockWriter<'a> {
         self.timed
     }
 
-    fn comment(&mut self, text: String) {
+    /// Appends a comment.
+    pub(crate) fn comment(&mut self, text: String) {
         self.timed.program.blocks.push(Block::Comment(text));
     }
 

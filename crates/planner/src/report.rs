@@ -97,7 +97,7 @@ pub struct Worst {
     pub linearisation_exceeded: bool,
     /// Largest chip section across the feed.
     pub chip_area_mm2: Option<f64>,
-    /// Largest removal rate.
+    /// Largest removal rate at the speed that the tip reaches there.
     pub removal_rate_mm3_min: Option<f64>,
 }
 
@@ -118,7 +118,8 @@ pub struct BudgetReport {
     pub gouge_mm: f64,
     /// Their sum: the largest depth below the true surface that the program may reach.
     pub total_mm: f64,
-    /// What of it may appear against the mesh.
+    /// What of it the programmed motion may use up against the mesh: all but the mesh's own error and the control's. Deeper
+    /// is a finding.
     pub against_mesh_mm: f64,
 }
 
@@ -133,7 +134,7 @@ impl BudgetReport {
             control_mm: budget.control,
             gouge_mm: budget.gouge_tolerance,
             total_mm: budget.total(),
-            against_mesh_mm: budget.above_mesh(),
+            against_mesh_mm: budget.simulated(),
         }
     }
 }
@@ -196,4 +197,6 @@ pub struct PassReport {
     pub step_over_mm: Option<f64>,
     /// Mean and largest chip section across the feed.
     pub chip_area_mm2: Option<[f64; 2]>,
+    /// Smallest and largest speed of the tool tip at the written feeds; less than programmed where an axis cannot follow.
+    pub tip_feed_mm_min: Option<[f64; 2]>,
 }

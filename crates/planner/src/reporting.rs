@@ -9,6 +9,7 @@ use nalgebra::Point3;
 
 use crate::cell::budget;
 use crate::load::{Job, Setup};
+use crate::moves::{MoveKind, PieceMoves};
 use crate::operation::{Along, PlannedOperation};
 use crate::pieces::{Cut, LeftOut, Piece};
 use crate::program::Timed;
@@ -24,21 +25,23 @@ pub(crate) fn report(
 ) -> Report {
     let (mut totals, mut worst) = (Totals::default(), Worst::default());
     let mut passes = Vec::new();
+    let mut tip_feeds = timed.tip_feeds.iter().copied();
     for o in operations {
         totals.cc_points += o.cc_points;
         totals.dropped_pieces += o.dropped_pieces;
         totals.trims_too_much |= o.trims_too_much();
         worst.linearisation_mm = worst.linearisation_mm.max(o.moves.linearisation);
         worst.linearisation_exceeded |= o.moves.linearisation > o.operation.tolerances.linearisation_mm;
-        let removal = o.operation.feeds.cutting_mm_min;
         for (k, piece) in o.moves.pieces.iter().enumerate() {
-            let pass = pass_report(&o.operation.name, &piece.piece, o.along.get(k));
+            let along = o.along.get(k);
+            let feeds = feeds_at_cuts(piece, &mut tip_feeds);
+            let pass = pass_report(&o.operation.name, &piece.piece, along, &feeds);
             worst.lift_mm = worst.lift_mm.max(pass.lift_mm);
             worst.cusp_mm = larger(worst.cusp_mm, pass.cusp_mm);
             worst.step_over_mm = larger(worst.step_over_mm, pass.step_over_mm);
             let area = pass.chip_area_mm2.map(|[_, max]| max);
             worst.chip_area_mm2 = larger(worst.chip_area_mm2, area);
-            worst.removal_rate_mm3_min = larger(worst.removal_rate_mm3_min, area.map(|a| a * removal));
+            worst.removal_rate_mm3_min = larger(worst.removal_rate_mm3_min, removal_rate(along, &feeds));
             totals.passes += 1;
             totals.uncut_points += pass.uncut_points;
             totals.planned_points += pass.points;
@@ -85,7 +88,38 @@ fn larger(a: Option<f64>, b: Option<f64>) -> Option<f64> {
     }
 }
 
-fn pass_report(operation: &str, piece: &Piece, along: Option<&Vec<Along>>) -> PassReport {
+/// Speed of the tool tip where it arrives at each cut of a piece, mm/min; `None` at the first, which the entry reaches.
+///
+/// `tip_feeds` are those of all cutting moves that are left, in program order; those of this piece are taken from it.
+fn feeds_at_cuts(piece: &PieceMoves, tip_feeds: &mut impl Iterator<Item = f64>) -> Vec<Option<f64>> {
+    let cuts = &piece.piece.cuts;
+    let mut feeds = vec![None; cuts.len()];
+    let mut next = 1;
+    for m in piece.moves.iter().filter(|m| m.kind == MoveKind::Cut) {
+        let feed = tip_feeds.next();
+        if next < cuts.len() {
+            // Poses inserted before a cut belong to it: the slowest of them counts.
+            feeds[next] = smaller(feeds[next], feed);
+            next += usize::from(m.cl == cuts[next].pose.cl);
+        }
+    }
+    feeds
+}
+
+/// Largest product of chip section and speed of the tip along a piece, mm³/min.
+fn removal_rate(along: Option<&Vec<Along>>, feeds: &[Option<f64>]) -> Option<f64> {
+    let rates = along.into_iter().flatten().zip(feeds).filter_map(|(a, f)| Some(a.chip_area? * (*f)?));
+    rates.fold(None, |worst, rate| larger(worst, Some(rate)))
+}
+
+fn smaller(a: Option<f64>, b: Option<f64>) -> Option<f64> {
+    match (a, b) {
+        (Some(a), Some(b)) => Some(a.min(b)),
+        (a, b) => a.or(b),
+    }
+}
+
+fn pass_report(operation: &str, piece: &Piece, along: Option<&Vec<Along>>, feeds: &[Option<f64>]) -> PassReport {
     let range = |f: &dyn Fn(&Cut) -> f64| {
         piece.cuts.iter().map(f).fold([f64::INFINITY, f64::NEG_INFINITY], |[lo, hi], v| [lo.min(v), hi.max(v)])
     };
@@ -98,6 +132,8 @@ fn pass_report(operation: &str, piece: &Piece, along: Option<&Vec<Along>>) -> Pa
         Cusp::Uncut => None,
     };
     let areas: Vec<f64> = all.iter().filter_map(|a| a.chip_area).collect();
+    let slowest = feeds.iter().copied().fold(None, smaller);
+    let fastest = feeds.iter().copied().fold(None, larger);
     let mean = areas.iter().sum::<f64>() / areas.len().max(1) as f64;
     PassReport {
         operation: operation.to_owned(),
@@ -113,6 +149,7 @@ fn pass_report(operation: &str, piece: &Piece, along: Option<&Vec<Along>>) -> Pa
         uncut_points: all.iter().filter(|a| a.ridge.is_some_and(|r| r.cusp == Cusp::Uncut)).count(),
         step_over_mm: ridge_max(&|r| Some(r.step_over)),
         chip_area_mm2: (!areas.is_empty()).then(|| [mean, areas.iter().copied().fold(0.0, f64::max)]),
+        tip_feed_mm_min: slowest.zip(fastest).map(<[f64; 2]>::from),
     }
 }
 

@@ -7,6 +7,7 @@ pub fn summary(report: &Report) -> String {
     let t = &report.totals;
     let w = &report.worst;
     let or_none = |v: Option<f64>, unit: &str| v.map_or_else(|| "none".to_owned(), |v| format!("{v:.3} {unit}"));
+    let allowed = report.budgets.iter().map(|b| b.against_mesh_mm).fold(0.0, f64::max);
     let budget = report.budgets.iter().map(|b| b.total_mm).fold(0.0, f64::max);
     let mut lines = vec![
         format!("{} - {}", report.job, report.setup),
@@ -32,7 +33,7 @@ pub fn summary(report: &Report) -> String {
                 .unwrap_or_default()
         ));
         lines.push(format!(
-            "  largest gouge     {} in the written program, error budget {budget:.3} mm",
+            "  largest gouge     {} in the written program; allowed there {allowed:.3} mm, error budget {budget:.3} mm",
             or_none(w.gouge_mm, "mm")
         ));
     } else {
