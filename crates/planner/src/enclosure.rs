@@ -36,7 +36,7 @@ pub(crate) fn check_enclosure(
             return Err(format!(
                 "{at}.clearance: {} with what is on it reaches {:.3} mm beyond the clearance surface at {}; rapids would \
                  go through it, so move the surface out",
-                o.name,
+                o.name_at(&place),
                 height + skin,
                 text(&place)
             ));
@@ -108,7 +108,14 @@ mod tests {
         let corners = vec![Point3::new(10.0, 0.0, 0.0), Point3::new(0.0, 10.0, 0.0), Point3::new(0.0, 0.0, 10.0)];
         let mesh = TriMesh::new(corners, vec![[0, 1, 2]]).unwrap();
         let tree = MeshTree::new(&mesh);
-        vec![ObstacleMesh { name: "part".to_owned(), role: ObstacleRole::Part, mesh, tree, allowance: 0.0 }]
+        vec![ObstacleMesh {
+            name: "part".to_owned(),
+            role: ObstacleRole::Part,
+            mesh,
+            tree,
+            allowance: 0.0,
+            labels: vec!["part.stl".to_owned()],
+        }]
     }
 
     fn setup(stock: &str, clearance: &str) -> SetupFile {

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use facemill_cl_data::{Aabb, CcPoint, CuttingLaw};
-use facemill_interference::MeshTree;
+use facemill_cl_data::{Aabb, CcPoint, CuttingLaw, RoundBox, Solid};
+use facemill_interference::{Interference, MeshTree};
 use facemill_inverse_kinematics::{Carrier, Machine};
 use facemill_nc_program::{FeedMode, PostSettings, Template, WorkOffset};
 use facemill_surface_model::{
@@ -19,7 +19,7 @@ use crate::job_file::{
 };
 use crate::report::MeshReport;
 use crate::stock::{solid_mesh, stock_mesh};
-use crate::validate::{FARTHEST, belongs, check_feeds, validate};
+use crate::validate::{FARTHEST, belongs, check_feeds, check_rounding, validate};
 use crate::{Failure, files};
 
 /// A job with its tool, machine and post read.
@@ -61,6 +61,7 @@ impl Job {
             }
         };
         let post = file.post.settings(template).map_err(|e| Failure::input(path, format!("post.{e}")))?;
+        check_rounding(&file, &post.rounding_bound()).map_err(|e| Failure::input(path, e))?;
         if post.feed_mode() == FeedMode::Rtcp && machine.motion_law().cutting == CuttingLaw::AxesLinear {
             let message = "post.feed_mode: rtcp needs a machine whose motion.cutting is tip_and_rotaries_linear or \
                            tip_linear_vector_turned, because that is what the control then does; its is axes_linear";
@@ -97,6 +98,19 @@ pub(crate) struct ObstacleMesh {
     pub tree: MeshTree,
     /// Material that the cutter must leave on it, mm.
     pub allowance: f64,
+    /// File and group of each group of the mesh, where it is of the job's files.
+    pub labels: Vec<String>,
+}
+
+impl ObstacleMesh {
+    /// The obstacle's name with the file and group that are nearest to a place on it.
+    pub(crate) fn name_at(&self, place: &Point3<f64>) -> String {
+        let point = RoundBox { half_extents: Vector3::zeros(), rounding: 0.0 };
+        let at = Isometry3::from(Translation3::from(place.coords));
+        let nearest = self.tree.core_distance(&Solid::Box(point), &at, f64::INFINITY, None);
+        let label = nearest.and_then(|s| self.labels.get(self.mesh.group_of(s.triangle as usize)?));
+        label.map_or_else(|| self.name.clone(), |label| format!("{} ({label})", self.name))
+    }
 }
 
 /// What an obstacle means.
@@ -242,7 +256,7 @@ fn work_offset(register: &str) -> Option<WorkOffset> {
 }
 
 fn obstacle(role: ObstacleRole, allowance: f64, name: String, mesh: TriMesh) -> ObstacleMesh {
-    ObstacleMesh { name, role, tree: MeshTree::new(&mesh), mesh, allowance }
+    ObstacleMesh { name, role, tree: MeshTree::new(&mesh), mesh, allowance, labels: Vec::new() }
 }
 
 /// All files with a drive surface, joined, and the names of the groups that are it.
@@ -314,24 +328,30 @@ fn joined_obstacles(
     files: &MeshFiles<'_>,
     work_from_part: &Isometry3<f64>,
 ) -> Vec<ObstacleMesh> {
-    let mut joined: Vec<(ObstacleRole, f64, TriMesh)> = Vec::new();
+    let mut joined: Vec<(ObstacleRole, f64, TriMesh, Vec<String>)> = Vec::new();
     for s in selections {
         let mesh = only(&files.read[&s.file].mesh, &s.groups).transformed(work_from_part);
-        match joined.iter_mut().find(|(r, a, _)| *r == s.role && *a == s.allowance) {
-            Some((_, _, all)) => *all = std::mem::take(all).joined(&mesh),
-            None => joined.push((s.role, s.allowance, mesh)),
+        let of_group =
+            |g: &Group| if g.name.is_empty() { s.file.0.clone() } else { format!("{}: {}", s.file.0, g.name) };
+        let labels = mesh.groups().iter().map(of_group).collect();
+        match joined.iter_mut().find(|(r, a, ..)| *r == s.role && *a == s.allowance) {
+            Some((_, _, all, all_labels)) => {
+                *all = std::mem::take(all).joined(&mesh);
+                all_labels.extend(labels);
+            }
+            None => joined.push((s.role, s.allowance, mesh, labels)),
         }
     }
     joined
         .into_iter()
-        .map(|(role, allowance, mesh)| {
+        .map(|(role, allowance, mesh, labels)| {
             let name = match role {
                 ObstacleRole::Part => "part",
                 ObstacleRole::Check => "check surface",
                 ObstacleRole::Fixture => "fixture",
                 ObstacleRole::Stock => "stock",
             };
-            obstacle(role, allowance, name.to_owned(), mesh)
+            ObstacleMesh { labels, ..obstacle(role, allowance, name.to_owned(), mesh) }
         })
         .collect()
 }

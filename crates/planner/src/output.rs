@@ -128,8 +128,30 @@ pub(crate) fn verify_text(
     let limit = operations.iter().map(|o| budget(job, o.operation).simulated()).fold(f64::INFINITY, f64::min);
     let settings = VerifySettings { gouge_limit: limit, ..VerifySettings::default() };
     let monitor = stages.start("verify program", program.blocks.len());
-    verify(&program, &virtual_setup, &settings, &*monitor).map_err(|e| match e {
+    let mut verification = verify(&program, &virtual_setup, &settings, &*monitor).map_err(|e| match e {
         VerifyError::Cancelled(_) => Failure::Interrupted,
         other => Failure::Internal(other.to_string()),
-    })
+    })?;
+    name_obstacles(&mut verification, setup);
+    Ok(verification)
+}
+
+/// Says of every obstacle that is several files or groups which of them is meant.
+fn name_obstacles(verification: &mut Verification, setup: &Setup<'_>) {
+    let name = |name: &mut String, place: [f64; 3]| {
+        if let Some(o) = setup.obstacles.iter().find(|o| o.name == *name) {
+            *name = o.name_at(&place.into());
+        }
+    };
+    for finding in &mut verification.findings {
+        if let (Some(obstacle), Some(place)) = (&mut finding.obstacle, finding.place_work_mm) {
+            name(obstacle, place);
+        }
+    }
+    if let Some(g) = &mut verification.largest_gouge {
+        name(&mut g.obstacle, g.place_work_mm);
+    }
+    if let Some(c) = &mut verification.smallest_clearance {
+        name(&mut c.obstacle, c.place_work_mm);
+    }
 }

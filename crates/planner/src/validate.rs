@@ -1,6 +1,7 @@
 //! Checks of a job file's numbers that its types cannot express. Every message names the field and what it must be.
 
 use facemill_inverse_kinematics::FeedRange;
+use facemill_nc_program::RoundingBound;
 
 use crate::job_file::{
     ApproachFile, ClearanceFile, DirectionFile, InfeasibleFile, JOB_FORMAT, JobFile, LinkingFile, OperationFile,
@@ -73,6 +74,9 @@ const FASTEST_SPINDLE: f64 = 1e6;
 
 /// Smallest distances between points and between passes, mm: below, a program has more blocks than a control can read.
 const SMALLEST_STEP: f64 = 1e-3;
+
+/// Smallest tolerance, mm: a thousandth of what is written or measured.
+const SMALLEST_TOLERANCE: f64 = 1e-6;
 
 /// A place in the job file.
 struct Field(String);
@@ -219,12 +223,12 @@ fn check_operation(at: &Field, o: &OperationFile) -> Result<(), String> {
 
 fn check_tolerances(at: &Field, t: &TolerancesFile) -> Result<(), String> {
     at.length_or_zero("tolerances.mesh_chord_mm", t.mesh_chord_mm)?;
-    at.length("tolerances.path_chord_mm", t.path_chord_mm)?;
+    at.within("tolerances.path_chord_mm", t.path_chord_mm, SMALLEST_TOLERANCE, FARTHEST)?;
     at.within("tolerances.max_step_mm", t.max_step_mm, SMALLEST_STEP, FARTHEST)?;
-    at.length("tolerances.linearisation_mm", t.linearisation_mm)?;
-    at.length("tolerances.gouge_mm", t.gouge_mm)?;
+    at.within("tolerances.linearisation_mm", t.linearisation_mm, SMALLEST_TOLERANCE, FARTHEST)?;
+    at.within("tolerances.gouge_mm", t.gouge_mm, SMALLEST_TOLERANCE, FARTHEST)?;
     at.length_or_zero("tolerances.max_lift_mm", t.max_lift_mm)?;
-    at.length("tolerances.cusp_mm", t.cusp_mm)?;
+    at.within("tolerances.cusp_mm", t.cusp_mm, SMALLEST_TOLERANCE, FARTHEST)?;
     at.within("tolerances.max_step_over_mm", t.max_step_over_mm, SMALLEST_STEP, FARTHEST)
 }
 
@@ -260,6 +264,22 @@ pub(crate) fn check_feeds(job: &JobFile, range: &FeedRange) -> Result<(), String
         }
     }
     Ok(())
+}
+
+/// Linearisation against what the rounding of linear words uses up alone.
+///
+/// # Errors
+/// When nothing is left of it, so that no number of blocks would keep it.
+pub(crate) fn check_rounding(job: &JobFile, rounding: &RoundingBound) -> Result<(), String> {
+    let words = rounding.linear * 3f64.sqrt();
+    match job.operations.iter().position(|o| o.tolerances.linearisation_mm <= words) {
+        None => Ok(()),
+        Some(k) => Err(format!(
+            "operations[{k}].tolerances.linearisation_mm: is {}, but words with so few decimals alone may be {words:.6} mm \
+             off; give a larger one, or more post.decimals.linear",
+            job.operations[k].tolerances.linearisation_mm
+        )),
+    }
 }
 
 fn check_search(at: &Field, o: &OperationFile) -> Result<(), String> {
