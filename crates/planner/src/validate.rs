@@ -128,7 +128,7 @@ impl Field {
 }
 
 fn check_setup(at: &Field, setup: &SetupFile) -> Result<(), String> {
-    at.within("rapid_clearance_mm", setup.rapid_clearance_mm, SMALLEST_STEP, FARTHEST)?;
+    at.within("rapid_clearance_mm", setup.rapid_clearance_mm, SMALLEST_STEP, 1000.0)?;
     at.pose("work_from_part", &setup.work_from_part)?;
     at.pose("table_from_work", &setup.table_from_work)?;
     let offsets = &setup.work_offset;

@@ -162,7 +162,17 @@ fn check(field: impl Into<String>, value: f64, ok: bool, expected: &'static str)
     }
 }
 
+/// Largest length in a tool file, mm: no spindle carries a tool of ten metres, and a wrong unit is told from its tool.
+const LONGEST: f64 = 1e4;
+
+/// A length of at least 0 (more than 0 where `positive`) and at most [`LONGEST`].
+fn check_length(field: impl Into<String>, value: f64, positive: bool) -> Result<(), ToolFileError> {
+    let expected = if positive { "more than 0 and at most 10,000 mm" } else { "at least 0 and at most 10,000 mm" };
+    check(field, value, value <= LONGEST && (value > 0.0 || value == 0.0 && !positive), expected)
+}
+
 fn check_numbers(file: &ToolFile) -> Result<(), ToolFileError> {
+    check_length("radius_mm", file.radius_mm, true)?;
     let core = file.dead_core_radius_mm;
     check("dead_core_radius_mm", core, (0.0..file.radius_mm).contains(&core), "at least 0 and below radius_mm")?;
     let ramp = file.max_ramp_angle_deg;
@@ -172,6 +182,8 @@ fn check_numbers(file: &ToolFile) -> Result<(), ToolFileError> {
     }
     check("n_inserts", f64::from(file.n_inserts), file.n_inserts >= 1, "at least 1")?;
     let stick_out = file.stick_out_mm;
+    check_length("stick_out_mm", stick_out, true)?;
+    check_length("gauge_length_mm", file.gauge_length_mm, true)?;
     check("stick_out_mm", stick_out, stick_out >= file.flute_length_mm, "at least flute_length_mm")?;
     let gauge = file.gauge_length_mm;
     check("gauge_length_mm", gauge, gauge >= stick_out, "at least stick_out_mm")
@@ -179,12 +191,12 @@ fn check_numbers(file: &ToolFile) -> Result<(), ToolFileError> {
 
 fn check_stack(name: &'static str, stack: &Stack) -> Result<(), ToolFileError> {
     let clearance = stack.clearance_mm;
-    check(format!("{name}.clearance_mm"), clearance, clearance >= 0.0, "at least 0")?;
+    check_length(format!("{name}.clearance_mm"), clearance, false)?;
     for (k, s) in stack.sections.iter().enumerate() {
         let field = |key: &str| format!("{name}.sections[{k}].{key}");
-        check(field("length_mm"), s.length_mm, s.length_mm > 0.0, "a positive length")?;
-        check(field("diameter_low_mm"), s.diameter_low_mm, s.diameter_low_mm >= 0.0, "at least 0")?;
-        check(field("diameter_high_mm"), s.diameter_high_mm, s.diameter_high_mm >= 0.0, "at least 0")?;
+        check_length(field("length_mm"), s.length_mm, true)?;
+        check_length(field("diameter_low_mm"), s.diameter_low_mm, false)?;
+        check_length(field("diameter_high_mm"), s.diameter_high_mm, false)?;
     }
     Ok(())
 }
@@ -275,6 +287,8 @@ mod tests {
             ("\"gauge_length_mm\": 183", "\"gauge_length_mm\": 60", "gauge_length_mm"),
             ("\"clearance_mm\": 2", "\"clearance_mm\": -2", "holder.clearance_mm"),
             ("\"length_mm\": 100", "\"length_mm\": 0", "holder.sections[1].length_mm"),
+            ("\"length_mm\": 100", "\"length_mm\": 1e5", "holder.sections[1].length_mm"),
+            ("\"radius_mm\": 80", "\"radius_mm\": 80000", "radius_mm"),
             ("\"diameter_low_mm\": 158", "\"diameter_low_mm\": -158", "body.sections[0].diameter_low_mm"),
             ("\"cloc", "\"clock", "spindle_rotation"),
             ("facemill-tool/1", "facemill-tool/2", "format"),
