@@ -42,7 +42,9 @@ pub(crate) fn workcell<'a>(
                 name: o.name.clone(),
                 mesh: &o.tree,
                 gouge_allowance: match o.role {
-                    ObstacleRole::Part | ObstacleRole::Check | ObstacleRole::Fixture => Some(o.allowance),
+                    ObstacleRole::Part | ObstacleRole::Check | ObstacleRole::Fixture | ObstacleRole::Table => {
+                        Some(o.allowance)
+                    }
                     ObstacleRole::Stock => None,
                 },
                 collision_allowance: if cut { setup.stock_thickness.max(o.allowance) } else { o.allowance },

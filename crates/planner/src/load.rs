@@ -120,8 +120,10 @@ pub(crate) enum ObstacleRole {
     Part,
     /// Check surfaces.
     Check,
-    /// Fixtures and the machine's table.
+    /// Fixtures.
     Fixture,
+    /// Bodies of the machine's table; the virtual machine takes them from the machine.
+    Table,
     /// The stock, where it is a solid of its own.
     Stock,
 }
@@ -298,7 +300,7 @@ fn table_bodies(machine: &Machine, table_from_work: &Isometry3<f64>) -> Vec<Obst
         })
         .map(|(at, _)| {
             let mesh = solid_mesh(&at.body.body.solid, &(work_from_table * at.table_from_solid));
-            obstacle(ObstacleRole::Fixture, at.body.clearance, at.body.name().to_owned(), mesh)
+            obstacle(ObstacleRole::Table, at.body.clearance, at.body.name().to_owned(), mesh)
         })
         .collect()
 }
@@ -348,7 +350,7 @@ fn joined_obstacles(
             let name = match role {
                 ObstacleRole::Part => "part",
                 ObstacleRole::Check => "check surface",
-                ObstacleRole::Fixture => "fixture",
+                ObstacleRole::Fixture | ObstacleRole::Table => "fixture",
                 ObstacleRole::Stock => "stock",
             };
             ObstacleMesh { labels, ..obstacle(role, allowance, name.to_owned(), mesh) }

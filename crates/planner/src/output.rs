@@ -100,20 +100,21 @@ pub(crate) fn verify_text(
     let obstacles = setup
         .obstacles
         .iter()
+        .filter(|o| o.role != ObstacleRole::Table)
         .map(|o| VirtualObstacle {
             name: o.name.clone(),
             mesh: &o.tree,
             kind: match o.role {
                 ObstacleRole::Part => ObstacleKind::Part,
                 ObstacleRole::Check => ObstacleKind::Check,
-                ObstacleRole::Fixture => ObstacleKind::Fixture,
+                ObstacleRole::Fixture | ObstacleRole::Table => ObstacleKind::Fixture,
                 ObstacleRole::Stock => ObstacleKind::Stock,
             },
             allowance: o.allowance,
             stock: match o.role {
                 ObstacleRole::Part | ObstacleRole::Check => setup.stock_thickness.max(o.allowance),
                 // Everything keeps off a fixture by its allowance.
-                ObstacleRole::Fixture | ObstacleRole::Stock => o.allowance,
+                ObstacleRole::Fixture | ObstacleRole::Table | ObstacleRole::Stock => o.allowance,
             },
         })
         .collect();

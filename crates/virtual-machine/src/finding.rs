@@ -11,7 +11,8 @@ pub struct Verification {
     /// Deepest place of the cutter below the allowance of a part, check surface or fixture in a cutting move, also where
     /// it is within the limit; `None` where it was nowhere below.
     pub largest_gouge: Option<GougePlace>,
-    /// Nearest that a non-cutting body came to a part, check surface or fixture, over all tested positions.
+    /// Nearest that a non-cutting body came to a part, check surface or fixture, or to a body of the machine that stands
+    /// still against the workpiece, over all tested positions.
     pub smallest_clearance: Option<ClearancePlace>,
     /// Number of tested positions.
     pub n_positions: usize,
@@ -126,11 +127,13 @@ pub struct AxisReading {
 pub enum FindingKind {
     /// The cutter below an obstacle's allowance in a cutting move.
     Gouge,
-    /// A body of the machine's head within its clearance of an obstacle or the stock on it.
+    /// A body of the machine within its clearance of an obstacle or the stock on it, or of another body of the machine;
+    /// the cutter within that of a body of the machine.
     Collision,
-    /// A non-cutting body of the tool assembly within its clearance of an obstacle or the stock on it.
+    /// A non-cutting body of the tool assembly within its clearance of an obstacle, the stock on it, or a body of the
+    /// machine.
     HolderCollision,
-    /// The cutter in an obstacle, or in the stock on it, in a rapid.
+    /// The cutter in an obstacle, or in the stock on it, or within the clearance of a body of the machine, in a rapid.
     RapidCollision,
     /// A non-cutting body near its clearance, inside or outside.
     NearMiss,

@@ -67,6 +67,7 @@ mod report;
 mod rtcp;
 mod scene;
 mod setup;
+mod solid_mesh;
 mod stepping;
 mod timing;
 mod track;

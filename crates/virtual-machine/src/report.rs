@@ -2,7 +2,7 @@ use facemill_inverse_kinematics::AxisValues;
 use facemill_nc_program::{ReadBlock, ReadProgram};
 
 use crate::{
-    AxisReading, ClearancePlace, Finding, FindingKind, GougePlace, Pose, Verification,
+    AxisReading, ClearancePlace, Finding, GougePlace, Pose, Verification,
     chunk_result::{ChunkResult, Clearance, Gouge, nearest},
     episodes::{Contact, Episode, Episodes},
     moves::{Move, TextFault},
@@ -70,10 +70,10 @@ impl Report<'_> {
     fn finding(&self, e: &Episode) -> Finding {
         let Contact { key, measure, place, ref axes, cl } = e.worst;
         let worst = self.block(e.worst_move);
-        let cutter = matches!(key.kind, FindingKind::Gouge | FindingKind::RapidCollision | FindingKind::RampTooSteep);
         let body = match key.body {
             Some(k) => Some(self.scene.bodies[k].name.clone()),
-            None => cutter.then(|| "cutter".to_owned()),
+            // What meets an obstacle and is no other body is the cutter.
+            None => key.obstacle.map(|_| "cutter".to_owned()),
         };
         Finding {
             kind: key.kind,
@@ -129,7 +129,7 @@ impl Report<'_> {
     }
 
     fn obstacle(&self, index: usize) -> String {
-        self.scene.setup.obstacles[index].name.clone()
+        self.scene.obstacles[index].name.clone()
     }
 
     fn block(&self, move_index: usize) -> &ReadBlock {

@@ -1,9 +1,11 @@
 use facemill_cl_data::Solid;
-use facemill_inverse_kinematics::Carrier;
+use facemill_interference::{Interference, MeshTree};
+use facemill_inverse_kinematics::{AxisValues, Carrier, Machine};
 use nalgebra::Isometry3;
 
 use crate::{
-    FindingKind, ObstacleKind, VerifySettings, VirtualObstacle, VirtualSetup, cutter_depth::CutterDepth, track::Shape,
+    FindingKind, ObstacleKind, VerifyError, VerifySettings, VirtualObstacle, VirtualSetup, cutter_depth::CutterDepth,
+    solid_mesh::solid_mesh, track::Shape,
 };
 
 /// The setup with what does not change from position to position worked out.
@@ -13,8 +15,10 @@ pub(crate) struct Scene<'a> {
     pub(crate) work_from_table: Isometry3<f64>,
     pub(crate) tool_length: f64,
     pub(crate) cutter: CutterDepth,
-    /// Non-cutting bodies: of the tool assembly, then of the machine's head.
+    /// Non-cutting bodies: of the tool assembly, then of the machine.
     pub(crate) bodies: Vec<SceneBody>,
+    /// The meshes of the setup, then the bodies of the machine's bed and table.
+    pub(crate) obstacles: Vec<SceneObstacle<'a>>,
 }
 
 /// A non-cutting body.
@@ -27,6 +31,8 @@ pub(crate) struct SceneBody {
     /// Distance it is to keep, mm.
     pub(crate) clearance: f64,
     pub(crate) mount: Mount,
+    /// Whether it is tested against each obstacle.
+    pub(crate) meets: Vec<bool>,
 }
 
 /// What a body moves with.
@@ -38,42 +44,238 @@ pub(crate) enum Mount {
     Machine(usize),
 }
 
+/// What tool and bodies may meet.
+pub(crate) struct SceneObstacle<'a> {
+    pub(crate) name: String,
+    pub(crate) frame: Frame,
+    /// Material that the cutter has to leave on it, mm; the clearance of a body of the machine.
+    pub(crate) allowance: f64,
+    /// Distance that everything else and the cutter in rapid keep from its mesh at least, mm.
+    pub(crate) stock: f64,
+    pub(crate) role: Role,
+    /// Whether the cutter moves against it.
+    pub(crate) meets_cutter: bool,
+    /// Whether distances from it count as clearance of the program.
+    pub(crate) counts: bool,
+    /// Index among the machine's bodies, where it is one.
+    body: Option<usize>,
+    mesh: SceneMesh<'a>,
+}
+
+/// Frame of an obstacle's mesh.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Frame {
+    /// The workpiece frame.
+    Work,
+    /// That of the machine's body of this index.
+    Machine(usize),
+}
+
+/// What may be done to an obstacle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Role {
+    /// As the setup says.
+    Work(ObstacleKind),
+    /// A body of the machine's bed or table: not to be touched by anything.
+    Machine,
+}
+
+enum SceneMesh<'a> {
+    Borrowed(&'a dyn Interference),
+    Own(MeshTree),
+}
+
+/// What the cutter keeps of an obstacle in a move.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct CutterLimit {
+    /// Thickness of what the cutter may not enter, mm.
+    pub(crate) thickness: f64,
+    /// Depth in it from which on it is a finding, mm.
+    pub(crate) depth: f64,
+    /// What finding.
+    pub(crate) kind: FindingKind,
+}
+
 impl<'a> Scene<'a> {
-    pub(crate) fn new(setup: &'a VirtualSetup<'a>, settings: &'a VerifySettings) -> Self {
+    pub(crate) fn new(setup: &'a VirtualSetup<'a>, settings: &'a VerifySettings) -> Result<Self, VerifyError> {
+        let work_from_table = setup.table_from_work.inverse();
+        let links = Links::new(setup.machine);
+        let machine = setup.machine.bodies().iter().enumerate();
+        let mut obstacles: Vec<_> = setup.obstacles.iter().map(SceneObstacle::of_mesh).collect();
+        let stays = machine.clone().filter(|(_, b)| b.carrier() != Some(Carrier::Head));
+        for (k, _) in stays {
+            obstacles.push(SceneObstacle::of_body(setup.machine, k, &links, &work_from_table)?);
+        }
         let tool = setup.tool.collision_bodies().into_iter().map(|b| {
             // Sections of a tool are sharp frusta: all their rounding is clearance.
             let clearance = b.solid.rounding();
             let mount = Mount::Tool(b.frame_from_solid);
             SceneBody::new(b.name, FindingKind::HolderCollision, &b.solid, clearance, mount)
         });
-        let head = setup.machine.bodies().iter().enumerate();
-        let head = head.filter(|(_, b)| b.carrier() == Some(Carrier::Head)).map(|(k, b)| {
+        let moving = machine.filter(|(k, _)| links.between(Link::Work, Link::Body(*k)) > 0).map(|(k, b)| {
             let name = b.name().to_owned();
             SceneBody::new(name, FindingKind::Collision, &b.body.solid, b.clearance, Mount::Machine(k))
         });
-        Self {
+        let mut bodies: Vec<_> = tool.chain(moving).collect();
+        for body in &mut bodies {
+            body.meets = obstacles.iter().map(|o| may_meet(setup.machine, &links, body.mount, o)).collect();
+        }
+        Ok(Self {
             setup,
             settings,
-            work_from_table: setup.table_from_work.inverse(),
+            work_from_table,
             tool_length: setup.tool.gauge_length(),
             cutter: CutterDepth::new(setup.tool.cutter()),
-            bodies: tool.chain(head).collect(),
+            bodies,
+            obstacles,
+        })
+    }
+
+    /// What the cutter keeps of an obstacle; `None` where it may enter.
+    pub(crate) fn cutter_limit(&self, obstacle: &SceneObstacle<'_>, is_rapid: bool) -> Option<CutterLimit> {
+        let depth = self.settings.gouge_limit;
+        match (is_rapid, obstacle.role) {
+            (_, Role::Machine) => {
+                let kind = if is_rapid { FindingKind::RapidCollision } else { FindingKind::Collision };
+                let thickness = obstacle.allowance;
+                Some(CutterLimit { thickness, depth: self.settings.clearance_slack.min(thickness), kind })
+            }
+            (true, Role::Work(_)) => {
+                let thickness = obstacle.stock.max(obstacle.allowance);
+                Some(CutterLimit { thickness, depth, kind: FindingKind::RapidCollision })
+            }
+            (false, Role::Work(ObstacleKind::Stock)) => None,
+            (false, Role::Work(_)) => {
+                Some(CutterLimit { thickness: obstacle.allowance, depth, kind: FindingKind::Gouge })
+            }
         }
     }
 
-    /// Thickness of what the cutter may not enter, mm, and the finding when it does; `None` where it may.
-    pub(crate) fn cutter_limit(&self, obstacle: &VirtualObstacle<'_>, is_rapid: bool) -> Option<(f64, FindingKind)> {
-        match (is_rapid, obstacle.kind) {
-            (true, _) => Some((obstacle.stock.max(obstacle.allowance), FindingKind::RapidCollision)),
-            (false, ObstacleKind::Stock) => None,
-            (false, _) => Some((obstacle.allowance, FindingKind::Gouge)),
+    /// Distance from an obstacle's mesh at which a body is a collision, mm: all of the stock, but a little less than the
+    /// clearance.
+    pub(crate) fn hit_distance(&self, body: &SceneBody, obstacle: &SceneObstacle<'_>) -> f64 {
+        let slack = self.settings.clearance_slack;
+        match obstacle.role {
+            Role::Machine => (body.clearance + obstacle.stock - slack).max(0.0),
+            Role::Work(_) => obstacle.stock + (body.clearance - slack).max(0.0),
         }
+    }
+}
+
+/// Whether a body is tested against an obstacle.
+///
+/// Bodies of the machine are tested against what stands on the table where they move against it, and those of the head
+/// against those of bed and table. Two bodies of the machine that one joint joins lie within each other by construction
+/// (a ram in its guide, a table in its cradle), and those without a joint between them never move against each other:
+/// both are left out.
+fn may_meet(machine: &Machine, links: &Links, mount: Mount, obstacle: &SceneObstacle<'_>) -> bool {
+    match (mount, obstacle.body) {
+        (_, None) => true,
+        (Mount::Tool(_), Some(k)) => links.between(Link::Tool, Link::Body(k)) > 0,
+        (Mount::Machine(i), Some(k)) => {
+            machine.bodies()[i].carrier() == Some(Carrier::Head) && links.between(Link::Body(i), Link::Body(k)) > 1
+        }
+    }
+}
+
+/// How many joints lie between the parts of the machine.
+struct Links {
+    /// Per axis, whether it moves the tool and then each body against the table.
+    moved: Vec<Vec<bool>>,
+}
+
+#[derive(Clone, Copy)]
+enum Link {
+    Work,
+    Tool,
+    Body(usize),
+}
+
+impl Links {
+    fn new(machine: &Machine) -> Self {
+        let poses = |q: &AxisValues| -> Vec<Isometry3<f64>> {
+            let bodies = machine.body_poses(q).map(|b| b.table_from_solid);
+            std::iter::once(machine.forward(q, 0.0)).chain(bodies).collect()
+        };
+        let home = machine.home();
+        let at_home = poses(&home);
+        let moved = (0..home.len()).map(|k| {
+            let mut q = home;
+            // By a mm or a rad every joint moves what is behind it by far more than rounding.
+            q[k] += 1.0;
+            let differs =
+                |(a, b): (&Isometry3<f64>, &Isometry3<f64>)| (a.to_homogeneous() - b.to_homogeneous()).norm() > 1e-6;
+            at_home.iter().zip(&poses(&q)).map(differs).collect()
+        });
+        Self { moved: moved.collect() }
+    }
+
+    /// Joints between two parts: those that move one of the two against the table and not the other, because the parts
+    /// stand one behind the other in one chain from the table to the tool.
+    fn between(&self, a: Link, b: Link) -> usize {
+        let moves = |axis: &[bool], link: Link| match link {
+            Link::Work => false,
+            Link::Tool => axis[0],
+            Link::Body(k) => axis[1 + k],
+        };
+        self.moved.iter().filter(|axis| moves(axis, a) != moves(axis, b)).count()
     }
 }
 
 impl SceneBody {
     fn new(name: String, kind: FindingKind, solid: &Solid, clearance: f64, mount: Mount) -> Self {
         let rounding = (solid.rounding() - clearance).max(0.0);
-        Self { name, kind, shape: Shape::core_of(solid), rounding, clearance, mount }
+        Self { name, kind, shape: Shape::core_of(solid), rounding, clearance, mount, meets: Vec::new() }
+    }
+}
+
+impl<'a> SceneObstacle<'a> {
+    fn of_mesh(o: &VirtualObstacle<'a>) -> Self {
+        Self {
+            name: o.name.clone(),
+            frame: Frame::Work,
+            allowance: o.allowance,
+            stock: o.stock,
+            role: Role::Work(o.kind),
+            meets_cutter: true,
+            // The raw stock is gone where the cutter has been: only of the others is the distance worth telling.
+            counts: o.kind != ObstacleKind::Stock,
+            body: None,
+            mesh: SceneMesh::Borrowed(o.mesh),
+        }
+    }
+
+    fn of_body(
+        machine: &Machine,
+        index: usize,
+        links: &Links,
+        work_from_table: &Isometry3<f64>,
+    ) -> Result<Self, VerifyError> {
+        let body = &machine.bodies()[index];
+        let mut mesh = solid_mesh(&body.body.solid)
+            .map_err(|e| VerifyError::Body { body: body.name().to_owned(), problem: e.to_string() })?;
+        let stands_still = links.between(Link::Work, Link::Body(index)) == 0;
+        let home = machine.home();
+        if let Some(pose) = machine.body_poses(&home).nth(index).filter(|_| stands_still) {
+            mesh = mesh.transformed(&(work_from_table * pose.table_from_solid));
+        }
+        Ok(Self {
+            name: body.name().to_owned(),
+            frame: if stands_still { Frame::Work } else { Frame::Machine(index) },
+            allowance: body.clearance,
+            stock: body.clearance,
+            role: Role::Machine,
+            meets_cutter: links.between(Link::Tool, Link::Body(index)) > 0,
+            counts: stands_still,
+            body: Some(index),
+            mesh: SceneMesh::Own(MeshTree::new(&mesh)),
+        })
+    }
+
+    pub(crate) fn mesh(&self) -> &dyn Interference {
+        match &self.mesh {
+            SceneMesh::Borrowed(mesh) => *mesh,
+            SceneMesh::Own(mesh) => mesh,
+        }
     }
 }

@@ -19,11 +19,11 @@ pub struct VirtualSetup<'a> {
     pub table_from_rtcp_words: Isometry3<f64>,
     /// The tool in the spindle.
     pub tool: &'a ToolAssembly,
-    /// What the tool and the machine's head may meet.
+    /// What stands on the table. Bodies of the machine are none of them: they are taken from the machine, all of them.
     pub obstacles: Vec<VirtualObstacle<'a>>,
 }
 
-/// Something in the machine's room, as a mesh in the workpiece frame.
+/// Something that stands on the machine's table, as a mesh in the workpiece frame.
 #[derive(Clone)]
 pub struct VirtualObstacle<'a> {
     /// What findings call it.
@@ -101,6 +101,14 @@ pub enum VerifyError {
         words: String,
         /// Axes of the machine.
         machine: String,
+    },
+    /// A body of the machine has no mesh.
+    #[error("the body `{body}` of the machine: {problem}")]
+    Body {
+        /// Its name.
+        body: String,
+        /// What is wrong.
+        problem: String,
     },
     /// A length of an obstacle is out of its range.
     #[error("{field} of obstacle `{obstacle}` is {value} mm: it must be a finite length of at least 0")]

@@ -94,7 +94,8 @@ const MAX_SPLITS: u32 = 20;
 const MAX_TURN: f64 = 0.25;
 
 /// Positions of the motion from `start` to `end` under `law` such that neither tip nor rim move farther, nor the tool axis
-/// turns farther, than `spacing` allows from one position to the next, relative to the table (and so to the workpiece).
+/// turns farther, than `spacing` allows from one position to the next, relative to the table (and so to the workpiece);
+/// nor all rotary axes together more than ten times as far.
 ///
 /// The motion is cut into parts with a bound on the speed in each, in longest steps per time; the positions lie evenly on
 /// the sum of the steps, so that from one to the next it is at most one.
@@ -127,6 +128,11 @@ fn stops<'a>(machine: &'a Machine, [start, end]: [&'a AxisValues; 2]) -> impl It
     (0..start.len()).map(stop).filter(|t| *t > 0.0 && *t < 1.0)
 }
 
+/// Largest turn of all rotary axes together between two positions, in largest turns of the tool axis. A table that turns
+/// about the tool moves neither tip nor tool axis, but clamps and cheeks past the head. Larger steps over them, smaller
+/// costs positions at the pole.
+const TURNS_OF_ROTARIES: f64 = 10.0;
+
 struct Walk<'a> {
     machine: &'a Machine,
     motion: &'a Motion<'a>,
@@ -151,7 +157,9 @@ impl Walk<'_> {
             return;
         }
         let b = bound.unwrap_or_else(|| Bound { tip: 0.0, turn: ways(self.machine, &start, &end)[1], slack: 0.0 });
-        let steps = ((b.tip + self.spacing.reach * b.turn) / self.spacing.max_step).max(b.turn / self.spacing.max_turn);
+        let rotaries = ways(self.machine, &start, &end)[1] / TURNS_OF_ROTARIES;
+        let turn = b.turn.max(rotaries);
+        let steps = ((b.tip + self.spacing.reach * b.turn) / self.spacing.max_step).max(turn / self.spacing.max_turn);
         parts.push(Part { from, to, steps });
     }
 
@@ -308,6 +316,18 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn a_table_that_turns_about_the_tool_is_followed() {
+        let machine = Machine::head_b_table_c().unwrap();
+        let start = AxisValues::from([0.0, 0.0, 300.0, 0.0, 0.0]);
+        let mut end = start;
+        end[4] = 1.0;
+        let law = BlockLaw::Rapid(RapidLaw::Linear);
+        let (step, turn, _, n) = measure(&machine, law, [&start, &end]);
+        assert!(step < 1e-9 && turn < 1e-9, "neither tip nor axis moves");
+        assert!(n as f64 >= 1.0 / (TURNS_OF_ROTARIES * SPACING.max_turn), "{n} positions");
     }
 
     #[test]

@@ -26,11 +26,15 @@ const MOVES_PER_SAMPLE: usize = 16;
 /// the tool axis relative to the workpiece; bodies farther from the tip move more). At every position
 /// - the depth of the cutter in each obstacle is measured from the distance between the cutter's core and the mesh: below
 ///   the allowance in cutting moves, in the stock in rapids;
-/// - the distance of each non-cutting body of tool and head from each obstacle is compared with its clearance;
+/// - the distance of each non-cutting body of tool and machine from each obstacle is compared with the clearances, and so
+///   is that of the tool with its cutter and of the head's bodies from each body of the machine's bed and table;
 /// - axis limits are checked; over every block the speed of each axis, over every step in stock the ramp angle.
 ///
+/// Of two bodies of the machine those that never move against each other are left out, and those that one joint joins
+/// directly: a ram in its guide, a table in its cradle lie within each other by construction.
+///
 /// Between the positions nothing is claimed. Stock is only known as a thickness on a mesh, or as it was before cutting.
-/// Bodies of the table and the machine's bed are not tested. Control tolerance is not added: it is part of the error
+/// Control tolerance is not added: it is part of the error
 /// budget. A ramp is steep when all of the bottom goes down more steeply than the tool may while the cutter is in stock.
 ///
 /// `monitor` is told of every block of the program once. The result does not depend on the number of threads.
@@ -45,7 +49,7 @@ pub fn verify(
 ) -> Result<Verification, VerifyError> {
     setup::check(setup, settings)?;
     let resolved = resolve(program, setup);
-    let scene = Scene::new(setup, settings);
+    let scene = Scene::new(setup, settings)?;
     let chunks: Vec<(usize, &[Move])> = resolved.moves.chunks(MOVES_PER_CHUNK).enumerate().collect();
     let sampled: Result<Vec<ChunkResult>, Cancelled> = chunks
         .par_iter()

@@ -1,5 +1,4 @@
 use facemill_cl_data::{Cancelled, ClPoint, Monitor};
-use facemill_interference::Interference;
 use facemill_inverse_kinematics::{AxisKind, AxisValues, Motion};
 use nalgebra::{Isometry3, Point3, Unit, Vector3};
 
@@ -10,7 +9,7 @@ use crate::{
     episodes::{Contact, Key},
     moves::Move,
     ramp::Descent,
-    scene::{Mount, Scene},
+    scene::{Frame, Mount, Role, Scene},
     stepping::{Spacing, positions},
     timing::{duration, spike},
     track::{Placement, Track},
@@ -22,6 +21,8 @@ pub(crate) struct Walker<'a> {
     cutter: Vec<CutterTrack>,
     /// Per body, then obstacle.
     bodies: Vec<Track>,
+    /// Where the machine's bodies are, workpiece frame; kept for its memory.
+    machine_poses: Vec<Isometry3<f64>>,
     pub(crate) result: ChunkResult,
 }
 
@@ -49,11 +50,12 @@ const LIMIT_ROUNDING: f64 = 1e-3;
 impl<'a> Walker<'a> {
     /// `nearest` is a place of the program where a body is near: only nearer ones are looked for.
     pub(crate) fn new(scene: &'a Scene<'a>, nearest: Option<Clearance>) -> Self {
-        let n_obstacles = scene.setup.obstacles.len();
+        let n_obstacles = scene.obstacles.len();
         Self {
             scene,
             cutter: vec![CutterTrack::default(); n_obstacles],
             bodies: vec![Track::default(); n_obstacles * scene.bodies.len()],
+            machine_poses: Vec::with_capacity(scene.setup.machine.bodies().len()),
             result: ChunkResult { clearance: nearest, ..ChunkResult::default() },
         }
     }
@@ -93,6 +95,7 @@ impl<'a> Walker<'a> {
     /// Tests the bodies alone, at the end of a move alone.
     pub(crate) fn look(&mut self, index: usize, m: &Move) {
         let end = self.position(index, m, m.end);
+        self.place_machine(&end);
         self.test_bodies(&end);
     }
 
@@ -137,11 +140,33 @@ impl<'a> Walker<'a> {
     fn test(&mut self, here: &Position<'_>) {
         self.result.n_positions += 1;
         self.test_limits(here);
-        let cutter = self.scene.cutter.placed(&here.work_from_tool);
-        for obstacle in 0..self.cutter.len() {
-            self.test_cutter(here, &cutter, obstacle);
+        self.place_machine(here);
+        let in_work = self.scene.cutter.placed(&here.work_from_tool);
+        for (k, obstacle) in self.scene.obstacles.iter().enumerate().filter(|(_, o)| o.meets_cutter) {
+            match obstacle.frame {
+                Frame::Work => self.test_cutter(here, &in_work, k),
+                Frame::Machine(body) => {
+                    let solid_from_tool = self.machine_poses[body].inv_mul(&here.work_from_tool);
+                    self.test_cutter(here, &self.scene.cutter.placed(&solid_from_tool), k);
+                }
+            }
         }
         self.test_bodies(here);
+    }
+
+    fn place_machine(&mut self, here: &Position<'_>) {
+        let Scene { setup, work_from_table, .. } = *self.scene;
+        self.machine_poses.clear();
+        let poses = setup.machine.body_poses(&here.axes);
+        self.machine_poses.extend(poses.map(|p| work_from_table * p.table_from_solid));
+    }
+
+    /// A point of an obstacle's mesh in the workpiece frame.
+    fn in_work(&self, obstacle: usize, p: &Point3<f64>) -> Point3<f64> {
+        match self.scene.obstacles[obstacle].frame {
+            Frame::Work => *p,
+            Frame::Machine(body) => self.machine_poses[body] * p,
+        }
     }
 
     fn test_limits(&mut self, here: &Position<'_>) {
@@ -158,68 +183,68 @@ impl<'a> Walker<'a> {
         }
     }
 
+    /// `cutter` is placed in the frame of the obstacle's mesh.
     fn test_cutter(&mut self, here: &Position<'_>, cutter: &CutterPlacement, obstacle: usize) {
         let scene = self.scene;
-        let o = &scene.setup.obstacles[obstacle];
-        let Some((allowance, kind)) = scene.cutter_limit(o, here.m.is_rapid()) else { return };
-        let limit = scene.settings.gouge_limit;
+        let o = &scene.obstacles[obstacle];
+        let Some(limit) = scene.cutter_limit(o, here.m.is_rapid()) else { return };
         // Only what is deeper than anything before is of interest, until it is a finding: then all of it is.
         let deepest = self.result.gouge.map_or(0.0, |g| g.depth.depth);
-        let floor = if kind == FindingKind::Gouge { deepest.min(limit) } else { limit };
-        let Some(depth) = scene.cutter.beyond(floor, allowance, cutter, &mut self.cutter[obstacle], o.mesh) else {
-            return;
-        };
-        if kind == FindingKind::Gouge && depth.depth > deepest {
+        let floor = if limit.kind == FindingKind::Gouge { deepest.min(limit.depth) } else { limit.depth };
+        let track = &mut self.cutter[obstacle];
+        let Some(mut depth) = scene.cutter.beyond(floor, limit.thickness, cutter, track, o.mesh()) else { return };
+        depth.place = self.in_work(obstacle, &depth.place);
+        if limit.kind == FindingKind::Gouge && depth.depth > deepest {
             self.result.gouge = Some(Gouge { depth, obstacle, move_index: here.index });
         }
-        if depth.depth > limit {
+        if depth.depth > limit.depth {
             let measure = Measure::DepthMm(depth.depth);
-            self.record(here, Key::of_cutter(kind, obstacle), Some(measure), Some(depth.place));
+            self.record(here, Key::of_cutter(limit.kind, obstacle), Some(measure), Some(depth.place));
         }
     }
 
     fn test_bodies(&mut self, here: &Position<'_>) {
         let scene = self.scene;
-        let mut machine_bodies = scene.setup.machine.body_poses(&here.axes).enumerate();
         for (index, body) in scene.bodies.iter().enumerate() {
             let work_from_solid = match body.mount {
                 Mount::Tool(tool_from_solid) => here.work_from_tool * tool_from_solid,
-                // Bodies of the scene stand in the order of the machine's.
-                Mount::Machine(wanted) => match machine_bodies.find(|(k, _)| *k == wanted) {
-                    Some((_, pose)) => scene.work_from_table * pose.table_from_solid,
-                    None => continue,
-                },
+                Mount::Machine(k) => self.machine_poses[k],
             };
-            let at = body.shape.placed(work_from_solid);
-            for obstacle in 0..scene.setup.obstacles.len() {
-                self.test_body(here, index, &at, obstacle);
+            let in_work = body.shape.placed(work_from_solid);
+            for (k, obstacle) in scene.obstacles.iter().enumerate().filter(|(k, _)| body.meets[*k]) {
+                match obstacle.frame {
+                    Frame::Work => self.test_body(here, index, &in_work, k),
+                    Frame::Machine(other) => {
+                        let placed = body.shape.placed(self.machine_poses[other].inv_mul(&work_from_solid));
+                        self.test_body(here, index, &placed, k);
+                    }
+                }
             }
         }
     }
 
+    /// `at` is the body's place in the frame of the obstacle's mesh.
     fn test_body(&mut self, here: &Position<'_>, index: usize, at: &Placement, obstacle: usize) {
         let scene = self.scene;
-        let (body, o) = (&scene.bodies[index], &scene.setup.obstacles[obstacle]);
+        let (body, o) = (&scene.bodies[index], &scene.obstacles[obstacle]);
         let smallest = self.result.clearance.map_or(f64::INFINITY, |c| c.distance);
-        // The raw stock is gone where the cutter has been: only of the others is the distance worth telling.
-        let counts = o.kind != ObstacleKind::Stock;
         let near = o.stock + body.clearance + scene.settings.near_miss;
-        let need = body.rounding + if counts { near.max(smallest) } else { near };
-        let track = &mut self.bodies[index * scene.setup.obstacles.len() + obstacle];
-        let Some(nearest) = track.nearest_within(need, &body.shape, at, o.mesh) else { return };
+        let need = body.rounding + if o.counts { near.max(smallest) } else { near };
+        let track = &mut self.bodies[index * scene.obstacles.len() + obstacle];
+        let Some(nearest) = track.nearest_within(need, &body.shape, at, o.mesh()) else { return };
         let distance = (nearest.distance - body.rounding).max(0.0);
-        if counts && distance < smallest {
-            let (place, move_index) = (nearest.point, here.index);
+        let place = self.in_work(obstacle, &nearest.point);
+        if o.counts && distance < smallest {
+            let move_index = here.index;
             self.result.clearance = Some(Clearance { distance, place, body: index, obstacle, move_index });
         }
-        let hit = o.stock + (body.clearance - scene.settings.clearance_slack).max(0.0);
         let kind = match distance {
-            d if d < hit || d == 0.0 => body.kind,
+            d if d < scene.hit_distance(body, o) || d == 0.0 => body.kind,
             d if d < near => FindingKind::NearMiss,
             _ => return,
         };
         let key = Key::of_body(kind, index, obstacle);
-        self.record(here, key, Some(Measure::DistanceMm(distance)), Some(nearest.point));
+        self.record(here, key, Some(Measure::DistanceMm(distance)), Some(place));
     }
 
     fn test_ramp(&mut self, here: &Position<'_>, before: &ClPoint, rounding: f64) {
@@ -231,12 +256,12 @@ impl<'a> Walker<'a> {
         }
         let cutter = scene.cutter.placed(&here.work_from_tool);
         let floor = scene.settings.gouge_limit;
-        for (k, o) in scene.setup.obstacles.iter().enumerate() {
-            if o.stock <= 0.0 && o.kind != ObstacleKind::Stock {
+        for (k, o) in scene.obstacles.iter().enumerate() {
+            let Role::Work(kind) = o.role else { continue };
+            if o.stock <= 0.0 && kind != ObstacleKind::Stock {
                 continue;
             }
-            let mesh: &dyn Interference = o.mesh;
-            if let Some(depth) = scene.cutter.beyond(floor, o.stock, &cutter, &mut self.cutter[k], mesh) {
+            if let Some(depth) = scene.cutter.beyond(floor, o.stock, &cutter, &mut self.cutter[k], o.mesh()) {
                 let measure = Measure::AngleDeg(descent.angle().to_degrees());
                 let key = Key::of_cutter(FindingKind::RampTooSteep, k);
                 self.record(here, key, Some(measure), Some(depth.place));
