@@ -15,23 +15,24 @@ use std::collections::BTreeSet;
 
 pub use reader::{FanucReader, read_fanuc};
 
-use crate::{PostSettings, ProgramSpec, WriteError};
+use crate::{PostSettings, ProgramSpec, WriteError, WrittenProgram};
 use body::BodyWriter;
 use lines::LineSink;
 
 /// The program as FANUC text, with `\n` line ends.
-pub(crate) fn write(spec: &ProgramSpec, settings: &PostSettings) -> Result<String, WriteError> {
+pub(crate) fn write(spec: &ProgramSpec, settings: &PostSettings) -> Result<WrittenProgram, WriteError> {
     let lines = template::render(spec, settings)?;
     let labels: BTreeSet<u32> = lines.iter().filter_map(|line| label(line)).collect();
     let mut sink = LineSink::new(settings, labels, spec.program.blocks.len());
+    let mut block_lines = Vec::new();
     for line in &lines {
         if line == template::BODY {
-            BodyWriter::new(spec, settings, &mut sink).write(&spec.program.blocks)?;
+            block_lines = BodyWriter::new(spec, settings, &mut sink).write(&spec.program.blocks)?;
         } else {
             sink.push_template_line(line)?;
         }
     }
-    Ok(sink.into_text())
+    Ok(WrittenProgram { text: sink.into_text(), block_lines })
 }
 
 /// Block number that a line of the template has already.

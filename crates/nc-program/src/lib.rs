@@ -92,6 +92,25 @@ pub use write_error::WriteError;
 /// When the template is wrong, the program does not start with a rapid, a number fits no word, or a line breaks the
 /// control's rules.
 pub fn write_program(spec: &ProgramSpec, settings: &PostSettings) -> Result<String, WriteError> {
+    write_program_with_lines(spec, settings).map(|written| written.text)
+}
+
+/// A program's text, and where its blocks are in it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct WrittenProgram {
+    /// The text.
+    pub text: String,
+    /// For each block of [`NcProgram::blocks`] the line of the text, from 1, at which it begins; a block that writes
+    /// nothing has the line of what follows.
+    pub block_lines: Vec<u32>,
+}
+
+/// [`write_program`], with the line at which each block begins: what a reader of the text calls
+/// [`ReadBlock::line`].
+///
+/// # Errors
+/// As [`write_program`].
+pub fn write_program_with_lines(spec: &ProgramSpec, settings: &PostSettings) -> Result<WrittenProgram, WriteError> {
     match settings.dialect {
         Dialect::Fanuc => fanuc::write(spec, settings),
     }

@@ -6,7 +6,8 @@ use crate::{cutter_depth::Depth, episodes::Episodes};
 #[derive(Default)]
 pub(crate) struct ChunkResult {
     pub(crate) episodes: Episodes,
-    pub(crate) gouge: Option<Gouge>,
+    /// Deepest place in each section, as [`crate::VerifySettings`] counts them.
+    pub(crate) gouges: Gouges,
     pub(crate) clearance: Option<Clearance>,
     pub(crate) n_positions: usize,
     pub(crate) cutting_time: f64,
@@ -14,8 +15,42 @@ pub(crate) struct ChunkResult {
     pub(crate) cutting_length: f64,
 }
 
+/// Deepest place in each section so far; the first one of equal ones.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Gouges(Vec<Option<Gouge>>);
+
+impl Gouges {
+    pub(crate) fn deepest(&self, section: usize) -> Option<Gouge> {
+        self.0.get(section).copied().flatten()
+    }
+
+    /// Takes a place of a section where it is deeper than all before.
+    pub(crate) fn add(&mut self, section: usize, gouge: Gouge) {
+        if self.0.len() <= section {
+            self.0.resize(section + 1, None);
+        }
+        let deepest = &mut self.0[section];
+        if deepest.is_none_or(|d| gouge.depth.depth > d.depth.depth) {
+            *deepest = Some(gouge);
+        }
+    }
+
+    /// Takes those of later moves.
+    pub(crate) fn add_all(&mut self, later: &Self) {
+        for (section, gouge) in later.0.iter().enumerate() {
+            if let Some(gouge) = gouge {
+                self.add(section, *gouge);
+            }
+        }
+    }
+
+    pub(crate) fn deepest_of_all(&self) -> Option<Gouge> {
+        self.0.iter().flatten().copied().reduce(|a, b| if b.depth.depth > a.depth.depth { b } else { a })
+    }
+}
+
 /// Deepest place so far.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Gouge {
     pub(crate) depth: Depth,
     pub(crate) obstacle: usize,

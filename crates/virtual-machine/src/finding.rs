@@ -11,6 +11,8 @@ pub struct Verification {
     /// Deepest place of the cutter below the allowance of a part, check surface or fixture in a cutting move, also where
     /// it is within the limit; `None` where it was nowhere below.
     pub largest_gouge: Option<GougePlace>,
+    /// The same for each section of the settings, in their order.
+    pub sections: Vec<SectionGouge>,
     /// Nearest that a non-cutting body came to a part, check surface or fixture, or to a body of the machine that stands
     /// still against the workpiece, over all tested positions.
     pub smallest_clearance: Option<ClearancePlace>,
@@ -31,6 +33,19 @@ impl Verification {
     pub fn faults(&self) -> impl Iterator<Item = &Finding> {
         self.findings.iter().filter(|f| f.kind.is_fault())
     }
+}
+
+/// How deep the cutter was in one section of the program.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct SectionGouge {
+    /// Name of the section.
+    pub name: String,
+    /// Its first line, from 1.
+    pub first_line: u32,
+    /// Depth beyond which it is a finding, mm.
+    pub gouge_limit_mm: f64,
+    /// Deepest place in its cutting moves, also where it is within the limit; `None` where it was nowhere below.
+    pub largest_gouge: Option<GougePlace>,
 }
 
 /// Where the cutter was deepest.

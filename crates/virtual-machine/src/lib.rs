@@ -74,6 +74,8 @@ mod track;
 mod verify;
 mod walker;
 
-pub use finding::{AxisReading, ClearancePlace, Finding, FindingKind, GougePlace, Measure, Pose, Verification};
-pub use setup::{ObstacleKind, VerifyError, VerifySettings, VirtualObstacle, VirtualSetup};
+pub use finding::{
+    AxisReading, ClearancePlace, Finding, FindingKind, GougePlace, Measure, Pose, SectionGouge, Verification,
+};
+pub use setup::{GougeSection, ObstacleKind, VerifyError, VerifySettings, VirtualObstacle, VirtualSetup};
 pub use verify::verify;

@@ -6,13 +6,15 @@ use facemill_nc_program::{
     ReadMotion, ReadProgram,
 };
 
-use crate::{FindingKind, VirtualSetup, rtcp};
+use crate::{FindingKind, VerifySettings, VirtualSetup, rtcp};
 
 /// One motion of the axes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Move {
     /// Index of its block in the program.
     pub(crate) block: usize,
+    /// Section of the program, as [`VerifySettings::section_of`] counts.
+    pub(crate) section: usize,
     pub(crate) law: BlockLaw,
     pub(crate) start: AxisValues,
     pub(crate) end: AxisValues,
@@ -43,10 +45,11 @@ pub(crate) struct Moves {
 }
 
 /// Resolves every block. At the start all axes are at home.
-pub(crate) fn resolve(program: &ReadProgram, setup: &VirtualSetup<'_>) -> Moves {
+pub(crate) fn resolve(program: &ReadProgram, setup: &VirtualSetup<'_>, settings: &VerifySettings) -> Moves {
     let mut state = State::new(setup);
     state.tool_lengths(program);
     for (index, block) in program.blocks.iter().enumerate() {
+        state.section = settings.section_of(block.line);
         state.block(index, block);
     }
     state.out
@@ -63,6 +66,7 @@ struct State<'a> {
     /// Where the axes are; entries of unknown ones have no meaning.
     axes: AxisValues,
     is_known: Vec<bool>,
+    section: usize,
     out: Moves,
 }
 
@@ -85,6 +89,7 @@ impl<'a> State<'a> {
             law: setup.machine.motion_law(),
             axes: setup.machine.home(),
             is_known: vec![true; setup.machine.axes().len()],
+            section: 0,
             out: Moves::default(),
         }
     }
@@ -218,7 +223,8 @@ impl<'a> State<'a> {
             self.fault(FindingKind::UnknownPosition, index, None, note);
         } else if is_simulated && start != end {
             let law = self.law(motion);
-            self.out.moves.push(Move { block: index, law, start, end, feed: motion.feed });
+            let section = self.section;
+            self.out.moves.push(Move { block: index, section, law, start, end, feed: motion.feed });
         }
     }
 

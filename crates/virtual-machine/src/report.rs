@@ -2,8 +2,8 @@ use facemill_inverse_kinematics::AxisValues;
 use facemill_nc_program::{ReadBlock, ReadProgram};
 
 use crate::{
-    AxisReading, ClearancePlace, Finding, GougePlace, Pose, Verification,
-    chunk_result::{ChunkResult, Clearance, Gouge, nearest},
+    AxisReading, ClearancePlace, Finding, GougePlace, GougeSection, Pose, SectionGouge, Verification,
+    chunk_result::{ChunkResult, Clearance, Gouge, Gouges, nearest},
     episodes::{Contact, Episode, Episodes},
     moves::{Move, TextFault},
     scene::Scene,
@@ -20,11 +20,12 @@ impl Report<'_> {
     /// One report of all chunks, which are in the order of the program.
     pub(crate) fn assemble(&self, results: Vec<ChunkResult>, faults: &[TextFault]) -> Verification {
         let mut episodes = Episodes::default();
-        let mut gouge = None::<Gouge>;
+        let mut gouges = Gouges::default();
         let clearance = nearest(results.iter().map(|r| r.clearance));
         let mut v = Verification {
             findings: Vec::new(),
             largest_gouge: None,
+            sections: Vec::new(),
             smallest_clearance: None,
             n_positions: 0,
             n_blocks: self.program.motions().count(),
@@ -34,18 +35,28 @@ impl Report<'_> {
         };
         for r in results {
             r.episodes.all.into_iter().for_each(|e| episodes.add(e));
-            gouge =
-                [gouge, r.gouge].into_iter().flatten().reduce(|a, b| if b.depth.depth > a.depth.depth { b } else { a });
+            gouges.add_all(&r.gouges);
             v.n_positions += r.n_positions;
             v.cutting_time_s += r.cutting_time;
             v.rapid_time_s += r.rapid_time;
             v.cutting_length_mm += r.cutting_length;
         }
-        v.largest_gouge = gouge.map(|g| self.gouge_place(&g));
+        v.largest_gouge = gouges.deepest_of_all().map(|g| self.gouge_place(&g));
+        v.sections = self.sections(&gouges);
         v.smallest_clearance = clearance.map(|c| self.clearance_place(&c));
         v.findings = episodes.all.iter().map(|e| self.finding(e)).chain(self.text_findings(faults)).collect();
         v.findings.sort_by_key(|f| (f.first_line, f.kind));
         v
+    }
+
+    fn sections(&self, gouges: &Gouges) -> Vec<SectionGouge> {
+        let of_section = |(k, s): (usize, &GougeSection)| SectionGouge {
+            name: s.name.clone(),
+            first_line: s.first_line,
+            gouge_limit_mm: s.gouge_limit,
+            largest_gouge: gouges.deepest(k + 1).map(|g| self.gouge_place(&g)),
+        };
+        self.scene.settings.sections.iter().enumerate().map(of_section).collect()
     }
 
     fn gouge_place(&self, g: &Gouge) -> GougePlace {

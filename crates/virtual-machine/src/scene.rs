@@ -5,7 +5,7 @@ use nalgebra::Isometry3;
 
 use crate::{
     FindingKind, ObstacleKind, VerifyError, VerifySettings, VirtualObstacle, VirtualSetup, cutter_depth::CutterDepth,
-    solid_mesh::solid_mesh, track::Shape,
+    moves::Move, solid_mesh::solid_mesh, track::Shape,
 };
 
 /// The setup with what does not change from position to position worked out.
@@ -131,9 +131,9 @@ impl<'a> Scene<'a> {
         })
     }
 
-    /// What the cutter keeps of an obstacle; `None` where it may enter.
-    pub(crate) fn cutter_limit(&self, obstacle: &SceneObstacle<'_>, is_rapid: bool) -> Option<CutterLimit> {
-        let depth = self.settings.gouge_limit;
+    /// What the cutter keeps of an obstacle in a move; `None` where it may enter.
+    pub(crate) fn cutter_limit(&self, obstacle: &SceneObstacle<'_>, m: &Move) -> Option<CutterLimit> {
+        let (depth, is_rapid) = (self.settings.gouge_limit_in(m.section), m.is_rapid());
         match (is_rapid, obstacle.role) {
             (_, Role::Machine) => {
                 let kind = if is_rapid { FindingKind::RapidCollision } else { FindingKind::Collision };

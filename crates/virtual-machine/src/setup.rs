@@ -52,14 +52,17 @@ pub enum ObstacleKind {
 }
 
 /// How closely the program is looked at, and what is a finding.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct VerifySettings {
     /// Largest way of tip and rim of the cutter, relative to the workpiece, between two tested positions, mm.
     pub max_step: f64,
     /// Largest turn of the tool axis, relative to the workpiece, between two tested positions, rad.
     pub max_turn: f64,
-    /// Depth of the cutter below an obstacle's allowance beyond which it is a finding, mm.
+    /// Depth of the cutter below an obstacle's allowance beyond which it is a finding, mm, on lines before the first
+    /// section.
     pub gouge_limit: f64,
+    /// Parts of the program with gouge limits of their own, in the order of their lines.
+    pub sections: Vec<GougeSection>,
     /// Part of a body's clearance that a program may use up between planned points before it is a collision, mm: poses are
     /// planned to touch the clearance, and words are rounded. Up to this much is a near miss. Too small: every pose at
     /// the border of its clearance is reported; too large: the clearance is not one.
@@ -72,6 +75,29 @@ pub struct VerifySettings {
     pub velocity_slack: f64,
 }
 
+/// A part of the program, from one line to that of the next section, such as an operation with its error budget.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GougeSection {
+    /// What reports call it.
+    pub name: String,
+    /// Its first line, from 1; above that of the section before.
+    pub first_line: u32,
+    /// As [`VerifySettings::gouge_limit`], for this part, mm.
+    pub gouge_limit: f64,
+}
+
+impl VerifySettings {
+    /// Number of sections that begin at or before a line: 0 before the first one.
+    pub(crate) fn section_of(&self, line: u32) -> usize {
+        self.sections.partition_point(|s| s.first_line <= line)
+    }
+
+    /// Gouge limit in the part of this number, as [`VerifySettings::section_of`] counts, mm.
+    pub(crate) fn gouge_limit_in(&self, section: usize) -> f64 {
+        section.checked_sub(1).and_then(|k| self.sections.get(k)).map_or(self.gouge_limit, |s| s.gouge_limit)
+    }
+}
+
 impl Default for VerifySettings {
     /// Positions at most 0.5 mm and 0.2° apart; gouges beyond 0.02 mm; 0.1 mm of clearance slack, no near misses
     /// outside the clearance; ramps by 0.1°, velocities by 2 % beyond.
@@ -80,6 +106,7 @@ impl Default for VerifySettings {
             max_step: 0.5,
             max_turn: 0.2_f64.to_radians(),
             gouge_limit: 0.02,
+            sections: Vec::new(),
             clearance_slack: 0.1,
             near_miss: 0.0,
             ramp_slack: 0.1_f64.to_radians(),
@@ -120,6 +147,16 @@ pub enum VerifyError {
         /// As given.
         value: f64,
     },
+    /// A section does not follow the one before.
+    #[error(
+        "section `{section}` starts on line {line}: sections must be in the order of their lines, from 1, each on its own"
+    )]
+    SectionOrder {
+        /// Its name.
+        section: String,
+        /// Its first line.
+        line: u32,
+    },
     /// A setting is out of its range.
     #[error("{field} is {value}: it must be finite and {needed}")]
     Setting {
@@ -159,6 +196,21 @@ pub(crate) fn check(setup: &VirtualSetup<'_>, settings: &VerifySettings) -> Resu
         ("velocity_slack", settings.velocity_slack),
     ] {
         if !(value >= 0.0 && value.is_finite()) {
+            return Err(VerifyError::Setting { field, value, needed: "at least 0" });
+        }
+    }
+    check_sections(&settings.sections)
+}
+
+fn check_sections(sections: &[GougeSection]) -> Result<(), VerifyError> {
+    let mut line_before = 0;
+    for s in sections {
+        if s.first_line <= line_before {
+            return Err(VerifyError::SectionOrder { section: s.name.clone(), line: s.first_line });
+        }
+        line_before = s.first_line;
+        if !(s.gouge_limit >= 0.0 && s.gouge_limit.is_finite()) {
+            let (field, value) = ("gouge_limit of a section", s.gouge_limit);
             return Err(VerifyError::Setting { field, value, needed: "at least 0" });
         }
     }

@@ -25,7 +25,7 @@ const MOVES_PER_SAMPLE: usize = 16;
 /// positions at most [`VerifySettings::max_step`] and [`VerifySettings::max_turn`] apart (proven for the tip, the rim and
 /// the tool axis relative to the workpiece; bodies farther from the tip move more). At every position
 /// - the depth of the cutter in each obstacle is measured from the distance between the cutter's core and the mesh: below
-///   the allowance in cutting moves, in the stock in rapids;
+///   the allowance in cutting moves, in the stock in rapids; the limit is that of the line's section;
 /// - the distance of each non-cutting body of tool and machine from each obstacle is compared with the clearances, and so
 ///   is that of the tool with its cutter and of the head's bodies from each body of the machine's bed and table;
 /// - axis limits are checked; over every block the speed of each axis, over every step in stock the ramp angle.
@@ -48,7 +48,7 @@ pub fn verify(
     monitor: &dyn Monitor,
 ) -> Result<Verification, VerifyError> {
     setup::check(setup, settings)?;
-    let resolved = resolve(program, setup);
+    let resolved = resolve(program, setup, settings);
     let scene = Scene::new(setup, settings)?;
     let chunks: Vec<(usize, &[Move])> = resolved.moves.chunks(MOVES_PER_CHUNK).enumerate().collect();
     let sampled: Result<Vec<ChunkResult>, Cancelled> = chunks

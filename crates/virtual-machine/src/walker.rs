@@ -187,15 +187,16 @@ impl<'a> Walker<'a> {
     fn test_cutter(&mut self, here: &Position<'_>, cutter: &CutterPlacement, obstacle: usize) {
         let scene = self.scene;
         let o = &scene.obstacles[obstacle];
-        let Some(limit) = scene.cutter_limit(o, here.m.is_rapid()) else { return };
+        let Some(limit) = scene.cutter_limit(o, here.m) else { return };
         // Only what is deeper than anything before is of interest, until it is a finding: then all of it is.
-        let deepest = self.result.gouge.map_or(0.0, |g| g.depth.depth);
+        let section = here.m.section;
+        let deepest = self.result.gouges.deepest(section).map_or(0.0, |g| g.depth.depth);
         let floor = if limit.kind == FindingKind::Gouge { deepest.min(limit.depth) } else { limit.depth };
         let track = &mut self.cutter[obstacle];
         let Some(mut depth) = scene.cutter.beyond(floor, limit.thickness, cutter, track, o.mesh()) else { return };
         depth.place = self.in_work(obstacle, &depth.place);
         if limit.kind == FindingKind::Gouge && depth.depth > deepest {
-            self.result.gouge = Some(Gouge { depth, obstacle, move_index: here.index });
+            self.result.gouges.add(section, Gouge { depth, obstacle, move_index: here.index });
         }
         if depth.depth > limit.depth {
             let measure = Measure::DepthMm(depth.depth);
@@ -255,7 +256,7 @@ impl<'a> Walker<'a> {
             return;
         }
         let cutter = scene.cutter.placed(&here.work_from_tool);
-        let floor = scene.settings.gouge_limit;
+        let floor = scene.settings.gouge_limit_in(here.m.section);
         for (k, o) in scene.obstacles.iter().enumerate() {
             let Role::Work(kind) = o.role else { continue };
             if o.stock <= 0.0 && kind != ObstacleKind::Stock {

@@ -7,7 +7,9 @@ mod kit;
 use facemill_cl_data::{Cancelled, Monitor, Silent};
 use facemill_inverse_kinematics::AxisKind;
 use facemill_nc_program::{Dialect, WordMap, WorkOffset, read_program};
-use facemill_virtual_machine::{FindingKind, Measure, Verification, VerifyError, VerifySettings, VirtualSetup, verify};
+use facemill_virtual_machine::{
+    FindingKind, GougeSection, Measure, Verification, VerifyError, VerifySettings, VirtualSetup, verify,
+};
 use kit::{CORNER, HEAD, RADIUS, Shop, Text, lift_of, only};
 
 /// A pass over the plate at tip height `z`, with a dip to `dip` at its middle block.
@@ -316,7 +318,7 @@ fn cancelled_runs_have_no_result_and_bad_setups_are_named() {
     };
     let settings = VerifySettings::default();
     assert_eq!(run(&shop.setup(), &settings, &Stop), VerifyError::Cancelled(Cancelled));
-    let fine = VerifySettings { max_step: 0.0, ..settings };
+    let fine = VerifySettings { max_step: 0.0, ..settings.clone() };
     assert!(matches!(run(&shop.setup(), &fine, &Silent), VerifyError::Setting { field: "max_step", .. }));
     let mut setup = shop.setup();
     setup.obstacles[1].stock = f64::NAN;
@@ -358,4 +360,55 @@ fn a_finding_reads_the_scales_of_the_machine() {
         assert_eq!(pose.axis_values[k].axis, axis.letter.as_str());
         assert!((pose.axis_values[k].value - expected).abs() < 1e-3, "{pose:?}");
     }
+}
+
+/// Two dips of the same depth, the first on line `HEAD + 4`, the second on line `HEAD + 8`.
+fn two_dips(sections: Vec<GougeSection>) -> Result<Verification, VerifyError> {
+    let shop = Shop::new();
+    let mut text = Text::new(&shop).rapid([-100.0, 0.0, 300.0]).rapid([-100.0, 0.0, 5.0]);
+    for x in [-50.0, 50.0] {
+        text = text.cut([x - 10.0, 0.0, 1.0]).cut([x, 0.0, -0.05]).cut([x + 10.0, 0.0, 1.0]).cut([x + 15.0, 0.0, 2.0]);
+    }
+    let program = read_program(&text.text, Dialect::Fanuc).unwrap();
+    verify(&program, &shop.setup(), &VerifySettings { sections, ..VerifySettings::default() }, &Silent)
+}
+
+fn section(name: &str, first_line: u32, gouge_limit: f64) -> GougeSection {
+    GougeSection { name: name.to_owned(), first_line, gouge_limit }
+}
+
+#[test]
+fn the_same_gouge_is_a_finding_in_a_strict_section_and_none_in_a_loose_one() {
+    let lines = |v: &Verification| v.findings.iter().map(|f| (f.kind, f.worst_line)).collect::<Vec<_>>();
+    let (first, second) = ((FindingKind::Gouge, HEAD + 4), (FindingKind::Gouge, HEAD + 8));
+    assert_eq!(lines(&two_dips(vec![]).unwrap()), [first, second], "the limit without sections is 0.02 mm");
+    for (limits, expected) in [
+        ([0.02, 0.1], vec![first]),
+        ([0.1, 0.02], vec![second]),
+        ([0.1, 0.1], vec![]),
+        ([0.02; 2], vec![first, second]),
+    ] {
+        let sections = vec![section("roughing", HEAD + 3, limits[0]), section("finishing", HEAD + 7, limits[1])];
+        let v = two_dips(sections).unwrap();
+        assert_eq!(lines(&v), expected, "{limits:?}");
+        for (s, line) in v.sections.iter().zip([HEAD + 4, HEAD + 8]) {
+            let largest = s.largest_gouge.as_ref().unwrap();
+            assert!((largest.depth_mm - 0.05).abs() < 1e-3 && largest.line == line, "{s:?}");
+        }
+        assert_eq!(v.sections.iter().map(|s| s.gouge_limit_mm).collect::<Vec<_>>(), limits);
+    }
+    // Before the first section the general limit holds.
+    let v = two_dips(vec![section("finishing", HEAD + 7, 0.1)]).unwrap();
+    assert_eq!(lines(&v), [first]);
+    assert!(v.largest_gouge.is_some() && v.sections.len() == 1);
+}
+
+#[test]
+fn sections_out_of_order_or_without_a_limit_are_refused() {
+    let run = |sections| two_dips(sections).unwrap_err();
+    let error = run(vec![section("b", 9, 0.1), section("a", 9, 0.1)]);
+    assert_eq!(error, VerifyError::SectionOrder { section: "a".to_owned(), line: 9 });
+    assert!(matches!(run(vec![section("a", 0, 0.1)]), VerifyError::SectionOrder { .. }));
+    assert!(matches!(run(vec![section("a", 1, f64::NAN)]), VerifyError::Setting { .. }));
+    assert!(matches!(run(vec![section("a", 1, -0.1)]), VerifyError::Setting { .. }));
 }

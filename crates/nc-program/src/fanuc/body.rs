@@ -34,12 +34,15 @@ impl<'a> BodyWriter<'a> {
         Self { spec, settings, sink, modal: Modal::default(), line: String::new(), index: 0 }
     }
 
-    pub(super) fn write(&mut self, blocks: &[Block]) -> Result<(), WriteError> {
+    /// Writes all blocks and returns the line at which each begins.
+    pub(super) fn write(&mut self, blocks: &[Block]) -> Result<Vec<u32>, WriteError> {
+        let mut lines = Vec::with_capacity(blocks.len());
         for (index, block) in blocks.iter().enumerate() {
             self.index = index;
+            lines.push(self.sink.next_line());
             self.block(block)?;
         }
-        Ok(())
+        Ok(lines)
     }
 
     fn block(&mut self, block: &Block) -> Result<(), WriteError> {

@@ -10,6 +10,8 @@ pub(super) struct LineSink {
     /// Numbers the template uses itself.
     labels: BTreeSet<u32>,
     limit: usize,
+    /// Lines written so far.
+    n_lines: u32,
 }
 
 impl LineSink {
@@ -20,7 +22,13 @@ impl LineSink {
             next: settings.block_numbers.map_or(0, |n| n.start),
             labels,
             limit: settings.max_line_length,
+            n_lines: 0,
         }
+    }
+
+    /// Number of the line that comes next, from 1.
+    pub(super) fn next_line(&self) -> u32 {
+        self.n_lines + 1
     }
 
     pub(super) fn limit(&self) -> usize {
@@ -61,6 +69,7 @@ impl LineSink {
             return Err(WriteError::LineTooLong { text: self.text[start..].to_owned(), limit: self.limit });
         }
         self.text.push('\n');
+        self.n_lines += 1;
         Ok(())
     }
 

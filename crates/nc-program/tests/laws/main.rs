@@ -1,6 +1,7 @@
 //! Laws of the dialects, each of writer and reader together and of the reader alone.
 
 mod apt;
+mod block_lines;
 mod fanuc;
 mod fanuc_reader;
 mod kit;
