@@ -67,7 +67,8 @@ pub enum Block {
         /// controls and not others.
         words: AxisWords,
     },
-    /// Switch the length compensation off.
+    /// Switch the length compensation off. Some controls move the axis by the length then: the axis along the spindle should
+    /// be at its reference position ([`Block::Home`]).
     LengthCompensationOff,
     /// Send these axes to the machine's reference position, directly, at rapid rate.
     Home {

@@ -23,6 +23,8 @@ pub struct ReadBlock {
     /// Whether the line starts with `/`, so that a switch on the control decides if it is executed. Positions are
     /// resolved as if it were.
     pub skippable: bool,
+    /// Length compensation in force behind the block, whether it moves or not.
+    pub compensation: Compensation,
     /// Where the block moves to.
     pub motion: Option<ReadMotion>,
     /// What else it says.
@@ -90,7 +92,7 @@ pub struct Feed {
 /// Tool length compensation in force.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Compensation {
-    /// None (G49).
+    /// None (G49, H0).
     #[default]
     Off,
     /// Along the axis parallel to the spindle at the zero pose, by this length register (G43 H).

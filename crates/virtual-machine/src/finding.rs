@@ -160,6 +160,8 @@ pub enum FindingKind {
     ReachFailure,
     /// The cutter goes down into stock more steeply than it may.
     RampTooSteep,
+    /// Length compensation or RTCP is cancelled where the control may move the axis by the tool's length.
+    UnsafeCancel,
     /// A cutting move without a feed.
     NoFeed,
     /// The program does not say where an axis is, so the motion was not tested.
@@ -268,6 +270,7 @@ impl fmt::Display for FindingKind {
             Self::AxisSpike => "axis cannot follow the feed",
             Self::ReachFailure => "axes cannot follow the motion",
             Self::RampTooSteep => "ramp too steep",
+            Self::UnsafeCancel => "length compensation cancelled away from the reference position",
             Self::NoFeed => "cutting move without feed",
             Self::UnknownPosition => "position not known",
             Self::OtherToolLength => "made for another tool length",

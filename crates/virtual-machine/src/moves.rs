@@ -58,6 +58,9 @@ pub(crate) fn resolve(program: &ReadProgram, setup: &VirtualSetup<'_>, settings:
 /// Difference of tool lengths that is no finding, mm: what the check in the program's text allows, too.
 const SAME_LENGTH: f64 = 0.01;
 
+/// How far from its reference position an axis is at it, mm.
+const AT_HOME: f64 = 1e-6;
+
 struct State<'a> {
     setup: &'a VirtualSetup<'a>,
     /// Machine value that is word 0 with length compensation, per axis.
@@ -66,6 +69,8 @@ struct State<'a> {
     /// Where the axes are; entries of unknown ones have no meaning.
     axes: AxisValues,
     is_known: Vec<bool>,
+    /// Length compensation in force.
+    compensation: Compensation,
     section: usize,
     out: Moves,
 }
@@ -89,6 +94,7 @@ impl<'a> State<'a> {
             law: setup.machine.motion_law(),
             axes: setup.machine.home(),
             is_known: vec![true; setup.machine.axes().len()],
+            compensation: Compensation::Off,
             section: 0,
             out: Moves::default(),
         }
@@ -112,6 +118,7 @@ impl<'a> State<'a> {
                 self.fault(FindingKind::UnknownBlock, index, None, note);
             }
         }
+        self.cancel(index, block);
         let Some(motion) = &block.motion else { return };
         let unsimulated = match motion.kind {
             MotionKind::Arc { .. } => Some("arcs are not simulated"),
@@ -121,15 +128,69 @@ impl<'a> State<'a> {
         if let Some(note) = unsimulated {
             self.fault(FindingKind::UnknownBlock, index, None, note.into());
         }
+        if motion.kind == MotionKind::ReferenceReturn && matches!(motion.compensation, Compensation::Rtcp(_)) {
+            return self.home_under_rtcp(index, motion);
+        }
         if let Some(via) = &motion.via {
             let end = self.words_end(motion, |letter| via.get(letter).map(AxisAt::Word));
             self.go(index, motion, end, unsimulated.is_none());
         }
         let end = match motion.compensation {
-            Compensation::Rtcp(_) if motion.kind != MotionKind::ReferenceReturn => self.rtcp_end(motion),
+            Compensation::Rtcp(_) => self.rtcp_end(motion),
             _ => self.words_end(motion, |letter| motion.position.get(letter)),
         };
         self.go(index, motion, end, unsimulated.is_none());
+    }
+
+    /// Takes note of the compensation behind a block, and of a cancellation that may move an axis.
+    ///
+    /// Some controls take the length off at once, as a motion by the tool's length, and others with the next word. It is
+    /// safe where the axis along the spindle is at its reference position, or where the block itself says where the axes
+    /// go: then they go there in either case.
+    fn cancel(&mut self, index: usize, block: &ReadBlock) {
+        let before = std::mem::replace(&mut self.compensation, block.compensation);
+        if before == Compensation::Off || block.compensation != Compensation::Off {
+            return;
+        }
+        let lengthened = self.lengthened(before);
+        let is_home = |&k: &usize| {
+            let home = self.setup.machine.axes()[k].home;
+            self.is_known[k] && (self.axes[k] - home).abs() <= AT_HOME
+        };
+        let is_told = |k: &usize| {
+            let letter = self.setup.words.axes()[*k].letter;
+            block.motion.as_ref().is_some_and(|m| m.position.is_programmed(letter))
+        };
+        let spindle = self.lengthened(Compensation::Length(0));
+        if !spindle.iter().all(is_home) && !lengthened.iter().all(is_told) {
+            let note = "send the spindle axis home (G91 G28) before: some controls move it by the tool's length here";
+            self.fault(FindingKind::UnsafeCancel, index, None, note.to_owned());
+        }
+    }
+
+    /// Indices of the axes whose words hold the tool's length: those along the spindle, or all linear ones with RTCP.
+    fn lengthened(&self, compensation: Compensation) -> Vec<usize> {
+        let axes = self.setup.words.axes();
+        let is_linear = |k: &usize| axes[*k].letter.kind() == AxisKind::Linear;
+        let all = (0..axes.len()).filter(is_linear);
+        if matches!(compensation, Compensation::Rtcp(_)) {
+            return all.collect();
+        }
+        let largest = axes.iter().map(|a| a.along_spindle.abs()).fold(0.0, f64::max);
+        all.filter(|&k| axes[k].along_spindle.abs() >= 0.5 * largest).collect()
+    }
+
+    /// A reference return while words are the tip's: the axes that go home go alone, directly.
+    fn home_under_rtcp(&mut self, index: usize, motion: &ReadMotion) {
+        if motion.via.is_some() {
+            let note = "a way to the reference position over a point under RTCP is not simulated".to_owned();
+            self.fault(FindingKind::UnknownBlock, index, None, note);
+            self.is_known.fill(false);
+            return;
+        }
+        let home = |at: AxisAt| matches!(at, AxisAt::Reference(_)).then_some(at);
+        let end = self.words_end(motion, |letter| motion.position.get(letter).and_then(home));
+        self.go(index, motion, end, true);
     }
 
     /// What a command does that is not followed here; forgets the axes it may move.

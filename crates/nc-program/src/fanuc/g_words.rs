@@ -137,7 +137,7 @@ impl BlockReading<'_> {
 
     /// Length register of the compensation; 0 stands for the one in force.
     fn set_compensation(&mut self, compensation: Compensation) {
-        let register = self.modal.length_register;
+        let register = self.modal.length_register.unwrap_or(0);
         let compensation = match compensation {
             Compensation::Off => Compensation::Off,
             Compensation::Length(_) => Compensation::Length(register),
@@ -146,19 +146,27 @@ impl BlockReading<'_> {
         self.change_compensation(compensation);
     }
 
-    /// H, in a block with G43 or alone.
+    /// H, in a block with G43 or alone. H0 has no length: it is as G49.
     pub(super) fn compensation_register(&mut self) -> Result<(), ReadError> {
         // Of the tool radius; without a radius compensation it has no effect.
         self.take(b'D');
-        let Some(word) = self.take(b'H') else {
+        if let Some(word) = self.take(b'H') {
+            self.modal.length_register = Some(self.whole(&word)?);
+        }
+        let Some(register) = self.modal.length_register else {
             return Ok(());
         };
-        let register = self.whole(&word)?;
-        self.modal.length_register = register;
-        self.change_compensation(match self.modal.compensation {
-            Compensation::Off => Compensation::Off,
-            Compensation::Length(_) => Compensation::Length(register),
-            Compensation::Rtcp(_) => Compensation::Rtcp(register),
+        self.change_compensation(match (self.modal.compensation, register) {
+            (Compensation::Off, _) | (Compensation::Length(_), 0) => Compensation::Off,
+            (Compensation::Length(_), register) => Compensation::Length(register),
+            (Compensation::Rtcp(_), 0) => {
+                let first = self.line.words.first().copied();
+                return match first {
+                    Some(word) => Err(self.unsupported(&word, "RTCP without a tool length (H0)")),
+                    None => Ok(()),
+                };
+            }
+            (Compensation::Rtcp(_), register) => Compensation::Rtcp(register),
         });
         Ok(())
     }

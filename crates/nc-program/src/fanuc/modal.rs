@@ -15,7 +15,8 @@ pub(super) struct Modal {
     pub(super) feed: Option<f64>,
     pub(super) work_offset: WorkOffset,
     pub(super) compensation: Compensation,
-    pub(super) length_register: u32,
+    /// H as last said; `None` before the first, where a control takes the length of the tool or none.
+    pub(super) length_register: Option<u32>,
     pub(super) position: ReadPosition,
 }
 

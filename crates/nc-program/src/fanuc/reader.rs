@@ -75,6 +75,7 @@ impl FanucReader {
             number: None,
             text: String::from_utf8_lossy(trimmed).into(),
             skippable: false,
+            compensation: self.modal.compensation,
             motion: None,
             commands: Vec::new(),
         };
@@ -90,6 +91,7 @@ impl FanucReader {
         self.keep_comments(&mut block);
         self.line.split_words(start)?;
         interpret(&mut self.line, &mut self.modal, &mut block)?;
+        block.compensation = self.modal.compensation;
         self.note_words(&block);
         Ok(Some(block))
     }

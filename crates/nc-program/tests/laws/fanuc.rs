@@ -202,43 +202,51 @@ O1001 (PROPELLER [PRUEFUNG])
 (MACHINE AXIS Z FROM 0. TO 1500.)
 (MACHINE AXIS B FROM -30. TO 110.)
 (F IS THE NORM OVER ALL AXES WITH 1 DEG AS 1 MM)
-N1 G17 G21 G40 G49 G80 G90 G94
+N1 G17 G21 G40 G80 G90 G94
 N2 G91 G28 Z0.
-N3 G91 G28 X0. Y0.
-N4 G91 G28 B0. C0.
-N5 G90
-N6 T7 M6
-N7 IF [ABS[#11007+#10007-420.000] LE 0.01] GOTO 9001
-N8 #3000=1(TOOL LENGTH H7 NOT 420.000)
+N3 G49
+N4 G91 G28 X0. Y0.
+N5 G91 G28 B0. C0.
+N6 G90
+N7 T7 M6
+N8 IF [ABS[#11007+#10007-420.000] LE 0.01] GOTO 9001
+N9 #3000=1(TOOL LENGTH H7 NOT 420.000)
 N9001
-N9 G54
-N10 S350 M3
-N11 G0 G90 B1.5 C1.5
-N12 G0 G90 X1.5 Y1.5
-N13 G0 G90 G43 Z1.5 H7
-N14 M8
-N15 G90 G94 G0 X1.5 Y1.5 Z1.5 B1.5 C1.5
-N16 G1 X2. F800.
-N17 M9
-N18 M5
-N19 G94
-N20 G49
+N10 G54
+N11 S350 M3
+N12 G0 G90 B1.5 C1.5
+N13 G0 G90 X1.5 Y1.5
+N14 G0 G90 G43 Z1.5 H7
+N15 M8
+N16 G90 G94 G0 X1.5 Y1.5 Z1.5 B1.5 C1.5
+N17 G1 X2. F800.
+N18 M9
+N19 M5
+N20 G94
 N21 G91 G28 Z0.
-N22 G91 G28 X0. Y0.
-N23 G91 G28 B0. C0.
-N24 G90
-N25 M30
+N22 G49
+N23 G91 G28 X0. Y0.
+N24 G91 G28 B0. C0.
+N25 G90
+N26 M30
 %
 ";
     assert_eq!(text, expected);
 }
 
 #[test]
-fn rtcp_is_switched_on_over_the_first_position_and_off_before_home() {
+fn rtcp_is_switched_on_over_the_first_position_and_off_where_the_spindle_axis_is_home() {
     let first = words(&AXES.map(|l| (l, 1.5)));
     let mut spec = spec(vec![Block::Rapid { words: first }]);
     let text = write_program(&spec, &settings(FeedMode::Rtcp)).unwrap();
-    let lines = ["G0 G90 B14. C15.\n", "G0 G90 X11. Y12.\n", "G0 G90 G43.4 X1.5 Y1.5 Z1.5 H7\n", "G49\n", "G28 Z0.\n"];
+    let lines = [
+        "G0 G90 B14. C15.\n",
+        "G0 G90 X11. Y12.\n",
+        "G0 G90 G43.4 X1.5 Y1.5 Z1.5 H7\n",
+        "G91 G28 Z0.\n",
+        "G49\n",
+        "G91 G28 X0. Y0.\n",
+    ];
     let mut rest = text.split_once("M3\n").unwrap().1;
     for line in lines {
         rest = rest.split_once(line).unwrap_or_else(|| panic!("{line} in\n{text}")).1;

@@ -287,3 +287,19 @@ fn linuxcnc_impeller_is_read_whole() {
     assert!((extreme("C", f64::min, f64::INFINITY) + 399.81).abs() <= 0.0051);
     assert!((extreme("Z", f64::min, f64::INFINITY) + 2.65).abs() <= 0.0051);
 }
+
+#[test]
+fn blocks_tell_the_length_compensation_behind_them_and_h0_is_none() {
+    let text = "G21 G90\nG0 Z900.\nG43 Z100. H3\nH5\nG49\nG43 Z100.\nG43 Z50. H0\nG43 Z20.\nG43 Z10. H2\nH0\nG43.4 X0. H2\nG49\n";
+    let read = read_fanuc(text).unwrap();
+    let said: Vec<_> = read.blocks.iter().map(|b| b.compensation).collect();
+    let [off, length] = [Compensation::Off, Compensation::Length(5)];
+    let (third, second) = (Compensation::Length(3), Compensation::Length(2));
+    assert_eq!(said, [off, off, third, length, off, length, off, off, second, off, Compensation::Rtcp(2), off]);
+    // Before the first H a control takes the tool's own length.
+    assert_eq!(read_fanuc("G21 G0 G43 Z1.").unwrap().blocks[0].compensation, Compensation::Length(0));
+    for text in ["G21 G0 G43.4 X1. H0", "G21 G0 G43.4 X1. H2\nH0", "G21 G0 G43 Z1. H0\nG43.4 X1."] {
+        assert!(read_fanuc(text).unwrap_err().to_string().contains("RTCP without a tool length"), "{text}");
+    }
+    assert!(read_fanuc("G21 G0 G43 Z1. H0\nG43.4 X1. H4").is_ok());
+}
