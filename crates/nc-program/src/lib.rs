@@ -24,6 +24,7 @@
 //!     coolant: Coolant::Off,
 //!     work_offset: WorkOffset::default(),
 //!     axes: [AxisLetter::X, AxisLetter::Z, AxisLetter::B].map(axis).to_vec(),
+//!     smallest_feed: 1.0,
 //!     program: NcProgram {
 //!         blocks: vec![
 //!             Block::Rapid { words: at(0.0, 0.0) },
@@ -43,8 +44,9 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! Guarantees: a word that is read back differs from the number it was written from by at most
-//! [`PostSettings::rounding_bound`]; leaving out modal words changes no position, feed or mode; no text makes a reader
+//! Guarantees: an axis word that is read back differs from the number it was written from by at most
+//! [`PostSettings::rounding_bound`]; a feed is not faster than it was given but where no
+//! smaller word says it; leaving out modal words changes no position, feed or mode; no text makes a reader
 //! panic. Not guaranteed: that a control accepts the text of an edited template.
 //!
 //! [`write_apt`] and [`read_apt`] do the same for tip and tool axis, before any machine.
@@ -85,7 +87,8 @@ pub use write_error::WriteError;
 /// The program in the dialect of the settings, with `\n` line ends; the same input always gives the same bytes.
 ///
 /// FANUC: every axis, feed and length number has a decimal point (`X100.`, or `X100.000` with trailing zeros), fixed
-/// decimals, no exponent, no negative zero; rotary words are deg. The first motion of the body states every word it
+/// decimals, no exponent, no negative zero; rotary words are deg. Feeds are rounded down, also inverse times, where a
+/// larger number is faster, but not to zero nor below [`ProgramSpec::smallest_feed`]. The first motion of the body states every word it
 /// names, absolute mode and feed mode, so that it does not depend on the template.
 ///
 /// # Errors

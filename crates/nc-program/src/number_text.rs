@@ -10,6 +10,20 @@ pub(crate) fn units(value: f64, decimals: u8) -> Option<i64> {
     (value.abs() < LARGEST).then(|| (value * 10f64.powi(decimals.into())).round() as i64)
 }
 
+/// How far above a whole number of units a value may lie by the rounding of its own digits, units. Smaller would take a
+/// unit off numbers such as 0.29; a feed larger by so little moves no axis faster than it can.
+const DIGITS: f64 = 1e-6;
+
+/// `value` in units of its last decimal, rounded down; `None` where [`units`] has none.
+pub(crate) fn units_below(value: f64, decimals: u8) -> Option<i64> {
+    (value.abs() < LARGEST).then(|| (value * 10f64.powi(decimals.into()) + DIGITS).floor() as i64)
+}
+
+/// `value` in units of its last decimal, rounded up; `None` where [`units`] has none.
+pub(crate) fn units_above(value: f64, decimals: u8) -> Option<i64> {
+    (value.abs() < LARGEST).then(|| (value * 10f64.powi(decimals.into()) - DIGITS).ceil() as i64)
+}
+
 /// Appends the number of these units: `100.` or, with trailing zeros, `100.000`; always with a decimal point.
 pub(crate) fn push_units(out: &mut String, units: i64, decimals: u8, trailing_zeros: bool) {
     use std::fmt::Write;
@@ -54,6 +68,22 @@ mod tests {
         assert_eq!(short(0.0005), "0.001");
         assert_eq!(number(-7.25, 3, true).unwrap(), "-7.250");
         assert_eq!(number(7.6, 0, true).unwrap(), "8.");
+    }
+
+    #[test]
+    fn rounding_down_and_up_keeps_numbers_that_words_can_say() {
+        for k in 0..100_000_i64 {
+            for decimals in 0..=4 {
+                let text = {
+                    let mut t = String::new();
+                    push_units(&mut t, k, decimals, false);
+                    t
+                };
+                let value: f64 = text.parse().unwrap();
+                assert_eq!((units_below(value, decimals), units_above(value, decimals)), (Some(k), Some(k)), "{text}");
+            }
+        }
+        assert_eq!((units_below(0.2999, 1), units_above(0.2001, 1)), (Some(2), Some(3)));
     }
 
     #[test]

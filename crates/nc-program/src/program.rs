@@ -30,7 +30,8 @@ pub enum Block {
     Linear {
         /// Axes that are given; the others stay.
         words: AxisWords,
-        /// In the unit of the program's [`FeedMode`]: mm/min over all axes, 1/min, or mm/min of the tip. Positive.
+        /// In the unit of the program's [`FeedMode`]: mm/min over all axes, 1/min, or mm/min of the tip. At least half
+        /// a unit of its last decimal, and not below the control's smallest.
         feed: f64,
     },
     /// Change to the tool of this number.

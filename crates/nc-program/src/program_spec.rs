@@ -15,6 +15,8 @@ pub struct ProgramSpec {
     pub work_offset: WorkOffset,
     /// Axes of the machine, in the machine's order.
     pub axes: Vec<AxisSpec>,
+    /// Smallest feed per minute that the control can be given, mm/min; 0 where every word is.
+    pub smallest_feed: f64,
     /// The motions. The first must be a rapid and name every axis the program uses: the template brings the machine there
     /// axis by axis.
     pub program: NcProgram,

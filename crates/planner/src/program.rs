@@ -267,6 +267,7 @@ pub(crate) fn program_spec(
         coolant: coolant(operation.feeds.coolant),
         work_offset: setup.work_offset,
         axes,
+        smallest_feed: job.machine.feed_range().min,
         program: std::mem::take(&mut timed.program),
         approach,
     })

@@ -100,8 +100,7 @@ impl<'a> BodyWriter<'a> {
             FeedMode::G94 | FeedMode::Rtcp => (self.settings.decimals.feed, "a feed in mm/min"),
             FeedMode::G93 => (self.settings.decimals.inverse_time, "a feed in 1/min"),
         };
-        let units = number_text::units(feed, decimals).filter(|units| *units > 0);
-        let units = units.ok_or_else(|| self.number_error(what, feed))?;
+        let units = self.feed_units(feed, decimals).ok_or_else(|| self.number_error(what, feed))?;
         // Inverse time belongs to its block and is not remembered.
         if self.settings.feed_mode == FeedMode::G93 || self.modal.feed != Some(units) {
             self.space();
@@ -110,6 +109,19 @@ impl<'a> BodyWriter<'a> {
             self.modal.feed = Some(units);
         }
         self.sink.push_block(&self.line)
+    }
+
+    /// A feed rounded down, so that no axis is faster than it was to be by the last digit; but not to zero, and a feed per
+    /// minute not below the control's smallest, even if that takes less than a unit more. `None` where no word says the
+    /// feed: it is below the smallest, or below half a unit.
+    fn feed_units(&self, feed: f64, decimals: u8) -> Option<i64> {
+        let smallest = match self.settings.feed_mode {
+            FeedMode::G94 | FeedMode::Rtcp => self.spec.smallest_feed,
+            FeedMode::G93 => 0.0,
+        };
+        let least = number_text::units_above(smallest, decimals)?;
+        let is_sayable = feed > 0.0 && feed >= smallest && number_text::units(feed, decimals)? > 0;
+        Some(number_text::units_below(feed, decimals)?.max(least).max(1)).filter(|_| is_sayable)
     }
 
     fn dwell(&mut self, seconds: f64) -> Result<(), WriteError> {

@@ -78,6 +78,7 @@ pub(crate) fn spec(blocks: Vec<Block>) -> ProgramSpec {
         coolant: Coolant::Flood,
         work_offset: WorkOffset::default(),
         axes: axes.collect(),
+        smallest_feed: 0.0,
         program: NcProgram { blocks },
         approach: Some(words(&[
             (AxisLetter::X, 11.0),
