@@ -123,21 +123,26 @@ impl Bins {
     /// Depth of the cutter in the mesh's surface: the largest distance of a point of the mesh from the cutter's outside,
     /// 0 where it touches nothing. Exact to about 1e-7 mm: the signed distance is convex over each triangle.
     pub fn depth(&self, cutter: &RoundedCylinder, tip: &Point3<f64>, axis: &Unit<Vector3<f64>>) -> f64 {
+        (-self.gap(cutter, tip, axis, 0.0)).max(0.0)
+    }
+
+    /// Distance of the cutter from the mesh, searched up to `at_most` (0 or more); negative: its depth. As exact as depth.
+    pub fn gap(&self, cutter: &RoundedCylinder, tip: &Point3<f64>, axis: &Unit<Vector3<f64>>, at_most: f64) -> f64 {
         let center = tip + axis.into_inner() * (0.5 * cutter.height);
-        let reach = cutter.radius.hypot(0.5 * cutter.height);
+        let reach = cutter.radius.hypot(0.5 * cutter.height) + at_most;
         let signed = |p: &Point3<f64>| {
             let (rho, z) = in_tool(tip, axis, p);
             cutter.signed_distance(rho, z)
         };
-        let mut deepest = 0.0;
+        let mut nearest = at_most;
         for k in self.near(&center, reach) {
             let (c, extent) = &self.centers[k];
             // No point of the triangle is farther from its middle than its extent.
-            if signed(c) - extent < -deepest {
-                deepest = f64::max(deepest, -smallest_over(&self.triangles[k], &signed));
+            if signed(c) - extent < nearest {
+                nearest = nearest.min(smallest_over(&self.triangles[k], &signed));
             }
         }
-        deepest
+        nearest
     }
 
     /// Distance of a frustum from the mesh, searched up to `at_most`.

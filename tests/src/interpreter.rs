@@ -1,9 +1,10 @@
 //! A tiny FANUC interpreter: enough for what the planner writes, and nothing taken from its reader.
 //!
-//! It follows G0, G1, G43, G49, G28, G90, G91 and the words X Y Z B C F. Comments, macro blocks, M and T words do not
-//! move anything. Motions are told from the first block with G43 on, when every axis has been stated.
+//! It follows G0, G1, G43, G43.4, G49, G28, G90, G91, G93, G94 and the words X Y Z B C F. Comments, macro blocks, M and T
+//! words do not move anything. Motions are told from the first block with G43 or G43.4 on, when every axis has been stated.
 
-/// Words of the axes: mm and deg.
+/// Words of the axes: mm and deg. Under RTCP X, Y, Z are those of the tip in the frame of the work offset, which is fixed to
+/// the table.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[expect(missing_docs, reason = "axis letters")]
 pub struct Axes {
@@ -51,17 +52,42 @@ pub struct Motion {
     pub from: Axes,
     /// Where it ends.
     pub to: Axes,
-    /// F word in force.
+    /// F word in force: mm/min, or 1/min under G93.
     pub feed: Option<f64>,
+    /// G93: F is the reciprocal of the block's minutes.
+    pub inverse_time: bool,
+    /// G43.4: the words are the tip's, which goes straight while the rotaries turn.
+    pub rtcp: bool,
 }
 
-/// The motions of a program between G43 and G49.
+impl Motion {
+    /// How long a cutting block takes, s: G93 60/F; G94 the way over F, with 1 deg as 1 mm; RTCP the tip's way over F.
+    ///
+    /// # Panics
+    /// On rapids, and where no F is in force.
+    pub fn seconds(&self) -> f64 {
+        assert!(!self.rapid, "line {}: a rapid has no feed", self.line);
+        let f = self.feed.unwrap_or_else(|| panic!("line {}: no F", self.line));
+        let (a, b) = (&self.from, &self.to);
+        let tip_sq = (b.x - a.x).powi(2) + (b.y - a.y).powi(2) + (b.z - a.z).powi(2);
+        let turn_sq = (b.b - a.b).powi(2) + (b.c - a.c).powi(2);
+        match (self.inverse_time, self.rtcp) {
+            (true, _) => 60.0 / f,
+            (false, true) => 60.0 * tip_sq.sqrt() / f,
+            (false, false) => 60.0 * (tip_sq + turn_sq).sqrt() / f,
+        }
+    }
+}
+
+/// The motions of a program between G43 or G43.4 and G49.
 ///
 /// # Panics
-/// On a word it does not know: the program is not of the kind this is made for.
+/// On a word it does not know: the program is not of the kind this is made for; and on a cutting block under G93 without F,
+/// which a control stops at.
 pub fn run(text: &str) -> Vec<Motion> {
     let mut motions = Vec::new();
     let (mut at, mut rapid, mut compensated, mut feed) = (Axes::default(), true, false, None);
+    let (mut inverse_time, mut rtcp) = (false, false);
     for (k, line) in text.lines().enumerate() {
         let bare = without_comments(line);
         if bare.contains('#') || bare.contains('%') || bare.starts_with('O') {
@@ -77,23 +103,30 @@ pub fn run(text: &str) -> Vec<Motion> {
         if has('G', 0.0) || has('G', 1.0) {
             rapid = has('G', 0.0);
         }
-        if let Some(f) = words.iter().find(|w| w.0 == 'F') {
-            feed = Some(f.1);
+        if has('G', 93.0) || has('G', 94.0) {
+            inverse_time = has('G', 93.0);
+            // F of one mode means nothing in the other.
+            feed = None;
         }
+        let stated = words.iter().find(|w| w.0 == 'F').map(|f| f.1);
+        feed = stated.or(feed);
         let mut to = at;
         let mut moves = false;
         for &(letter, value) in words.iter().filter(|w| "XYZBC".contains(w.0)) {
             to.set(letter, value);
             moves = true;
         }
-        let starts = has('G', 43.0);
+        let starts = has('G', 43.0) || has('G', 43.4);
         if has('G', 49.0) {
             compensated = false;
         }
         if moves && compensated {
-            motions.push(Motion { line: k + 1, rapid, from: at, to, feed });
+            assert!(rapid || !inverse_time || stated.is_some(), "line {}: G93 wants an F in every block", k + 1);
+            motions.push(Motion { line: k + 1, rapid, from: at, to, feed, inverse_time, rtcp });
         }
-        compensated |= starts;
+        if starts {
+            (compensated, rtcp) = (true, has('G', 43.4));
+        }
         at = to;
     }
     motions
@@ -155,5 +188,21 @@ mod tests {
         let edited = run(&with_word(text, 7, 'Z', -2.0));
         assert_eq!(edited[1].to.z, -2.0);
         assert_eq!(edited[0], m[0]);
+    }
+
+    #[test]
+    fn feed_modes_give_the_time_of_a_block() {
+        let g94 = run("G94 G43 Z0.\nG1 X3. Y4. F100.\nB12. F60.\n");
+        assert_eq!((g94[0].seconds(), g94[1].seconds()), (3.0, 12.0));
+        let g93 = run("G94 F7.\nG93\nG43 Z0.\nG0 X1.\nG1 X3. F120.\nG0 X9.\n");
+        assert!(g93[1].inverse_time && g93[1].seconds() == 0.5 && g93[0].feed.is_none());
+        let rtcp = run("G94\nG43.4 Z0. H1\nG1 X3. Y4. B80. F100.\n");
+        assert!(rtcp[0].rtcp && rtcp[0].seconds() == 3.0);
+    }
+
+    #[test]
+    #[should_panic(expected = "G93 wants an F")]
+    fn inverse_time_without_a_word_is_refused() {
+        run("G93 G43 Z0.\nG1 X3. F120.\nX5.\n");
     }
 }

@@ -3,9 +3,10 @@
 //! Independent of the crates under test, from the papers alone:
 //! - [`brute`]: how deep a cutter is in a mesh and how far a turned body is from it, over all triangles;
 //! - [`interpreter`]: what a FANUC program does to its axes;
-//! - [`paper_machine`]: FEED (9), from axis values of the head-B, table-C mill to the tool.
+//! - [`paper_machine`]: FEED (9), from axis values of the head-B, table-C mill to the tool;
+//! - [`read_back`]: a written program against the meshes of its job, by these three.
 //!
-//! Helpers: [`jobs`] writes small jobs and plans them, [`program`] runs the `facemill` command, [`shared`] finds the
+//! Helpers: [`jobs`] writes small jobs and plans them, [`variants`] plans variants of one by the command, [`program`] runs the `facemill` command, [`shared`] finds the
 //! shared data, [`meshes`] plans every shared mesh, [`random`] makes seeded numbers.
 
 pub mod brute;
@@ -15,4 +16,6 @@ pub mod meshes;
 pub mod paper_machine;
 pub mod program;
 pub mod random;
+pub mod read_back;
 pub mod shared;
+pub mod variants;
