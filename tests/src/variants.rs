@@ -3,6 +3,9 @@
 use serde_json::{Value, json};
 
 use facemill::new_job::NewJob;
+use facemill::sample_parts::{PatchSpec, patch};
+use facemill::surface_model::{NamedNode, write_obj};
+use nalgebra::Isometry3;
 
 use crate::interpreter::{self, Motion};
 use crate::jobs::JobFolder;
@@ -16,6 +19,11 @@ use crate::read_back::{Place, ReadBack, apt_feeds, number};
 /// When it cannot be written.
 pub fn tiny_patch() -> JobFolder {
     let job = JobFolder::new(&NewJob::Patch { size_mm: 80.0 });
+    // The example's surface with a quarter of its facets: distances by brute force are what takes time here.
+    let spec = PatchSpec::new([80.0, 80.0], 1.6, [1.2, 1.0]).expect("numbers in range");
+    let mesh = patch(&spec, 60, 60).expect("numbers in range");
+    let nodes = [NamedNode { name: "patch", mesh: 0, transform: Isometry3::identity() }];
+    job.write("patch.obj", &write_obj(&[&mesh], &nodes).expect("a mesh"));
     let planes = "/operations/0/path/strategy/strategy/parallel_planes";
     job.set(
         "job.json",
@@ -28,6 +36,28 @@ pub fn tiny_patch() -> JobFolder {
         ],
     );
     job
+}
+
+/// [`tiny_patch`] with values of its job file set.
+///
+/// # Panics
+/// When it cannot be written.
+pub fn variant(values: &[(&str, Value)]) -> JobFolder {
+    let job = tiny_patch();
+    job.set("job.json", values);
+    job
+}
+
+/// Tip feed of the example's cuts, mm/min.
+pub const CUTTING: f64 = 1200.0;
+
+/// Tip feed of the example's entries and exits, mm/min.
+pub const APPROACH: f64 = 2000.0;
+
+/// Largest distance of a place of `a` from the nearest of `b`: of tips, and of the rims of a cutter of this radius.
+pub fn strays(a: &[Place], b: &[Place], radius: f64) -> f64 {
+    let apart = |p: &Place, q: &Place| (p.0 - q.0).norm() + radius * (p.1.into_inner() - q.1.into_inner()).norm();
+    a.iter().map(|p| b.iter().map(|q| apart(p, q)).fold(f64::INFINITY, f64::min)).fold(0.0, f64::max)
 }
 
 /// Gives the job's tool so long a cutting edge that it cuts from the top of a solid stock, and to its centre.
@@ -89,8 +119,9 @@ pub struct Written {
 /// When it does not.
 pub fn plan(job: &JobFolder) {
     let (file, out) = (job.job(), job.path("out"));
-    let (code, errors) = code_and_errors(&run(&["plan".as_ref(), file.as_os_str(), "--out".as_ref(), out.as_os_str()]));
-    assert_eq!(code, 0, "{errors}");
+    let output = run(&["plan".as_ref(), file.as_os_str(), "--out".as_ref(), out.as_os_str()]);
+    let (code, errors) = code_and_errors(&output);
+    assert_eq!(code, 0, "{errors}{}", String::from_utf8_lossy(&output.stdout));
 }
 
 /// Plans a job of one setup; see [`written`].
@@ -99,7 +130,7 @@ pub fn planned(job: &JobFolder) -> Written {
     written(job, 0, "")
 }
 
-/// What was written for a setup, `suffix` behind the names of its files; it must be verified and without findings.
+/// What was written for a setup, `suffix` behind the names of its files; it must be verified and without faults.
 ///
 /// # Panics
 /// When it is not, or files are missing.
@@ -116,14 +147,15 @@ pub fn written(job: &JobFolder, setup: usize, suffix: &str) -> Written {
     assert_eq!(motions.len(), feeds.len(), "motions and APT points");
     assert!(motions.iter().zip(&feeds).all(|(m, f)| m.rapid == f.is_none()), "rapids of NC and APT differ");
     let written = Written { report, nc, apt, motions, feeds, back: ReadBack::of(job, setup) };
-    assert_eq!(written.findings(), 0, "{}", written.report["findings"]);
+    assert_eq!(written.faults(), 0, "{}", written.report["findings"]);
     written
 }
 
 impl Written {
-    /// Number of findings.
-    pub fn findings(&self) -> usize {
-        self.report["findings"].as_array().map_or(0, Vec::len)
+    /// Number of findings that are faults: all but near misses.
+    pub fn faults(&self) -> usize {
+        let is_fault = |f: &&Value| f["kind"] != "near_miss";
+        self.report["findings"].as_array().map_or(0, |all| all.iter().filter(is_fault).count())
     }
 
     /// A number of the report's totals.
@@ -172,7 +204,9 @@ impl Written {
         }
         assert!(deepest > 0.0, "the cutter touches nothing");
         let told = self.report["worst"]["gouge_mm"].as_f64().unwrap_or(0.0);
-        assert!(told >= deepest - 1e-3, "report {told}, by brute force {deepest}");
+        // The virtual machine looks every half millimetre; between, an edge may be as deep as the rim's arc over it.
+        let between = 0.5 * 0.5 / (8.0 * self.back.cutter.radius);
+        assert!(told >= deepest - between, "report {told}, by brute force {deepest}");
         self.check_rapids();
     }
 
