@@ -54,18 +54,22 @@ fn crowded() -> JobFolder {
 #[test]
 fn trimming_more_than_allowed_is_exit_1_with_files_and_stopping_is_exit_1_without() {
     let job = crowded();
-    let (code, errors) = plan(&job, "out", &["--no-verify"]);
+    let (code, errors) = plan(&job, "out", &[]);
     assert_eq!(code, 1, "{errors}");
     let report: Value = serde_json::from_slice(&std::fs::read(job.path("out/report.json")).unwrap()).unwrap();
     let trimmed =
         report["totals"]["trimmed_points"].as_f64().unwrap() / report["totals"]["cc_points"].as_f64().unwrap();
     assert!(trimmed > report["totals"]["max_trimmed_fraction"].as_f64().unwrap());
+    // What is left is sound: the program leaves the part before the gaps and comes back behind them.
+    let faults: Vec<&Value> =
+        report["findings"].as_array().unwrap().iter().filter(|f| f["kind"] != "near_miss").collect();
+    assert!(report["verified"] == true && faults.is_empty(), "{faults:?}");
 
     job.set("job.json", &[("/operations/0/infeasible/trim/max_trimmed_fraction", json!(1.0))]);
-    assert_eq!(plan(&job, "generous", &["--no-verify"]).0, 0);
+    assert_eq!(plan(&job, "generous", &[]).0, 0);
 
     job.set("job.json", &[("/operations/0/infeasible", json!("stop"))]);
-    let (code, errors) = plan(&job, "stopped", &["--no-verify"]);
+    let (code, errors) = plan(&job, "stopped", &[]);
     assert_eq!(code, 1, "{errors}");
     assert!(errors.contains("no feasible posture") && errors.contains(" hits "), "{errors}");
     assert!(names(&job.path("stopped")).is_empty());
@@ -87,8 +91,14 @@ fn usage_errors_are_exit_2() {
         assert_eq!(run(arguments).status.code(), Some(2), "{arguments:?}");
     }
     let job = small_patch();
-    let (code, errors) = plan(&job, "out", &["--threads", "0", "--no-verify"]);
-    assert!(code == 0 || code == 2, "--threads 0: {code} {errors}");
+    for threads in ["0", "-1", "1025", "99999999999999999999", "2.5", ""] {
+        let (code, errors) = plan(&job, "out", &["--threads", threads, "--no-verify"]);
+        assert_eq!(code, 2, "--threads {threads}: {errors}");
+        assert!(errors.contains("--threads"), "--threads {threads}: {errors}");
+    }
+    assert!(names(&job.path("out")).is_empty());
+    // More threads than the machine has are none of its business.
+    assert_eq!(plan(&job, "out", &["--threads", "1024", "--no-verify"]).0, 0);
 }
 
 #[test]
@@ -115,7 +125,7 @@ fn an_interrupt_stops_within_a_second_and_leaves_no_half_file() {
         assert_eq!(output.status.signal(), None, "{after} s");
         let (code, errors) = code_and_errors(&output);
         assert_eq!(code, 130, "after {after} s: {errors}");
-        assert!(took < 1.5, "after {after} s it took {took} s to stop");
+        assert!(took < 1.0, "after {after} s it took {took} s to stop");
         assert!(names(&out).is_empty(), "{:?}", names(&out));
     }
 }
