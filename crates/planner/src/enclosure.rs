@@ -29,7 +29,7 @@ pub(crate) fn check_enclosure(
     for o in obstacles {
         let skin = match o.role {
             ObstacleRole::Part | ObstacleRole::Check => stock_thickness.max(o.allowance),
-            ObstacleRole::Fixture | ObstacleRole::Stock => o.allowance,
+            ObstacleRole::Fixture | ObstacleRole::Table | ObstacleRole::Stock => o.allowance,
         };
         let Some((place, height)) = farthest(&o.mesh, |p| surface.height(p)) else { continue };
         if height + skin > 0.0 {

@@ -1,9 +1,11 @@
 //! From planned operations to text, and the run of that text on the virtual machine.
 
 use facemill_cl_data::ClPoint;
-use facemill_nc_program::{AptCutter, AptMove, AptSpec, Block, WordMap, read_program, write_apt, write_program};
+use facemill_nc_program::{
+    AptCutter, AptMove, AptSpec, Block, WordMap, read_program, write_apt, write_program, write_program_with_lines,
+};
 use facemill_virtual_machine::{
-    ObstacleKind, Verification, VerifyError, VerifySettings, VirtualObstacle, VirtualSetup, verify,
+    GougeSection, ObstacleKind, Verification, VerifyError, VerifySettings, VirtualObstacle, VirtualSetup, verify,
 };
 use nalgebra::Isometry3;
 
@@ -17,6 +19,18 @@ use crate::{Failure, Stages};
 /// What a program says of itself that was not run on the virtual machine.
 const NOT_VERIFIED: &str = "NOT VERIFIED";
 
+/// What is written of a setup.
+pub(crate) struct Texts {
+    /// Timed blocks; the program itself is in the text.
+    pub timed: Timed,
+    /// NC text.
+    pub nc: String,
+    /// APT text.
+    pub apt: String,
+    /// Line of the NC text, from 1, at which each operation begins.
+    pub operation_lines: Vec<u32>,
+}
+
 /// Timed blocks, NC text and APT text; `verify` says whether the text will be run on the virtual machine.
 pub(crate) fn write_texts(
     job: &Job,
@@ -24,7 +38,7 @@ pub(crate) fn write_texts(
     operations: &[PlannedOperation<'_>],
     words: &WordMap,
     verify: bool,
-) -> Result<(Timed, String, String), Failure> {
+) -> Result<Texts, Failure> {
     let mut writer = BlockWriter::new(job, words);
     if !verify {
         writer.comment(NOT_VERIFIED.to_owned());
@@ -35,7 +49,8 @@ pub(crate) fn write_texts(
     let mut timed = writer.finish();
     let first = operations.first().map(|o| o.operation).ok_or_else(|| Failure::Internal("no operation".to_owned()))?;
     let spec = program_spec(job, setup, first, words, &mut timed)?;
-    let text = write_program(&spec, &job.post).map_err(|e| job.wrong(format!("post: {e}")))?;
+    let written = write_program_with_lines(&spec, &job.post).map_err(|e| job.wrong(format!("post: {e}")))?;
+    let operation_lines = timed.operation_starts.iter().map(|&block| written.block_lines[block]).collect();
     let cutter = job.tool.cutter();
     let apt = AptSpec {
         part_name: spec.job_name.clone(),
@@ -50,7 +65,7 @@ pub(crate) fn write_texts(
         moves: apt_moves(operations, verify),
     };
     let apt = write_apt(&apt).map_err(|e| Failure::Internal(e.to_string()))?;
-    Ok((timed, text, apt))
+    Ok(Texts { timed, nc: written.text, apt, operation_lines })
 }
 
 /// Tries the post's template on a program that only stands at home, so that a fault in it is told before anything is
@@ -93,10 +108,11 @@ pub(crate) fn verify_text(
     setup: &Setup<'_>,
     operations: &[PlannedOperation<'_>],
     words: &WordMap,
-    text: &str,
+    texts: &Texts,
     stages: &dyn Stages,
 ) -> Result<Verification, Failure> {
-    let program = read_program(text, job.post.dialect()).map_err(|e| Failure::Internal(format!("own program: {e}")))?;
+    let program =
+        read_program(&texts.nc, job.post.dialect()).map_err(|e| Failure::Internal(format!("own program: {e}")))?;
     let obstacles = setup
         .obstacles
         .iter()
@@ -126,8 +142,17 @@ pub(crate) fn verify_text(
         tool: &job.tool,
         obstacles,
     };
-    let limit = operations.iter().map(|o| budget(job, o.operation).simulated()).fold(f64::INFINITY, f64::min);
-    let settings = VerifySettings { gouge_limit: limit, ..VerifySettings::default() };
+    let sections: Vec<GougeSection> = operations
+        .iter()
+        .zip(&texts.operation_lines)
+        .map(|(o, &first_line)| GougeSection {
+            name: o.operation.name.clone(),
+            first_line,
+            gouge_limit: budget(job, o.operation).simulated(),
+        })
+        .collect();
+    // Nothing is cut before the first operation.
+    let settings = VerifySettings { gouge_limit: 0.0, sections, ..VerifySettings::default() };
     let monitor = stages.start("verify program", program.blocks.len());
     let mut verification = verify(&program, &virtual_setup, &settings, &*monitor).map_err(|e| match e {
         VerifyError::Cancelled(_) => Failure::Interrupted,
@@ -149,7 +174,8 @@ fn name_obstacles(verification: &mut Verification, setup: &Setup<'_>) {
             name(obstacle, place);
         }
     }
-    if let Some(g) = &mut verification.largest_gouge {
+    let in_sections = verification.sections.iter_mut().filter_map(|s| s.largest_gouge.as_mut());
+    for g in verification.largest_gouge.iter_mut().chain(in_sections) {
         name(&mut g.obstacle, g.place_work_mm);
     }
     if let Some(c) = &mut verification.smallest_clearance {

@@ -58,16 +58,16 @@ pub fn plan_setup(job: &Job, index: usize, settings: PlanSettings, stages: &dyn 
         picture = picture.or(svg);
         operations.push(planned);
     }
-    let (timed, text, apt) = write_texts(job, &setup, &operations, &words, settings.verify)?;
+    let texts = write_texts(job, &setup, &operations, &words, settings.verify)?;
     clock.lap("program");
     let verification =
-        if settings.verify { Some(verify_text(job, &setup, &operations, &words, &text, stages)?) } else { None };
+        if settings.verify { Some(verify_text(job, &setup, &operations, &words, &texts, stages)?) } else { None };
     clock.lap("verify");
-    let report = report(job, &setup, &operations, &timed, verification);
+    let report = report(job, &setup, &operations, &texts.timed, verification);
     let suffix = if job.file.setups.len() > 1 { format!("-{}", file_stem(&setup.file.name)) } else { String::new() };
     let mut files = vec![
-        (format!("program{suffix}.nc"), text.into_bytes()),
-        (format!("program{suffix}.apt"), apt.into_bytes()),
+        (format!("program{suffix}.nc"), texts.nc.into_bytes()),
+        (format!("program{suffix}.apt"), texts.apt.into_bytes()),
         (format!("report{suffix}.json"), facemill_file_format::to_json(&report).into_bytes()),
     ];
     files.extend(picture.map(|svg| (format!("solution-space{suffix}.svg"), svg.into_bytes())));

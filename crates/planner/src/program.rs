@@ -74,6 +74,8 @@ pub(crate) struct Timed {
     pub n_blocks: usize,
     /// Tip feed reached at every cutting move, mm/min, in program order.
     pub tip_feeds: Vec<f64>,
+    /// Index among the program's blocks of the first one of each operation.
+    pub operation_starts: Vec<usize>,
     /// Where the program starts.
     pub first: Option<AxisValues>,
 }
@@ -110,6 +112,7 @@ impl<'a> BlockWriter<'a> {
                 cutting_length: 0.0,
                 n_blocks: 0,
                 tip_feeds: Vec::new(),
+                operation_starts: Vec::new(),
                 first: None,
             },
         }
@@ -120,6 +123,7 @@ impl<'a> BlockWriter<'a> {
     /// # Errors
     /// When a block has no feed that axes and control allow.
     pub(crate) fn operation(&mut self, operation: &OperationFile, moves: &OperationMoves) -> Result<(), Failure> {
+        self.timed.operation_starts.push(self.timed.program.blocks.len());
         if let Some(before) = self.feeds.replace(operation.feeds.clone()) {
             self.change_of(&before, &operation.feeds);
         }

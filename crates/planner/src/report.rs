@@ -27,7 +27,7 @@ pub struct Report {
     pub totals: Totals,
     /// Extreme values, each with its place.
     pub worst: Worst,
-    /// Error budget of each operation.
+    /// Error budget of each operation, and what of it the written program uses up.
     pub budgets: Vec<BudgetReport>,
     /// Faults found in the written program, in program order.
     pub findings: Vec<Finding>,
@@ -121,11 +121,14 @@ pub struct BudgetReport {
     /// What of it the programmed motion may use up against the mesh: all but the mesh's own error and the control's. Deeper
     /// is a finding.
     pub against_mesh_mm: f64,
+    /// Deepest place of the cutter below the part's mesh in the operation's blocks; `null` where it was nowhere below, or
+    /// the program was not run.
+    pub largest_gouge_mm: Option<f64>,
 }
 
 impl BudgetReport {
-    /// The report of a budget.
-    pub fn new(operation: &str, budget: &ErrorBudget) -> Self {
+    /// The report of a budget and of the largest gouge against it.
+    pub fn new(operation: &str, budget: &ErrorBudget, largest_gouge_mm: Option<f64>) -> Self {
         Self {
             operation: operation.to_owned(),
             mesh_chord_mm: budget.mesh_chord,
@@ -135,6 +138,7 @@ impl BudgetReport {
             gouge_mm: budget.gouge_tolerance,
             total_mm: budget.total(),
             against_mesh_mm: budget.simulated(),
+            largest_gouge_mm,
         }
     }
 }

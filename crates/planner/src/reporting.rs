@@ -66,6 +66,12 @@ pub(crate) fn report(
             worst.clearance_line = Some(c.line);
         }
     }
+    let gouges = verification.iter().flat_map(|v| &v.sections).map(|s| s.largest_gouge.as_ref().map(|g| g.depth_mm));
+    let budgets = operations
+        .iter()
+        .zip(gouges.chain(std::iter::repeat(None)))
+        .map(|(o, gouge)| BudgetReport::new(&o.operation.name, &budget(job, o.operation), gouge))
+        .collect();
     Report {
         format: REPORT_FORMAT,
         job: job.file.name.clone(),
@@ -73,7 +79,7 @@ pub(crate) fn report(
         verified: verification.is_some(),
         totals,
         worst,
-        budgets: operations.iter().map(|o| BudgetReport::new(&o.operation.name, &budget(job, o.operation))).collect(),
+        budgets,
         findings: verification.map(|v| v.findings).unwrap_or_default(),
         infeasible: infeasible_report(operations),
         meshes: setup.reports.clone(),

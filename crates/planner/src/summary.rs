@@ -7,8 +7,6 @@ pub fn summary(report: &Report) -> String {
     let t = &report.totals;
     let w = &report.worst;
     let or_none = |v: Option<f64>, unit: &str| v.map_or_else(|| "none".to_owned(), |v| format!("{v:.3} {unit}"));
-    let allowed = report.budgets.iter().map(|b| b.against_mesh_mm).fold(0.0, f64::max);
-    let budget = report.budgets.iter().map(|b| b.total_mm).fold(0.0, f64::max);
     let mut lines = vec![
         format!("{} - {}", report.job, report.setup),
         format!("  passes            {}", t.passes),
@@ -32,10 +30,15 @@ pub fn summary(report: &Report) -> String {
                 .map(|b| format!(" ({b}, line {})", w.clearance_line.unwrap_or(0)))
                 .unwrap_or_default()
         ));
-        lines.push(format!(
-            "  largest gouge     {} in the written program; allowed there {allowed:.3} mm, error budget {budget:.3} mm",
-            or_none(w.gouge_mm, "mm")
-        ));
+        for b in &report.budgets {
+            let of = if report.budgets.len() > 1 { format!(", operation \"{}\"", b.operation) } else { String::new() };
+            lines.push(format!(
+                "  largest gouge     {} in the written program; allowed there {:.3} mm, error budget {:.3} mm{of}",
+                or_none(b.largest_gouge_mm, "mm"),
+                b.against_mesh_mm,
+                b.total_mm
+            ));
+        }
     } else {
         lines.push("  the written program was not verified".to_owned());
     }
