@@ -218,7 +218,7 @@ const WRONG: &[Wrong] = &[
     (
         "negative tolerance",
         |f| job(f, "/operations/0/tolerances/gouge_mm", json!(-0.1)),
-        &["job.json", "operations[0].tolerances.gouge_mm", "more than 0"],
+        &["job.json", "operations[0].tolerances.gouge_mm", "must be from"],
     ),
     (
         "tilt backward",
@@ -363,8 +363,8 @@ fn bad_input_is_exit_2_with_file_and_field() {
     for (name, change, words) in WRONG {
         let job = copy_of(good);
         change(&job);
-        // Templates and offsets are used only when a program is written.
-        let (code, errors) = if name.contains("template") || name.contains("another machine") {
+        // Offsets are used only when a program is written.
+        let (code, errors) = if name.contains("another machine") {
             plan(&job, "out", &["--no-verify"])
         } else {
             code_and_errors(&run(&["check".as_ref(), job.job().as_os_str()]))
