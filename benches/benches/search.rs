@@ -26,6 +26,8 @@ fn scene(c: &mut Criterion, scene: &Scene, tool: &ToolAssembly) {
             mesh: &tree,
             gouge_allowance: Some(0.0),
             collision_allowance: 1.0,
+            machine_body: None,
+            pieces: None,
         }],
         preferred_branch: BranchPreference::Positive,
         axis_cone: None,

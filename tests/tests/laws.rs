@@ -49,6 +49,8 @@ fn workcell<'a>(
             mesh,
             gouge_allowance: Some(0.0),
             collision_allowance: 0.0,
+            machine_body: None,
+            pieces: None,
         }],
         preferred_branch: BranchPreference::Positive,
         axis_cone: None,
@@ -101,7 +103,7 @@ fn search_gives_the_smallest_feasible_u_of_a_dense_scan_and_a_pose_that_brute_fo
             let depth = bins.depth(&solid(tool.cutter()), &pose.cl.tip, &pose.cl.axis);
             assert!(depth <= cell.gouge_tolerance + 1e-6, "{depth} mm deep at u {}", found.u);
             assert!(pose.lift <= cell.max_lift);
-            let again = machine.cl_point(&pose.axes, tool.gauge_length());
+            let again = machine.cl_point(&pose.configuration.axes, tool.gauge_length());
             let meant = pose.cl.transformed(&cell.table_from_work);
             assert!((again.tip - meant.tip).norm() < 1e-7);
         }
@@ -211,8 +213,11 @@ fn a_rigid_motion_of_part_and_mounting_moves_the_plan_with_it() {
             // Rounding may end the bisection of the lift one step apart.
             assert!((meant.tip - b.cl.tip).norm() < 2e-3, "{meant:?} {b:?}");
             assert!((meant.axis.into_inner() - b.cl.axis.into_inner()).norm() < 1e-6);
-            for k in 0..a.axes.len() {
-                assert!((a.axes.get_or_zero(k) - b.axes.get_or_zero(k)).abs() < 5e-3, "axis {k}: {a:?} {b:?}");
+            for k in 0..a.configuration.axes.len() {
+                assert!(
+                    (a.configuration.axes.get_or_zero(k) - b.configuration.axes.get_or_zero(k)).abs() < 5e-3,
+                    "axis {k}: {a:?} {b:?}"
+                );
             }
         }
     }

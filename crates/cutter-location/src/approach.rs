@@ -2,7 +2,8 @@
 
 use facemill_cl_data::{CcPoint, ClPoint};
 
-use crate::{Hints, Infeasible, PoseTest};
+use crate::link::between;
+use crate::{Configuration, Hints, Infeasible, PoseTest};
 
 /// Shape of an entry or exit. Angles in rad, lengths in mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -75,8 +76,10 @@ pub fn arc_poses(
 pub struct ApproachSettings {
     /// Shape of the arc.
     pub shape: ApproachShape,
-    /// Distance between the poses of the arc, mm.
+    /// Distance between the poses of the arc, mm; between them the tool goes straight.
     pub step: f64,
+    /// Distance between tested poses on the way, mm. Larger: what is thinner may be passed over.
+    pub test_step: f64,
     /// Distance that the whole tool keeps from stock, part and fixtures where rapids begin and end, mm.
     pub rapid_clearance: f64,
     /// Farthest retract along the tool axis that may be needed to get clear, mm.
@@ -99,30 +102,46 @@ impl ApproachSettings {
 /// The way between a pass and the place where rapids begin or end.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Approach {
-    /// Poses from next to the pass outward; the last is clear of everything by the rapid clearance.
+    /// Poses from next to the pass outward; the last is clear of everything by the rapid clearance. All are on the branch of
+    /// the pass' end.
     pub outward: Vec<ClPoint>,
+    /// How the machine stands at the last.
+    pub outer: Configuration,
 }
 
-/// Arc and retract at one end of a pass, every pose tested: the cutter's test body cuts nothing that must stay, bodies hit
-/// nothing, axis values exist, and an entry goes down into stock no more steeply than the tool may. Where the arc is not
-/// possible as asked, smaller ones of the same angle are tried, down to an eighth of the radius. From the end of the arc
-/// the tool retracts along its axis in steps until it is clear.
+/// One end of a pass.
+#[derive(Clone, Copy, Debug)]
+pub struct PassEndPose<'a> {
+    /// Which end.
+    pub end: PassEnd,
+    /// CC point.
+    pub cc: &'a CcPoint,
+    /// Tool pose.
+    pub cl: &'a ClPoint,
+    /// How the machine stands there.
+    pub configuration: &'a Configuration,
+    /// Whether the uncut stock lies to the left of the feed.
+    pub uncut_left: bool,
+}
+
+/// Arc and retract at one end of a pass, tested as they are driven: at poses no farther apart than the test step, on the
+/// branch of the pass, the cutter's test body cuts nothing that must stay, bodies hit nothing, axis values exist, and an
+/// entry goes down into stock no more steeply than the tool may. Where the arc is not possible as asked, smaller ones of the
+/// same angle are tried, down to an eighth of the radius. From the end of the arc the tool retracts along its axis in steps
+/// until it is clear.
 ///
 /// # Errors
 /// The reason why the arc as asked cannot be taken, when no smaller one can either.
 pub fn approach(
     test: &PoseTest<'_>,
     settings: &ApproachSettings,
-    end: PassEnd,
-    cc: &CcPoint,
-    cl: &ClPoint,
-    uncut_left: bool,
+    at: &PassEndPose<'_>,
     hints: &mut Hints,
 ) -> Result<Approach, Infeasible> {
     let mut first_reason = None;
     for share in [1.0, 0.5, 0.25, 0.125] {
         let scaled = settings.scaled(share);
-        match approach_by(test, &scaled, end, cc, cl, uncut_left, hints) {
+        match (Outward { test, settings: &scaled, hints, near: *at.configuration }).way(at) {
             Ok(approach) => return Ok(approach),
             Err(why) => first_reason = first_reason.or(Some(why)),
         }
@@ -130,64 +149,78 @@ pub fn approach(
     Err(first_reason.expect("at least one arc was tried"))
 }
 
-fn approach_by(
-    test: &PoseTest<'_>,
-    settings: &ApproachSettings,
-    end: PassEnd,
-    cc: &CcPoint,
-    cl: &ClPoint,
-    uncut_left: bool,
-    hints: &mut Hints,
-) -> Result<Approach, Infeasible> {
-    let mut outward = arc_poses(settings.shape, end, cc, cl, uncut_left, settings.step);
-    for pose in &outward {
-        test.try_pose(pose, hints)?;
-    }
-    let top = *outward.last().unwrap_or(cl);
-    let mut height = 0.0;
-    loop {
-        let pose = top.translated(top.axis.into_inner() * height);
-        test.try_pose(&pose, hints)?;
+/// Goes outward from the end of a pass, testing on the way.
+struct Outward<'t, 'a> {
+    test: &'t PoseTest<'a>,
+    settings: &'t ApproachSettings,
+    hints: &'t mut Hints,
+    /// How the machine stood at the last tested pose.
+    near: Configuration,
+}
+
+impl Outward<'_, '_> {
+    fn way(mut self, at: &PassEndPose<'_>) -> Result<Approach, Infeasible> {
+        let settings = self.settings;
+        let mut outward = arc_poses(settings.shape, at.end, at.cc, at.cl, at.uncut_left, settings.step);
+        let mut from = *at.cl;
+        for pose in &outward {
+            self.go(&from, pose)?;
+            from = *pose;
+        }
+        let top = from;
+        let mut height = 0.0;
+        while let Some(why) = self.rapid_blocked() {
+            if height >= settings.max_retract {
+                return Err(why);
+            }
+            height = (height + settings.step.max(settings.test_step)).min(settings.max_retract);
+            let pose = top.translated(top.axis.into_inner() * height);
+            self.go(&from, &pose)?;
+            from = pose;
+        }
         if height > 0.0 {
-            outward.push(pose);
+            outward.push(from);
         }
-        match test.rapid_blocked(&pose, settings.rapid_clearance, hints) {
-            None => break,
-            Some(why) if height >= settings.max_retract => return Err(why),
-            Some(_) => height = (height + settings.step).min(settings.max_retract),
+        if at.end == PassEnd::Entry {
+            self.check_ramp(at.cl, &outward)?;
         }
+        Ok(Approach { outward, outer: self.near })
     }
-    let outward = thin_retract(outward, &top);
-    if end == PassEnd::Entry {
-        check_ramp(test, cl, &outward, hints)?;
+
+    /// Tests the straight way between two poses, without its start.
+    fn go(&mut self, from: &ClPoint, to: &ClPoint) -> Result<(), Infeasible> {
+        let n = ((to.tip - from.tip).norm() / self.settings.test_step).ceil().clamp(1.0, MAX_TESTS) as usize;
+        for k in 1..=n {
+            self.near = self.test.try_pose(&between(from, to, k as f64 / n as f64), &self.near, self.hints)?;
+        }
+        Ok(())
     }
-    Ok(Approach { outward })
+
+    /// What is nearer than the rapid clearance to the whole tool where it is, stock included.
+    fn rapid_blocked(&mut self) -> Option<Infeasible> {
+        let clearance = self.settings.rapid_clearance;
+        let (distance, nearest) = self.test.rapid_distance(&self.near.axes, clearance, self.hints);
+        nearest.filter(|_| distance < clearance)
+    }
+
+    /// An entry may go down, against the cutter's bottom, by the tool's ramp angle where it is in the stock.
+    fn check_ramp(&mut self, cl: &ClPoint, outward: &[ClPoint]) -> Result<(), Infeasible> {
+        let mut inner = cl;
+        for outer in outward {
+            let way = inner.tip - outer.tip;
+            let angle = (-way.dot(&outer.axis)).atan2((way - outer.axis.into_inner() * way.dot(&outer.axis)).norm());
+            let steepest = self.test.cell.tool.max_ramp_angle() + RAMP_SLACK;
+            if angle > steepest && self.test.cutter_in_stock(inner, self.hints) {
+                return Err(Infeasible::Ramp { angle });
+            }
+            inner = outer;
+        }
+        Ok(())
+    }
 }
 
 /// How much a chord of the arc may be steeper than the tool's ramp angle, rad: less than inserts notice.
 const RAMP_SLACK: f64 = 1e-3;
 
-/// An entry may go down, against the cutter's bottom, by the tool's ramp angle where it is in the stock.
-fn check_ramp(test: &PoseTest<'_>, cl: &ClPoint, outward: &[ClPoint], hints: &mut Hints) -> Result<(), Infeasible> {
-    let mut inner = cl;
-    for outer in outward {
-        let way = inner.tip - outer.tip;
-        let angle = (-way.dot(&outer.axis)).atan2((way - outer.axis.into_inner() * way.dot(&outer.axis)).norm());
-        if angle > test.cell.tool.max_ramp_angle() + RAMP_SLACK && test.cutter_in_stock(inner, hints) {
-            return Err(Infeasible::Ramp { angle });
-        }
-        inner = outer;
-    }
-    Ok(())
-}
-
-/// Keeps the arc and, of the straight retract above `top`, only the end.
-fn thin_retract(mut outward: Vec<ClPoint>, top: &ClPoint) -> Vec<ClPoint> {
-    let arc_len = outward.iter().position(|p| p == top).map_or(0, |k| k + 1);
-    if outward.len() > arc_len {
-        let last = outward[outward.len() - 1];
-        outward.truncate(arc_len);
-        outward.push(last);
-    }
-    outward
-}
+/// Tested poses of one straight piece, at most: beyond, a length of the job is absurd.
+const MAX_TESTS: f64 = 1e5;

@@ -17,15 +17,20 @@ pub mod approach;
 mod bezier;
 pub mod cusp;
 pub mod link;
+mod machine_obstacles;
 mod pass_plan;
+mod pose_test;
 mod search;
 mod solution_space;
+mod stance;
 mod workcell;
 
 pub use bezier::{SearchCurve, SearchCurveError, SearchOrder, TurnTable};
 pub use pass_plan::{Outcome, PassSettings, PassTask, plan_passes};
+pub use pose_test::PoseTest;
 pub use search::{Found, SearchSettings, search};
 pub use solution_space::{SolutionSpace, solution_space};
 pub use workcell::{
-    AxisCone, Body, FeasiblePose, Hints, Infeasible, Obstacle, PoseTest, Workcell, angle_between, tool_frame,
+    AxisCone, Body, Configuration, FeasiblePose, Hints, Infeasible, Obstacle, Pieces, Workcell, angle_between,
+    tool_frame,
 };

@@ -1,9 +1,11 @@
 //! The way from the end of one pass to the start of the next, without cutting.
 
 use facemill_cl_data::ClPoint;
+use facemill_inverse_kinematics::AxisValues;
 use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
 
-use crate::{Hints, Infeasible, PoseTest, angle_between};
+use crate::stance::Stance;
+use crate::{Configuration, Hints, Infeasible, PoseTest, angle_between};
 
 /// Surface outside of which the whole workpiece, its stock and its fixtures lie inside; workpiece frame, mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -78,7 +80,10 @@ impl ClearanceSurface {
         if self.height(&at(outside).tip) < margin {
             return None;
         }
-        while outside - inside > 1e-3 {
+        for _ in 0..MAX_HALVINGS {
+            if outside - inside <= 1e-3 {
+                break;
+            }
             let middle = 0.5 * (inside + outside);
             if self.height(&at(middle).tip) < margin { inside = middle } else { outside = middle }
         }
@@ -126,6 +131,9 @@ pub fn between(a: &ClPoint, b: &ClPoint, t: f64) -> ClPoint {
     ClPoint { tip: a.tip + (b.tip - a.tip) * t, axis: Unit::new_normalize(axis.into_inner()) }
 }
 
+/// Bisections of a way: enough to exhaust a double.
+const MAX_HALVINGS: u32 = 200;
+
 /// What a link must fulfil.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LinkSettings {
@@ -151,80 +159,165 @@ pub struct LinkBlocked {
 /// at most about twice as high as it needs to be.
 const LIFTS: [f64; 6] = [0.0, 25.0, 60.0, 130.0, 280.0, 600.0];
 
-/// Poses strictly between `from` and `to` over which the tool gets there without coming nearer than the rapid clearance to
-/// anything; both ends are clear already. The lowest of a series of lifted ways is taken, else the way over the clearance
-/// surface.
+/// A pose on the way of a link.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Waypoint {
+    /// Tool pose, workpiece frame.
+    pub cl: ClPoint,
+    /// How the machine stands there.
+    pub configuration: Configuration,
+}
+
+/// Finds ways between passes and tests them as they are driven: tip straight, axis turned evenly, on one branch.
 ///
-/// The ways are tested at poses close enough for the free distance there to cover the motion of tool and head to the next
-/// one in tip-linear motion, near the clearance 1 mm apart, so that half a millimetre of it may lack between two; the motion
-/// of the control differs from it by the linearisation tolerance. Where a leg leads through the pole of the rotary axes, the
-/// head's turn about the tool at the pole itself is not tested.
-///
-/// # Errors
-/// When even the way over the clearance surface is blocked.
-pub fn link(
-    test: &PoseTest<'_>,
-    settings: &LinkSettings,
-    from: &ClPoint,
-    to: &ClPoint,
-    hints: &mut Hints,
-) -> Result<Vec<ClPoint>, LinkBlocked> {
-    let raised = |p: &ClPoint, by: f64| p.translated(p.axis.into_inner() * by);
-    for lift in LIFTS {
-        let way = if lift == 0.0 { vec![] } else { vec![raised(from, lift), raised(to, lift)] };
-        if way_blocked(test, settings, from, &way, to, hints).is_none() {
-            return Ok(way);
+/// A way is tested at poses close enough for the free distance there to cover the motion of tool and machine to the next one,
+/// near the clearance 1 mm apart, so that half a millimetre of it may lack between two; the motion of the control differs
+/// from it by the linearisation tolerance. Where a leg leads through the pole of the rotary axes, the head's turn about the
+/// tool at the pole itself is not tested.
+pub struct Linker<'t, 'a> {
+    test: &'t PoseTest<'a>,
+    settings: &'t LinkSettings,
+    hints: Hints,
+}
+
+impl<'t, 'a> Linker<'t, 'a> {
+    /// Ways in a workcell.
+    pub fn new(test: &'t PoseTest<'a>, settings: &'t LinkSettings) -> Self {
+        Self { test, settings, hints: Hints::default() }
+    }
+
+    /// Poses strictly between `from` and `to` over which the tool gets there without coming nearer than the rapid clearance
+    /// to anything; both ends are clear already. The lowest of a series of lifted ways is taken, else the way over the
+    /// clearance surface.
+    ///
+    /// Where the two ends are on different branches, the way leads over the clearance surface, and has there one pose twice,
+    /// on the first branch and on the second: all axes go over together. That motion is [`Linker::swing`] to test.
+    ///
+    /// # Errors
+    /// When even the way over the clearance surface is blocked.
+    pub fn link(&mut self, from: &Waypoint, to: &Waypoint) -> Result<Vec<Waypoint>, LinkBlocked> {
+        if from.configuration.branch != to.configuration.branch {
+            return self.over_clearance(from, to);
         }
-    }
-    over_clearance(test, settings, from, to, hints)
-}
-
-/// From `from` out to the clearance surface, along it, and back to `to`, by the first free way out at each end.
-fn over_clearance(
-    test: &PoseTest<'_>,
-    settings: &LinkSettings,
-    from: &ClPoint,
-    to: &ClPoint,
-    hints: &mut Hints,
-) -> Result<Vec<ClPoint>, LinkBlocked> {
-    let out = way_out(test, settings, from, hints)?;
-    let mut back = way_out(test, settings, to, hints)?;
-    back.reverse();
-    let across =
-        along_clearance(&settings.clearance, test.clearance_margin(), end_of(&out, from), back.first().unwrap_or(to));
-    let way: Vec<ClPoint> = out.into_iter().chain(across).chain(back).collect();
-    match way_blocked(test, settings, from, &way, to, hints) {
-        None => Ok(way),
-        Some((pose, why)) => Err(LinkBlocked { pose, why }),
-    }
-}
-
-fn end_of<'a>(way: &'a [ClPoint], start: &'a ClPoint) -> &'a ClPoint {
-    way.last().unwrap_or(start)
-}
-
-/// The first free way from a pose to the clearance surface, without the pose itself.
-///
-/// # Errors
-/// When none is free: where the first one, along the tool axis, is blocked.
-pub fn way_out(
-    test: &PoseTest<'_>,
-    settings: &LinkSettings,
-    from: &ClPoint,
-    hints: &mut Hints,
-) -> Result<Vec<ClPoint>, LinkBlocked> {
-    let mut first = None;
-    for mut way in settings.clearance.ways_out(from, test.clearance_margin()) {
-        let Some(end) = way.pop() else { continue };
-        match way_blocked(test, settings, from, &way, &end, hints) {
-            None => {
-                way.push(end);
-                return Ok(way);
+        let raised = |p: &Waypoint, by: f64| p.cl.translated(p.cl.axis.into_inner() * by);
+        for lift in LIFTS {
+            let way = if lift == 0.0 { vec![] } else { vec![raised(from, lift), raised(to, lift)] };
+            if let Ok(mut poses) = self.way(from, way.into_iter().chain([to.cl])) {
+                poses.pop();
+                return Ok(poses);
             }
-            Some((pose, why)) => first = first.or(Some(LinkBlocked { pose, why })),
         }
+        self.over_clearance(from, to)
     }
-    Err(first.expect("there is always the way straight out"))
+
+    /// From `from` out to the clearance surface, along it, and back to `to`, by the first free way out at each end.
+    fn over_clearance(&mut self, from: &Waypoint, to: &Waypoint) -> Result<Vec<Waypoint>, LinkBlocked> {
+        let mut way = self.way_out(from)?;
+        let mut back = self.way_out(to)?;
+        back.reverse();
+        let out = *way.last().unwrap_or(from);
+        let over = *back.first().unwrap_or(to);
+        let across = along_clearance(&self.settings.clearance, self.test.clearance_margin(), &out.cl, &over.cl);
+        way.extend(self.way(&out, across.into_iter().chain([over.cl]))?);
+        if from.configuration.branch == to.configuration.branch {
+            // The last pose across is the first one back.
+            way.pop();
+        }
+        let start = if back.is_empty() { *to } else { over };
+        way.extend(back.iter().copied());
+        // Down again, as it will be driven: from above, and not as it was found, from below.
+        let down: Vec<ClPoint> = back.iter().skip(1).map(|w| w.cl).chain([to.cl]).collect();
+        self.way(&start, down)?;
+        Ok(way)
+    }
+
+    /// The first free way from a pose to the clearance surface, without the pose itself.
+    ///
+    /// # Errors
+    /// When none is free: where the first one, along the tool axis, is blocked.
+    pub fn way_out(&mut self, from: &Waypoint) -> Result<Vec<Waypoint>, LinkBlocked> {
+        let mut first = None;
+        for way in self.settings.clearance.ways_out(&from.cl, self.test.clearance_margin()) {
+            match self.way(from, way) {
+                Ok(poses) => return Ok(poses),
+                Err(blocked) => first = first.or(Some(blocked)),
+            }
+        }
+        Err(first.expect("there is always the way straight out"))
+    }
+
+    /// Walks a way through poses; what the machine stands like at each of them.
+    fn way(&mut self, from: &Waypoint, poses: impl IntoIterator<Item = ClPoint>) -> Result<Vec<Waypoint>, LinkBlocked> {
+        let mut at = *from;
+        poses
+            .into_iter()
+            .map(|pose| {
+                at = self.leg(&at, &pose)?;
+                Ok(at)
+            })
+            .collect()
+    }
+
+    /// Walks a leg by the free distance at each pose, up to the first that is nearer than the rapid clearance to something.
+    fn leg(&mut self, from: &Waypoint, to: &ClPoint) -> Result<Waypoint, LinkBlocked> {
+        let (test, clearance) = (self.test, self.settings.rapid_clearance);
+        let mut walk = Walk { t: 0.0, step: 1.0 };
+        let mut configuration = from.configuration;
+        for _ in 0..MAX_STEPS {
+            let pose = between(&from.cl, to, walk.t);
+            let blocked = |why: Infeasible| LinkBlocked { pose, why };
+            configuration = test.configuration_like(&pose, &configuration).map_err(blocked)?;
+            let (distance, nearest) = test.rapid_distance(&configuration.axes, clearance + FAR, &mut self.hints);
+            if let Some(why) = nearest.filter(|_| distance < clearance) {
+                return Err(blocked(why));
+            }
+            if walk.t >= 1.0 {
+                return Ok(Waypoint { cl: *to, configuration });
+            }
+            let here = Stance::new(test, &configuration);
+            let motion = |t: f64| {
+                let there = test.configuration_like(&between(&from.cl, to, t), &configuration)?;
+                Ok(here.motion_to(&Stance::new(test, &there)))
+            };
+            walk.advance((distance - clearance).max(MIN_ADVANCE), motion).map_err(blocked)?;
+        }
+        Err(LinkBlocked { pose: *to, why: Infeasible::TooLong })
+    }
+
+    /// Tests the motion from one stand of the machine to another with all axes together, such as from one branch to the
+    /// other: at stands close enough for the free distance to cover what the machine moves to the next.
+    ///
+    /// # Errors
+    /// The first stand that is nearer than the rapid clearance to something.
+    pub fn swing(&mut self, from: &AxisValues, to: &AxisValues) -> Result<(), LinkBlocked> {
+        let (test, clearance) = (self.test, self.settings.rapid_clearance);
+        let at = |t: f64| {
+            let axes = from.lerp(to, t);
+            Configuration { axes, branch: test.cell.machine.branch_of(&axes) }
+        };
+        let mut walk = Walk { t: 0.0, step: SWING_STEP };
+        for _ in 0..MAX_STEPS {
+            let here = at(walk.t);
+            let (distance, nearest) = test.rapid_distance(&here.axes, clearance + FAR, &mut self.hints);
+            let length = test.cell.tool.gauge_length();
+            let pose = test.cell.machine.cl_point(&here.axes, length).transformed(test.work_from_table());
+            if let Some(why) = nearest.filter(|_| distance < clearance) {
+                return Err(LinkBlocked { pose, why });
+            }
+            if walk.t >= 1.0 {
+                return Ok(());
+            }
+            let stance = Stance::new(test, &here);
+            // The tip goes on an arc: longer than straight by less than this for steps of a few degrees.
+            let motion = |t: f64| Ok(ARC_FACTOR * stance.motion_to(&Stance::new(test, &at(t))));
+            walk.step = walk.step.min(SWING_STEP);
+            let advanced = walk.advance((distance - clearance).max(MIN_ADVANCE), motion);
+            advanced.map_err(|why| LinkBlocked { pose, why })?;
+        }
+        let length = test.cell.tool.gauge_length();
+        let pose = test.cell.machine.cl_point(to, length).transformed(test.work_from_table());
+        Err(LinkBlocked { pose, why: Infeasible::TooLong })
+    }
 }
 
 /// Poses between two that are on the clearance surface. A straight line between two points outside a convex surface may cut
@@ -240,49 +333,6 @@ fn along_clearance(surface: &ClearanceSurface, margin: f64, a: &ClPoint, b: &ClP
         .collect()
 }
 
-fn way_blocked(
-    test: &PoseTest<'_>,
-    settings: &LinkSettings,
-    from: &ClPoint,
-    way: &[ClPoint],
-    to: &ClPoint,
-    hints: &mut Hints,
-) -> Option<(ClPoint, Infeasible)> {
-    let mut a = *from;
-    for b in way.iter().chain(std::iter::once(to)) {
-        if let Some(blocked) = leg_blocked(test, settings, &a, b, hints) {
-            return Some(blocked);
-        }
-        a = *b;
-    }
-    None
-}
-
-/// Walks a leg by the free distance at each pose; the first pose that is nearer than the rapid clearance, with the reason.
-fn leg_blocked(
-    test: &PoseTest<'_>,
-    settings: &LinkSettings,
-    a: &ClPoint,
-    b: &ClPoint,
-    hints: &mut Hints,
-) -> Option<(ClPoint, Infeasible)> {
-    let mut walk = Walk { t: 0.0, step: 1.0 };
-    loop {
-        let pose = between(a, b, walk.t);
-        match test.rapid_distance(&pose, settings.rapid_clearance + FAR, hints) {
-            Err(why) => return Some((pose, why)),
-            Ok((distance, nearest)) if distance < settings.rapid_clearance => return Some((pose, nearest?)),
-            Ok(_) if walk.t >= 1.0 => return None,
-            Ok((distance, _)) => {
-                let free = (distance - settings.rapid_clearance).max(MIN_ADVANCE);
-                if let Err(why) = walk.advance(test, a, b, free) {
-                    return Some((pose, why));
-                }
-            }
-        }
-    }
-}
-
 /// A place on a leg, as a fraction of it.
 struct Walk {
     t: f64,
@@ -291,12 +341,12 @@ struct Walk {
 }
 
 impl Walk {
-    /// Goes on as far as no point of tool and head moves by more than `free`, to the leg's end at most.
-    fn advance(&mut self, test: &PoseTest<'_>, a: &ClPoint, b: &ClPoint, free: f64) -> Result<(), Infeasible> {
-        let here = test.stance(&between(a, b, self.t))?;
+    /// Goes on as far as no point of tool and machine moves by more than `free`, to the leg's end at most. `motion` bounds
+    /// that motion up to a later place.
+    fn advance(&mut self, free: f64, motion: impl Fn(f64) -> Result<f64, Infeasible>) -> Result<(), Infeasible> {
         loop {
             let next = (self.t + self.step).min(1.0);
-            let moved = here.motion_to(&test.stance(&between(a, b, next))?);
+            let moved = motion(next)?;
             if moved <= free || self.step <= MIN_STEP {
                 self.step = 2.0 * (next - self.t).max(MIN_STEP);
                 self.t = next;
@@ -313,3 +363,9 @@ const FAR: f64 = 150.0;
 const MIN_ADVANCE: f64 = 1.0;
 /// Smallest step, as a fraction of the leg: at the pole of the rotary axes a body turns at once, however small the step.
 const MIN_STEP: f64 = 1e-4;
+/// Steps of a leg at most, all of them the smallest.
+const MAX_STEPS: usize = 10_001;
+/// Largest step of a swing, as a fraction of it: a few degrees.
+const SWING_STEP: f64 = 0.02;
+/// How much longer than its chord the arc of such a step may be, with room.
+const ARC_FACTOR: f64 = 1.1;

@@ -1,5 +1,4 @@
 use facemill_cl_data::{Cancelled, CcPoint, Monitor, Pass};
-use facemill_inverse_kinematics::AxisValues;
 use rayon::prelude::*;
 
 use crate::{FeasiblePose, Found, Hints, Infeasible, PoseTest, SearchCurve, SearchSettings, TurnTable, search};
@@ -55,7 +54,7 @@ fn plan_pass(
     let mut smallest: Vec<Result<Found, Infeasible>> = Vec::with_capacity(task.pass.points.len());
     for cc in &task.pass.points {
         monitor.checkpoint()?;
-        let near: Option<AxisValues> = smallest.last().and_then(|r| r.as_ref().ok()).map(|f| f.pose.axes);
+        let near = smallest.last().and_then(|r| r.as_ref().ok()).map(|f| f.pose.configuration);
         smallest.push(search(test, cc, &task.curve, &settings.search, 0.0, near.as_ref(), &mut hints));
         monitor.advance(1);
     }
@@ -115,7 +114,7 @@ fn raise_to(
             continue;
         }
         let cc = &task.pass.points[k];
-        let near = k.checked_sub(1).and_then(|j| found[j].as_ref().ok()).map(|f| f.pose.axes);
+        let near = k.checked_sub(1).and_then(|j| found[j].as_ref().ok()).map(|f| f.pose.configuration);
         if let Ok(raised) = search(test, cc, &task.curve, &settings.search, wanted, near.as_ref(), hints) {
             larger |= raised.u > wanted + settings.search.u_tolerance;
             found[k] = Ok(raised);

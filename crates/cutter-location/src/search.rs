@@ -1,7 +1,6 @@
 use facemill_cl_data::CcPoint;
-use facemill_inverse_kinematics::AxisValues;
 
-use crate::{FeasiblePose, Hints, Infeasible, PoseTest, SearchCurve};
+use crate::{Configuration, FeasiblePose, Hints, Infeasible, PoseTest, SearchCurve};
 
 /// How the curve is walked (CLOPT, chapter III).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,7 +41,7 @@ pub fn search(
     curve: &SearchCurve,
     settings: &SearchSettings,
     from_u: f64,
-    near: Option<&AxisValues>,
+    near: Option<&Configuration>,
     hints: &mut Hints,
 ) -> Result<Found, Infeasible> {
     let mut try_at = |u: f64| test.try_posture(cc, curve.at(u), near, hints).map(|pose| Found { u, pose });
@@ -107,7 +106,9 @@ fn same_cause(a: &Infeasible, b: &Infeasible) -> bool {
     match (a, b) {
         (Infeasible::OutsideCone { .. }, Infeasible::OutsideCone { .. })
         | (Infeasible::Unreachable(_), Infeasible::Unreachable(_))
-        | (Infeasible::Ramp { .. }, Infeasible::Ramp { .. }) => true,
+        | (Infeasible::Ramp { .. }, Infeasible::Ramp { .. })
+        | (Infeasible::OtherBranch(_), Infeasible::OtherBranch(_))
+        | (Infeasible::TooLong, Infeasible::TooLong) => true,
         (Infeasible::Gouge { obstacle: p, .. }, Infeasible::Gouge { obstacle: q, .. }) => p == q,
         (Infeasible::Collision { body: b1, obstacle: p, .. }, Infeasible::Collision { body: b2, obstacle: q, .. }) => {
             b1 == b2 && p == q

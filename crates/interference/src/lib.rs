@@ -9,6 +9,7 @@
 //! - [`MeshTree`] is the one to use: a tree of flat pieces of the surface, each bounded by the distance of the body at
 //!   its centre, and an exact test of the body against a triangle.
 //! - [`ParryMesh`] is the plain reference: parry3d's tree and its GJK.
+//! - [`solid_mesh`] makes a body itself a mesh for others to be held against.
 //! - [`lift_to_free`] seats a body: the least lift along a direction that frees it.
 //!
 //! ```
@@ -45,6 +46,7 @@ mod lift;
 mod mesh_tree;
 mod parry_mesh;
 mod query;
+mod solid_mesh;
 #[cfg(test)]
 mod test_kit;
 mod tree_build;
@@ -53,3 +55,4 @@ pub use lift::lift_to_free;
 pub use mesh_tree::MeshTree;
 pub use parry_mesh::ParryMesh;
 pub use query::{Interference, Separation, Verdict, Witness};
+pub use solid_mesh::solid_mesh;

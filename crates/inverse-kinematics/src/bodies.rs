@@ -57,6 +57,13 @@ impl MachineBody {
             LinkId::Row { carrier, .. } => Some(carrier),
         }
     }
+
+    /// Joints between the table and the body's link, in the chain from the table to the tool: 0 where it stands still
+    /// against the table. The tool has as many as the machine has axes, and between two bodies lie as many as their
+    /// numbers differ by.
+    pub fn joints_from_table(&self) -> usize {
+        self.n_joints
+    }
 }
 
 impl Machine {

@@ -48,6 +48,8 @@ pub(crate) fn workcell<'a>(
                     ObstacleRole::Stock => None,
                 },
                 collision_allowance: if cut { setup.stock_thickness.max(o.allowance) } else { o.allowance },
+                machine_body: o.machine_body,
+                pieces: Some(o),
             }
         })
         .collect();

@@ -1,5 +1,6 @@
 //! Whether stock and clearance surface enclose what they are said to.
 
+use facemill_cutter_location::Pieces;
 use facemill_surface_model::TriMesh;
 use nalgebra::Point3;
 

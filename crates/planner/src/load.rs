@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use facemill_cl_data::{Aabb, CcPoint, CuttingLaw, RoundBox, Solid};
-use facemill_interference::{Interference, MeshTree};
+use facemill_cutter_location::Pieces;
+use facemill_interference::{Interference, MeshTree, solid_mesh};
 use facemill_inverse_kinematics::{Carrier, Machine};
 use facemill_nc_program::{FeedMode, PostSettings, Template, WorkOffset};
 use facemill_surface_model::{
@@ -18,7 +19,7 @@ use crate::job_file::{
     JobFile, MeshFile, OperationFile, PoseFile, RoleFile, SetupFile, StockFile, UnitFile, UpAxisFile,
 };
 use crate::report::MeshReport;
-use crate::stock::{solid_mesh, stock_mesh};
+use crate::stock::stock_mesh;
 use crate::validate::{FARTHEST, belongs, check_feeds, check_rounding, validate};
 use crate::{Failure, files};
 
@@ -100,11 +101,13 @@ pub(crate) struct ObstacleMesh {
     pub allowance: f64,
     /// File and group of each group of the mesh, where it is of the job's files.
     pub labels: Vec<String>,
+    /// Index among the machine's bodies, where it is one.
+    pub machine_body: Option<usize>,
 }
 
-impl ObstacleMesh {
+impl Pieces for ObstacleMesh {
     /// The obstacle's name with the file and group that are nearest to a place on it.
-    pub(crate) fn name_at(&self, place: &Point3<f64>) -> String {
+    fn name_at(&self, place: &Point3<f64>) -> String {
         let point = RoundBox { half_extents: Vector3::zeros(), rounding: 0.0 };
         let at = Isometry3::from(Translation3::from(place.coords));
         let nearest = self.tree.core_distance(&Solid::Box(point), &at, f64::INFINITY, None);
@@ -258,7 +261,7 @@ fn work_offset(register: &str) -> Option<WorkOffset> {
 }
 
 fn obstacle(role: ObstacleRole, allowance: f64, name: String, mesh: TriMesh) -> ObstacleMesh {
-    ObstacleMesh { name, role, tree: MeshTree::new(&mesh), mesh, allowance, labels: Vec::new() }
+    ObstacleMesh { name, role, tree: MeshTree::new(&mesh), mesh, allowance, labels: Vec::new(), machine_body: None }
 }
 
 /// All files with a drive surface, joined, and the names of the groups that are it.
@@ -283,24 +286,19 @@ fn around_drive(file: &SetupFile, files: &MeshFiles<'_>, work_from_part: &Isomet
     (around, names)
 }
 
-/// Bodies of the machine that stand still against the workpiece: its table and what is on it.
+/// Bodies of the machine's table that stand still against the workpiece. Those that move against it are taken from the
+/// machine by the tests themselves.
 fn table_bodies(machine: &Machine, table_from_work: &Isometry3<f64>) -> Vec<ObstacleMesh> {
-    let home = machine.home();
-    let mut moved = home;
-    for k in 0..moved.len() {
-        moved[k] += 1.0;
-    }
     let work_from_table = table_from_work.inverse();
     machine
-        .body_poses(&home)
-        .zip(machine.body_poses(&moved))
-        .filter(|(at, _)| at.body.carrier() == Some(Carrier::Table))
-        .filter(|(at, then)| {
-            (at.table_from_solid.to_homogeneous() - then.table_from_solid.to_homogeneous()).norm() < 1e-9
-        })
-        .map(|(at, _)| {
-            let mesh = solid_mesh(&at.body.body.solid, &(work_from_table * at.table_from_solid));
-            obstacle(ObstacleRole::Table, at.body.clearance, at.body.name().to_owned(), mesh)
+        .body_poses(&machine.home())
+        .enumerate()
+        .filter(|(_, at)| at.body.carrier() != Some(Carrier::Head) && at.body.joints_from_table() == 0)
+        .map(|(k, at)| {
+            let mesh = solid_mesh(&at.body.body.solid).unwrap_or_default();
+            let mesh = mesh.transformed(&(work_from_table * at.table_from_solid));
+            let name = at.body.name().to_owned();
+            ObstacleMesh { machine_body: Some(k), ..obstacle(ObstacleRole::Table, at.body.clearance, name, mesh) }
         })
         .collect()
 }

@@ -15,10 +15,11 @@ use rayon::prelude::*;
 use crate::cell::{diagonal, search_settings, workcell};
 use crate::chips::chip_area_at;
 use crate::job_file::{ClearanceFile, InfeasibleFile, OperationFile};
+use crate::linearity::Linearity;
 use crate::load::{Job, Setup, direction};
 use crate::moves::{Move, MoveSettings, OperationMoves, approach_settings, operation_moves};
 use crate::path::lay;
-use crate::pieces::{Cut, LaidTask, LeftOut, Piece, copy_outcomes, places, split};
+use crate::pieces::{Cut, LaidTask, LeftOut, Piece, copy_outcomes, filled, places, split};
 use crate::plan::Clock;
 use crate::solution_svg::solution_svg;
 use crate::{Failure, Stages};
@@ -76,10 +77,11 @@ impl<'a> PlannedOperation<'a> {
         let test = PoseTest::new(&cell);
         clock.lap("path");
         let mut left_out = Vec::new();
+        let settings = move_settings(job, setup, operation);
         let (pieces, cc_points) = place_pieces(&test, operation, &laid.tasks, &mut left_out, stages)?;
+        let pieces = filled(&test, &settings.linearity, pieces, &*stages.start("between points", cc_points))?;
         clock.lap("search");
         let picture = if picture { picture_of(&test, operation, &laid.tasks, &pieces)? } else { None };
-        let settings = move_settings(job, setup, operation);
         let monitor = stages.start("entries and links", 2 * pieces.len());
         let moves = operation_moves(&test, &settings, pieces, from, &mut left_out, &*monitor)?;
         drop(monitor);
@@ -93,7 +95,7 @@ impl<'a> PlannedOperation<'a> {
 
     /// CC points with a pose in the program.
     pub(crate) fn planned_points(&self) -> usize {
-        self.moves.pieces.iter().map(|p| p.piece.cuts.len()).sum()
+        self.moves.pieces.iter().map(|p| p.piece.points()).sum()
     }
 
     /// Part of the CC points that may be left out.
@@ -211,14 +213,15 @@ fn move_settings(job: &Job, setup: &Setup<'_>, operation: &OperationFile) -> Mov
     let clearance = setup.file.rapid_clearance_mm;
     // Along the tool axis, out of any stock that the tool can be in.
     let max_retract = diagonal(&setup.aabb()).max(100.0);
+    let law = job.machine.motion_law().cutting;
+    let linearity = |tolerance: f64| Linearity { tolerance, rounding: job.post.rounding_bound(), law };
     MoveSettings {
         entry: approach_settings(&operation.entry, clearance, max_retract),
         exit: approach_settings(&operation.exit, clearance, max_retract),
         link: LinkSettings { clearance: clearance_surface(&setup.file.clearance), rapid_clearance: clearance },
-        linearisation: operation.tolerances.linearisation_mm,
+        linearity: linearity(operation.tolerances.linearisation_mm),
         // Half of the distance that rapids keep anyway.
-        rapid_linearisation: 0.5 * clearance,
-        rounding: job.post.rounding_bound(),
+        rapid_linearity: linearity(0.5 * clearance),
     }
 }
 
@@ -252,7 +255,8 @@ fn along_passes(
     let reach = 3.0 * operation.tolerances.max_step_over_mm;
     let first: Vec<&Piece> = moves.pieces.iter().map(|p| &p.piece).filter(|p| p.copy == 0).collect();
     let points = |piece: &Piece| -> Vec<CutPoint> {
-        piece.cuts.iter().map(|c| CutPoint { cc: c.cc, posture: c.pose.posture }).collect()
+        let asked = piece.cuts.iter().filter(|c| !c.inserted);
+        asked.map(|c| CutPoint { cc: c.cc, posture: c.pose.posture }).collect()
     };
     let monitor = stages.start("cusps and chips", first.len());
     first

@@ -1,6 +1,7 @@
 //! From planned operations to text, and the run of that text on the virtual machine.
 
 use facemill_cl_data::ClPoint;
+use facemill_cutter_location::Pieces;
 use facemill_nc_program::{
     AptCutter, AptMove, AptSpec, Block, WordMap, read_program, write_apt, write_program, write_program_with_lines,
 };

@@ -1,6 +1,6 @@
 //! From planned passes to pieces that are cut without lifting, in every place of the pattern.
 
-use facemill_cl_data::{Cancelled, CcPoint, Monitor, Pass};
+use facemill_cl_data::{Cancelled, CcPoint, Monitor, Pass, Posture};
 use facemill_cutter_location::{
     FeasiblePose, Hints, Infeasible, Outcome, PoseTest, SearchCurve, SearchSettings, search,
 };
@@ -8,6 +8,7 @@ use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion};
 use rayon::prelude::*;
 
 use crate::job_file::PatternFile;
+use crate::linearity::{Linearity, turned_near};
 use crate::load::direction;
 
 /// A CC point with its pose.
@@ -17,6 +18,8 @@ pub(crate) struct Cut {
     pub cc: CcPoint,
     /// The tested pose.
     pub pose: FeasiblePose,
+    /// Whether it was put between two points of the path, to keep the control near the way.
+    pub inserted: bool,
 }
 
 /// Neighbouring points of a pass that are all feasible.
@@ -30,6 +33,13 @@ pub(crate) struct Piece {
     pub cuts: Vec<Cut>,
     /// Whether the uncut stock lies to the left of the feed.
     pub uncut_left: bool,
+}
+
+impl Piece {
+    /// Number of the path's points in it.
+    pub(crate) fn points(&self) -> usize {
+        self.cuts.iter().filter(|c| !c.inserted).count()
+    }
 }
 
 /// A CC point that no pose was found for.
@@ -52,7 +62,7 @@ pub(crate) struct LaidTask {
     pub curve: SearchCurve,
 }
 
-/// Splits passes where points are infeasible. A single feasible point between infeasible ones is no pass: it is left out.
+/// Splits passes where points are infeasible, and where the machine goes over to its other branch. A single feasible point between infeasible ones is no pass: it is left out.
 pub(crate) fn split(
     test: &PoseTest<'_>,
     tasks: &[LaidTask],
@@ -76,7 +86,13 @@ pub(crate) fn split(
         };
         for (cc, result) in task.pass.points.iter().zip(&outcome.points) {
             match result {
-                Ok(pose) => cuts.push(Cut { cc: *cc, pose: *pose }),
+                Ok(pose) => {
+                    let branch = |c: &Cut| c.pose.configuration.branch;
+                    if cuts.last().is_some_and(|c| branch(c) != pose.configuration.branch) {
+                        close(&mut cuts, left_out);
+                    }
+                    cuts.push(Cut { cc: *cc, pose: *pose, inserted: false });
+                }
                 Err(why) => {
                     close(&mut cuts, left_out);
                     left_out.push(LeftOut { place: cc.position, reason: test.describe(why) });
@@ -86,6 +102,86 @@ pub(crate) fn split(
         close(&mut cuts, left_out);
     }
     pieces
+}
+
+/// Pieces with tested poses between points where the control would stray too far from one to the next: the CC point between
+/// theirs, with the posture between theirs, seated where it gouges. Where no such pose is feasible the piece ends and
+/// another begins.
+///
+/// # Errors
+/// When the monitor cancels.
+pub(crate) fn filled(
+    test: &PoseTest<'_>,
+    linearity: &Linearity,
+    pieces: Vec<Piece>,
+    monitor: &dyn Monitor,
+) -> Result<Vec<Piece>, Cancelled> {
+    let filled: Vec<Vec<Piece>> = pieces
+        .into_par_iter()
+        .map(|piece| {
+            monitor.checkpoint()?;
+            Ok(fill(test, linearity, piece))
+        })
+        .collect::<Result<_, Cancelled>>()?;
+    Ok(filled.into_iter().flatten().collect())
+}
+
+fn fill(test: &PoseTest<'_>, linearity: &Linearity, piece: Piece) -> Vec<Piece> {
+    let Piece { copy, pass, uncut_left, cuts } = piece;
+    let filler = Filler { test, linearity };
+    let mut hints = Hints::default();
+    let mut runs: Vec<Vec<Cut>> = vec![Vec::new()];
+    for cut in cuts {
+        let run = runs.last_mut().expect("there is always one");
+        match run.last().map(|from| filler.between(from, &cut, MAX_HALVINGS, &mut hints)) {
+            Some(None) => runs.push(vec![cut]),
+            way => {
+                run.extend(way.flatten().into_iter().flatten());
+                run.push(cut);
+            }
+        }
+    }
+    runs.into_iter().map(|cuts| Piece { copy, pass, uncut_left, cuts }).collect()
+}
+
+/// Puts cuts between two.
+struct Filler<'t, 'a> {
+    test: &'t PoseTest<'a>,
+    linearity: &'t Linearity,
+}
+
+impl Filler<'_, '_> {
+    /// Cuts strictly between two, close enough for the control; `None` where one of them is not feasible.
+    fn between(&self, from: &Cut, to: &Cut, halvings: u32, hints: &mut Hints) -> Option<Vec<Cut>> {
+        let start = from.pose.configuration;
+        let end = turned_near(self.test, &to.pose.configuration.axes, &start.axes);
+        if halvings == 0 || !self.linearity.judge(self.test, &start.axes, &end).1 {
+            return Some(Vec::new());
+        }
+        let (cc, posture) = middle(from, to)?;
+        let pose = self.test.try_posture(&cc, posture, Some(&start), hints).ok()?;
+        if pose.configuration.branch != start.branch {
+            return None;
+        }
+        let middle = Cut { cc, pose, inserted: true };
+        let mut cuts = self.between(from, &middle, halvings - 1, hints)?;
+        cuts.push(middle);
+        cuts.extend(self.between(&middle, to, halvings - 1, hints)?);
+        Some(cuts)
+    }
+}
+
+/// Halvings of the way between two points: 2^10 poses for one say that the machine is near a singular pose, where more would
+/// not help.
+const MAX_HALVINGS: u32 = 10;
+
+/// The CC point and posture between two: contact is kept.
+fn middle(a: &Cut, b: &Cut) -> Option<(CcPoint, Posture)> {
+    let position = nalgebra::center(&a.cc.position, &b.cc.position);
+    let cc = CcPoint::new(position, a.cc.normal.lerp(&b.cc.normal, 0.5), a.cc.feed.lerp(&b.cc.feed, 0.5)).ok()?;
+    let mean = |p: f64, q: f64| 0.5 * (p + q);
+    let (p, q) = (a.pose.posture, b.pose.posture);
+    Some((cc, Posture { tilt: mean(p.tilt, q.tilt), rotate: mean(p.rotate, q.rotate) }))
 }
 
 /// Pose of each place of a pattern relative to the first, the first included.
@@ -131,7 +227,7 @@ pub(crate) fn copy_outcomes(
                     Err(_) => search(test, cc, &task.curve, settings, 0.0, near.as_ref(), &mut hints).map(|f| f.pose),
                 };
                 if let Ok(pose) = &again {
-                    near = Some(pose.axes);
+                    near = Some(pose.configuration);
                 }
                 points.push(again);
                 monitor.advance(1);

@@ -98,7 +98,7 @@ fn larger(a: Option<f64>, b: Option<f64>) -> Option<f64> {
 ///
 /// `tip_feeds` are those of all cutting moves that are left, in program order; those of this piece are taken from it.
 fn feeds_at_cuts(piece: &PieceMoves, tip_feeds: &mut impl Iterator<Item = f64>) -> Vec<Option<f64>> {
-    let cuts = &piece.piece.cuts;
+    let cuts: Vec<&Cut> = piece.piece.cuts.iter().filter(|c| !c.inserted).collect();
     let mut feeds = vec![None; cuts.len()];
     let mut next = 1;
     for m in piece.moves.iter().filter(|m| m.kind == MoveKind::Cut) {
@@ -145,7 +145,7 @@ fn pass_report(operation: &str, piece: &Piece, along: Option<&Vec<Along>>, feeds
         operation: operation.to_owned(),
         copy: piece.copy,
         pass: piece.pass,
-        points: piece.cuts.len(),
+        points: piece.points(),
         length_mm: piece.cuts.windows(2).map(|w| (w[1].cc.position - w[0].cc.position).norm()).sum(),
         tilt_deg: range(&|c| c.pose.posture.tilt.to_degrees()),
         // Adding 0 turns -0 into 0.

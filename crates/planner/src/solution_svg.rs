@@ -29,7 +29,10 @@ impl Kind {
             None => Self::Feasible,
             Some(Infeasible::Gouge { .. }) => Self::Gouge,
             Some(Infeasible::Collision { .. }) => Self::Collision,
-            Some(Infeasible::Unreachable(_) | Infeasible::Ramp { .. }) => Self::Limits,
+            // The last three are reasons of ways, not of postures.
+            Some(
+                Infeasible::Unreachable(_) | Infeasible::OtherBranch(_) | Infeasible::TooLong | Infeasible::Ramp { .. },
+            ) => Self::Limits,
             Some(Infeasible::OutsideCone { .. }) => Self::Cone,
         }
     }

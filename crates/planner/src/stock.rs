@@ -1,6 +1,5 @@
 //! Stock solids as meshes.
 
-use facemill_cl_data::Solid;
 use facemill_surface_model::TriMesh;
 use nalgebra::{Isometry3, Point3, Rotation3, Vector3};
 
@@ -59,15 +58,6 @@ fn frustum_mesh(radius_low: f64, radius_high: f64, z_low: f64, z_high: f64) -> T
         })
         .collect();
     TriMesh::new(vertices, triangles).unwrap_or_default()
-}
-
-/// The undilated core of a solid as a mesh, from outside.
-pub(crate) fn solid_mesh(solid: &Solid, to_solid: &Isometry3<f64>) -> TriMesh {
-    match solid {
-        Solid::Frustum(f) => frustum_mesh(f.radius_low, f.radius_high, f.z_low, f.z_high),
-        Solid::Box(b) => box_mesh(&BoxStockFile { min_mm: (-b.half_extents).into(), max_mm: b.half_extents.into() }),
-    }
-    .transformed(to_solid)
 }
 
 #[cfg(test)]

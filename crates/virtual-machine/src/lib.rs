@@ -67,7 +67,6 @@ mod report;
 mod rtcp;
 mod scene;
 mod setup;
-mod solid_mesh;
 mod stepping;
 mod timing;
 mod track;

@@ -1,11 +1,11 @@
 use facemill_cl_data::Solid;
-use facemill_interference::{Interference, MeshTree};
+use facemill_interference::{Interference, MeshTree, solid_mesh};
 use facemill_inverse_kinematics::{AxisValues, Carrier, Machine};
 use nalgebra::Isometry3;
 
 use crate::{
     FindingKind, ObstacleKind, VerifyError, VerifySettings, VirtualObstacle, VirtualSetup, cutter_depth::CutterDepth,
-    moves::Move, solid_mesh::solid_mesh, track::Shape,
+    moves::Move, track::Shape,
 };
 
 /// The setup with what does not change from position to position worked out.

@@ -1,13 +1,17 @@
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_3};
 
 use facemill_cl_data::{CcPoint, ClPoint};
-use facemill_cutter_location::approach::{Approach, ApproachSettings, ApproachShape, PassEnd, approach, arc_poses};
+use facemill_cutter_location::approach::{
+    Approach, ApproachSettings, ApproachShape, PassEnd, PassEndPose, approach, arc_poses,
+};
 use facemill_cutter_location::{Hints, Infeasible, Obstacle, PoseTest, Workcell};
 use facemill_interference::MeshTree;
 use facemill_tool_model::{ToolAssembly, cl_from_cc};
 use nalgebra::{Point3, Unit, Vector3};
 
-use crate::kit::{Ball, Random, cc_on_plane, distance_to_balls, machine, obstacle, plane, posture_deg, tool, workcell};
+use crate::kit::{
+    Ball, Random, cc_on_plane, distance_to_balls, machine, obstacle, plane, posture_deg, stand, tool, workcell,
+};
 
 const ENDS: [PassEnd; 2] = [PassEnd::Entry, PassEnd::Exit];
 
@@ -108,7 +112,19 @@ fn with_stock<'a>(mesh: &'a MeshTree, thickness: f64) -> Obstacle<'a> {
 }
 
 fn settings(shape: ApproachShape) -> ApproachSettings {
-    ApproachSettings { shape, step: 1.0, rapid_clearance: 5.0, max_retract: 200.0 }
+    ApproachSettings { shape, step: 1.0, test_step: 1.0, rapid_clearance: 5.0, max_retract: 200.0 }
+}
+
+fn approach_from(
+    cell: &Workcell<'_>,
+    shape: ApproachShape,
+    end: PassEnd,
+    cc: &CcPoint,
+    cl: &ClPoint,
+) -> Result<Approach, Infeasible> {
+    let configuration = stand(cell, cl).configuration;
+    let at = PassEndPose { end, cc, cl, configuration: &configuration, uncut_left: true };
+    approach(&PoseTest::new(cell), &settings(shape), &at, &mut Hints::default())
 }
 
 fn approach_on_plane(
@@ -119,7 +135,7 @@ fn approach_on_plane(
 ) -> Result<Approach, Infeasible> {
     let cc = cc_on_plane(0.0, 0.0);
     let cl = cl_from_cc(cell.tool.cutter(), &cc, posture_deg(tilt_deg, 0.0));
-    approach(&PoseTest::new(cell), &settings(shape), end, &cc, &cl, true, &mut Hints::default())
+    approach_from(cell, shape, end, &cc, &cl)
 }
 
 #[test]
@@ -242,7 +258,7 @@ fn a_lid_over_the_pass_blocks_the_retract_and_is_named() {
     assert!(test.try_posture(&cc, posture_deg(0.0, 0.0), None, &mut Hints::default()).is_ok());
     let cl = cl_from_cc(tool.cutter(), &cc, posture_deg(0.0, 0.0));
     let arc = ApproachShape::TangentialArc { radius: 1.0, angle: 0.1 };
-    let found = approach(&test, &settings(arc), PassEnd::Exit, &cc, &cl, true, &mut Hints::default());
+    let found = approach_from(&cell, arc, PassEnd::Exit, &cc, &cl);
     let why = found.unwrap_err();
     assert_eq!(test.describe(&why), "cutter gouges lid");
     let Infeasible::Gouge { place, .. } = why else { panic!() };

@@ -1,9 +1,10 @@
 //! Scenes, and distances to spheres that know nothing of meshes.
 
 use facemill_cl_data::{CcPoint, ClPoint, Posture, RoundFrustum, Solid};
-use facemill_cutter_location::{Obstacle, SearchCurve, SearchOrder, Workcell};
+use facemill_cutter_location::link::Waypoint;
+use facemill_cutter_location::{Configuration, Obstacle, SearchCurve, SearchOrder, Workcell};
 use facemill_interference::Interference;
-use facemill_inverse_kinematics::{BranchPreference, Carrier, Machine};
+use facemill_inverse_kinematics::{Branch, BranchPreference, Carrier, Machine};
 use facemill_sample_parts::{AnalyticPart, AnalyticShape, MaterialSide, PatchSpec};
 use facemill_surface_model::TriMesh;
 use facemill_tool_model::{FormatTag, Section, SpindleRotation, Stack, ToolAssembly, ToolFile};
@@ -55,7 +56,14 @@ pub(crate) fn machine() -> Machine {
 }
 
 pub(crate) fn obstacle<'a>(name: &str, mesh: &'a dyn Interference) -> Obstacle<'a> {
-    Obstacle { name: name.to_owned(), mesh, gouge_allowance: Some(0.0), collision_allowance: 0.0 }
+    Obstacle {
+        name: name.to_owned(),
+        mesh,
+        gouge_allowance: Some(0.0),
+        collision_allowance: 0.0,
+        machine_body: None,
+        pieces: None,
+    }
 }
 
 pub(crate) fn workcell<'a>(machine: &'a Machine, tool: &'a ToolAssembly, obstacles: Vec<Obstacle<'a>>) -> Workcell<'a> {
@@ -71,6 +79,19 @@ pub(crate) fn workcell<'a>(machine: &'a Machine, tool: &'a ToolAssembly, obstacl
         lift_resolution: 1e-3,
         z_map: None,
     }
+}
+
+/// A pose as the machine stands there on a branch.
+pub(crate) fn stand_on(cell: &Workcell<'_>, cl: &ClPoint, branch: Branch) -> Waypoint {
+    let on_table = cl.transformed(&cell.table_from_work);
+    let all = cell.machine.inverse(&on_table, cell.tool.gauge_length()).unwrap();
+    let axes = all.on_branch(branch).unwrap_or_else(|| all.iter().next().unwrap()).values;
+    Waypoint { cl: *cl, configuration: Configuration { axes, branch } }
+}
+
+/// The same on the positive branch, which scenes here prefer.
+pub(crate) fn stand(cell: &Workcell<'_>, cl: &ClPoint) -> Waypoint {
+    stand_on(cell, cl, Branch::Positive)
 }
 
 pub(crate) fn posture_deg(tilt: f64, rotate: f64) -> Posture {

@@ -1,11 +1,11 @@
 use facemill_cl_data::ClPoint;
-use facemill_cutter_location::link::{ClearanceSurface, LinkSettings, link};
+use facemill_cutter_location::link::{ClearanceSurface, LinkBlocked, LinkSettings, Linker};
 use facemill_cutter_location::{Hints, Infeasible, PoseTest, Workcell};
 use facemill_interference::{Interference, MeshTree};
 use facemill_tool_model::ToolAssembly;
 use nalgebra::{Point3, Unit, Vector3};
 
-use crate::kit::{Ball, Random, distance_to_balls, machine, obstacle, smallest_distance, tool, workcell};
+use crate::kit::{Ball, Random, distance_to_balls, machine, obstacle, smallest_distance, stand, tool, workcell};
 
 const CLEARANCE: f64 = 10.0;
 
@@ -36,6 +36,18 @@ fn trees(balls: &[Ball]) -> Vec<MeshTree> {
     balls.iter().map(|b| MeshTree::new(&b.mesh())).collect()
 }
 
+/// A link on the positive branch.
+fn linked(
+    cell: &Workcell<'_>,
+    clearance: ClearanceSurface,
+    from: &ClPoint,
+    to: &ClPoint,
+) -> Result<Vec<ClPoint>, LinkBlocked> {
+    let (test, settings) = (PoseTest::new(cell), settings(clearance));
+    let way = Linker::new(&test, &settings).link(&stand(cell, from), &stand(cell, to))?;
+    Ok(way.iter().map(|w| w.cl).collect())
+}
+
 /// The whole way of a link, ends included.
 fn whole(from: ClPoint, way: &[ClPoint], to: ClPoint) -> Vec<ClPoint> {
     [&[from], way, &[to]].concat()
@@ -48,7 +60,7 @@ fn a_free_link_is_direct() {
     let trees = trees(&balls);
     let cell = cell_with_balls(&machine, &tool, &trees);
     let (from, to) = (pose(-200.0, 10.0, 20.0, [0.1, 0.0, 1.0]), pose(180.0, -30.0, 30.0, [-0.1, 0.2, 1.0]));
-    let way = link(&PoseTest::new(&cell), &settings(high_plane(500.0)), &from, &to, &mut Hints::default()).unwrap();
+    let way = linked(&cell, high_plane(500.0), &from, &to).unwrap();
     assert_eq!(way, vec![]);
     assert!(smallest_distance(&cell, &[from, to], 2000, &balls) >= CLEARANCE);
 }
@@ -62,7 +74,7 @@ fn a_link_is_lifted_over_what_stands_between_and_no_higher_than_twice_as_needed(
         let cell = cell_with_balls(&machine, &tool, &trees);
         let (from, to) = (pose(-300.0, 0.0, 0.0, [0.0, 0.0, 1.0]), pose(300.0, 5.0, 0.0, [0.05, 0.0, 1.0]));
         assert!(smallest_distance(&cell, &[from, to], 1000, &balls) < 0.0, "it does stand between");
-        let found = link(&PoseTest::new(&cell), &settings(high_plane(900.0)), &from, &to, &mut Hints::default());
+        let found = linked(&cell, high_plane(900.0), &from, &to);
         let way = whole(from, &found.unwrap(), to);
         assert_eq!(way.len(), 4);
         let smallest = smallest_distance(&cell, &way, 2000, &balls);
@@ -101,7 +113,7 @@ fn no_link_among_scattered_balls_comes_nearer_than_the_rapid_clearance() {
         if !clear(&from) || !clear(&to) {
             continue;
         }
-        let found = link(&PoseTest::new(&cell), &settings(high_plane(700.0)), &from, &to, &mut Hints::default());
+        let found = linked(&cell, high_plane(700.0), &from, &to);
         let Ok(way) = found else {
             refused += 1;
             continue;
@@ -137,7 +149,7 @@ fn the_head_is_farther_from_the_tip_than_the_tool_and_moves_farther_in_a_turn() 
         if !clear(&from) || !clear(&to) {
             continue;
         }
-        let found = link(&PoseTest::new(&cell), &settings(high_plane(700.0)), &from, &to, &mut Hints::default());
+        let found = linked(&cell, high_plane(700.0), &from, &to);
         let Ok(way) = found else { continue };
         let smallest = smallest_distance(&cell, &whole(from, &way, to), 1500, &balls);
         assert!(smallest >= CLEARANCE - HALF_STEP, "{smallest} over {way:?} beside {balls:?}");
@@ -158,8 +170,9 @@ fn the_whole_flute_counts_for_the_rapid_clearance() {
         let cell = cell_with_balls(&machine, &tool, &trees);
         let test = PoseTest::new(&cell);
         assert!((distance_to_balls(&cell, &upright, &balls) - (CLEARANCE - lacking)).abs() < 1e-9);
-        let blocked = test.rapid_blocked(&upright, CLEARANCE, &mut Hints::default());
-        assert_eq!(blocked.is_some(), lacking > 0.0, "{lacking}: {blocked:?}");
+        let axes = stand(&cell, &upright).configuration.axes;
+        let (distance, nearest) = test.rapid_distance(&axes, 2.0 * CLEARANCE, &mut Hints::default());
+        assert!((distance - (CLEARANCE - lacking)).abs() < 2e-2 && nearest.is_some(), "{lacking}: {distance}");
         // Stock of the clearance's thickness around the ball is touched by the same part of the flute.
         let mut cell = cell;
         cell.obstacles[0].collision_allowance = CLEARANCE;
@@ -182,7 +195,7 @@ fn over_something_large_the_way_follows_the_clearance_surface() {
         ClearanceSurface::Cylinder { origin: Point3::origin(), axis: Vector3::y_axis(), radius: 680.0 },
     ] {
         let test = PoseTest::new(&cell);
-        let found = link(&test, &settings(clearance), &from, &to, &mut Hints::default());
+        let found = linked(&cell, clearance, &from, &to);
         let found = found.unwrap_or_else(|b| panic!("{clearance:?}: {}", test.describe(&b.why)));
         assert!(found.len() > 10);
         for p in &found[1..found.len() - 1] {
@@ -202,8 +215,38 @@ fn a_link_from_where_nothing_is_clear_says_what_blocks() {
     let test = PoseTest::new(&cell);
     let (from, to) = (pose(0.0, 0.0, 0.0, [0.0, 0.0, 1.0]), pose(300.0, 0.0, 0.0, [0.0, 0.0, 1.0]));
     // 45 mm beside the axis: the holder of radius 30 comes within 3 mm, its own clearance of 2 mm included.
-    let blocked = link(&test, &settings(high_plane(500.0)), &from, &to, &mut Hints::default()).unwrap_err();
+    let blocked = linked(&cell, high_plane(500.0), &from, &to).unwrap_err();
     assert!(matches!(blocked.why, Infeasible::Collision { obstacle: 0, .. }));
     assert_eq!(test.describe(&blocked.why), "holder section 1 hits ball");
     assert!((blocked.pose.tip - from.tip).norm() < 1e-9);
+}
+
+#[test]
+fn a_way_out_ends_outside_the_clearance_surface_with_the_whole_cutter() {
+    let (machine, tool) = (machine(), tool(25.0, 2.0, 20.0));
+    let balls = [Ball { center: Point3::new(0.0, 0.0, 0.0), radius: 60.0 }];
+    let trees = trees(&balls);
+    let cell = cell_with_balls(&machine, &tool, &trees);
+    let test = PoseTest::new(&cell);
+    let from = stand(&cell, &pose(-120.0, 0.0, 12.0, [0.05, 0.02, 1.0]));
+    for clearance in [
+        high_plane(120.0),
+        ClearanceSurface::Cylinder { origin: Point3::origin(), axis: Vector3::x_axis(), radius: 150.0 },
+        ClearanceSurface::Sphere { center: Point3::origin(), radius: 260.0 },
+        // A job that is meant to be wrong: the way is far, and it ends.
+        high_plane(1e300),
+    ] {
+        let settings = settings(clearance);
+        match Linker::new(&test, &settings).way_out(&from) {
+            Ok(way) => {
+                let end = way.last().unwrap();
+                assert!(clearance.height(&end.cl.tip) >= tool.cutter().radius() - 1e-6, "{clearance:?}");
+                assert_eq!(end.configuration.branch, from.configuration.branch);
+            }
+            Err(blocked) => {
+                assert_eq!(clearance, high_plane(1e300));
+                assert!(matches!(blocked.why, Infeasible::Unreachable(_)), "{blocked:?}");
+            }
+        }
+    }
 }

@@ -113,7 +113,7 @@ fn raising_loses_no_point_and_keeps_every_pose_feasible() {
             raised += usize::from(pose.posture.tilt > alone.pose.posture.tilt + 1e-6);
             let again = test.try_posture(cc, pose.posture, None, &mut Hints::default()).unwrap();
             assert_eq!((again.cl, again.lift), (pose.cl, pose.lift));
-            let reached = machine.cl_point(&pose.axes, tool.gauge_length());
+            let reached = machine.cl_point(&pose.configuration.axes, tool.gauge_length());
             let meant = pose.cl.transformed(&cell.table_from_work);
             assert!((reached.tip - meant.tip).norm() < 1e-8 && (*reached.axis - *meant.axis).norm() < 1e-11);
         }

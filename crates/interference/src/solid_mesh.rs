@@ -1,4 +1,4 @@
-//! Bodies of the machine as meshes, so that other bodies' distances from them can be measured.
+//! Bodies as meshes, so that other bodies' distances from them can be measured.
 use std::f64::consts::{PI, TAU};
 
 use facemill_cl_data::{RoundFrustum, Solid};
@@ -13,11 +13,11 @@ const LARGEST_EXCESS: f64 = 0.05;
 const SIDES: [f64; 2] = [24.0, 720.0];
 
 /// The undilated core of a solid in its own frame, closed and wound outward. It holds the core, so that no distance from it
-/// is too large; a turned body sticks out by at most [`LARGEST_EXCESS`] (up to a radius of 5 m).
+/// is too large; a turned body sticks out by at most 0.05 mm (up to a radius of 5 m).
 ///
 /// # Errors
 /// When a number of the solid is not finite.
-pub(crate) fn solid_mesh(solid: &Solid) -> Result<TriMesh, MeshError> {
+pub fn solid_mesh(solid: &Solid) -> Result<TriMesh, MeshError> {
     let (vertices, triangles) = match solid {
         Solid::Frustum(f) => prism(f),
         Solid::Box(b) => cuboid(&b.half_extents),

@@ -1,0 +1,77 @@
+//! Where tool and machine are at a pose, and how far they move to another.
+
+use facemill_cl_data::{ClPoint, Solid};
+use nalgebra::{Isometry3, Point3, UnitQuaternion};
+
+use crate::{Configuration, PoseTest, angle_between};
+
+/// Where tool and machine are at one pose.
+pub(crate) struct Stance {
+    cl: ClPoint,
+    tool_reach: f64,
+    /// Of the machine, those that move against the workpiece.
+    bodies: Vec<PlacedBody>,
+    /// Of these, the obstacles.
+    obstacles: Vec<PlacedBody>,
+}
+
+/// A body seen from the tool tip.
+struct PlacedBody {
+    /// Of the workpiece from the body.
+    rotation: UnitQuaternion<f64>,
+    /// The tool tip in the body's frame.
+    tip: Point3<f64>,
+    /// Distance from the tip to the body's farthest point, mm.
+    farthest: f64,
+}
+
+impl PlacedBody {
+    fn new(solid: &Solid, work_from_body: &Isometry3<f64>, tip: &Point3<f64>) -> Self {
+        let tip = work_from_body.inverse_transform_point(tip);
+        let bounds = solid.aabb();
+        let farthest = (bounds.min - tip).abs().sup(&(bounds.max - tip).abs()).norm();
+        Self { rotation: work_from_body.rotation, tip, farthest }
+    }
+
+    /// Largest motion of a point of the body against one that goes with the tip.
+    fn motion_to(&self, other: &Self) -> f64 {
+        self.rotation.angle_to(&other.rotation) * self.farthest.max(other.farthest) + (other.tip - self.tip).norm()
+    }
+}
+
+impl Stance {
+    /// Where tool and machine are when the machine stands so.
+    pub(crate) fn new(test: &PoseTest<'_>, configuration: &Configuration) -> Self {
+        let machine = test.cell.machine;
+        let axes = &configuration.axes;
+        let work_from_table = test.work_from_table();
+        let cl = machine.cl_point(axes, test.cell.tool.gauge_length()).transformed(work_from_table);
+        let poses: Vec<_> = machine.body_poses(axes).collect();
+        let placed = |k: usize| {
+            PlacedBody::new(&poses[k].body.body.solid, &(work_from_table * poses[k].table_from_solid), &cl.tip)
+        };
+        let moving = (0..poses.len()).filter(|&k| poses[k].body.joints_from_table() > 0);
+        Self {
+            bodies: moving.map(placed).collect(),
+            obstacles: test.machine_obstacles.iter().map(|o| placed(o.body)).collect(),
+            tool_reach: test.reach(),
+            cl,
+        }
+    }
+
+    /// Largest distance by which any point of tool and machine can come nearer to any point of workpiece and machine on the
+    /// way to another stance, mm, as long as every body turns one way and the tip goes straight.
+    ///
+    /// A point moves with the tip, turns about it with its body, and moves as the body does against the tip (a ram that does
+    /// not tilt with the tool). The tool is round: turning about its own axis moves nothing. What moves on the other side
+    /// (a column, seen from the workpiece) adds to it.
+    pub(crate) fn motion_to(&self, other: &Self) -> f64 {
+        let largest = |a: &[PlacedBody], b: &[PlacedBody], least: f64| {
+            a.iter().zip(b).map(|(a, b)| a.motion_to(b)).fold(least, f64::max)
+        };
+        let tip = (other.cl.tip - self.cl.tip).norm();
+        let of_tool = angle_between(&self.cl.axis, &other.cl.axis) * self.tool_reach;
+        let own = tip + largest(&self.bodies, &other.bodies, of_tool);
+        if self.obstacles.is_empty() { own } else { own + tip + largest(&self.obstacles, &other.obstacles, 0.0) }
+    }
+}

@@ -1,0 +1,62 @@
+//! How far the control strays from the meant motion between two blocks.
+
+use facemill_cl_data::CuttingLaw;
+use facemill_cutter_location::PoseTest;
+use facemill_inverse_kinematics::{AxisKind, AxisValues, deviation_bound};
+use facemill_nc_program::RoundingBound;
+
+/// The tolerance of motion between blocks and what uses it up.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Linearity {
+    /// Largest deviation, rounding of the words included, mm.
+    pub tolerance: f64,
+    /// Rounding of the words.
+    pub rounding: RoundingBound,
+    /// What the control does between blocks.
+    pub law: CuttingLaw,
+}
+
+/// Part of the tolerance that is always left for motion: where rounding uses up more, more blocks would not help.
+const LEAST_SHARE: f64 = 0.25;
+
+impl Linearity {
+    /// How far the cutter may be from the meant way between two positions, and whether a block between them is too long.
+    pub(crate) fn judge(&self, test: &PoseTest<'_>, from: &AxisValues, to: &AxisValues) -> (f64, bool) {
+        let length = test.cell.tool.gauge_length();
+        let radius = test.cell.tool.cutter().radius();
+        let motion = deviation_bound(test.cell.machine, self.law, from, to, length).rim(radius);
+        let rounding = self.rounding_at(test, to);
+        let left = (self.tolerance - rounding).max(LEAST_SHARE * self.tolerance);
+        (motion + rounding, motion > left)
+    }
+
+    /// How far rounding of the words may move the cutter's rim at a position, to first order.
+    fn rounding_at(&self, test: &PoseTest<'_>, axes: &AxisValues) -> f64 {
+        let cell = test.cell;
+        let length = cell.tool.gauge_length();
+        let radius = cell.tool.cutter().radius();
+        let here = cell.machine.cl_point(axes, length);
+        let mut sum = self.rounding.linear * 3f64.sqrt();
+        for (k, axis) in cell.machine.axes().iter().enumerate() {
+            if axis.kind == AxisKind::Rotary {
+                let mut moved = *axes;
+                moved[k] += self.rounding.rotary;
+                let there = cell.machine.cl_point(&moved, length);
+                sum += (there.tip - here.tip).norm() + radius * self.rounding.rotary;
+            }
+        }
+        sum
+    }
+}
+
+/// Axis values with every rotary axis at the full turn that is nearest to a reference.
+pub(crate) fn turned_near(test: &PoseTest<'_>, axes: &AxisValues, reference: &AxisValues) -> AxisValues {
+    let mut turned = *axes;
+    for (k, axis) in test.cell.machine.axes().iter().enumerate() {
+        if axis.kind == AxisKind::Rotary {
+            let turns = (reference.get_or_zero(k) - axes.get_or_zero(k)) / std::f64::consts::TAU;
+            turned[k] += turns.round() * std::f64::consts::TAU;
+        }
+    }
+    turned
+}

@@ -1,0 +1,169 @@
+//! From pieces and links to moves, one after the other, with axis values.
+
+use facemill_cl_data::ClPoint;
+use facemill_cutter_location::link::{Linker, Waypoint, between};
+use facemill_cutter_location::{Configuration, Infeasible, PoseTest};
+
+use crate::Failure;
+use crate::linearity::{Linearity, turned_near};
+use crate::moves::{Move, MoveKind, MoveSettings, OperationMoves, PieceMoves, Reached, blocked_way, configuration_of};
+use crate::pieces::Cut;
+
+/// Gives axis values to poses as they were tested and inserts poses where the control would stray between two.
+pub(crate) struct Sequencer<'t, 'a> {
+    test: &'t PoseTest<'a>,
+    settings: &'t MoveSettings,
+    /// Where the machine is; `None` before the first pose.
+    at: Option<Waypoint>,
+    worst: f64,
+}
+
+/// Halvings of a block: 2^10 blocks for one say that the machine is near a singular pose, where more would not help.
+const MAX_HALVINGS: u32 = 10;
+
+impl<'t, 'a> Sequencer<'t, 'a> {
+    pub(crate) fn new(test: &'t PoseTest<'a>, settings: &'t MoveSettings, from: Option<Move>) -> Self {
+        let at = from.map(|m| Waypoint { cl: m.cl, configuration: configuration_of(test, &m.axes) });
+        Self { test, settings, at, worst: 0.0 }
+    }
+
+    /// `before` is the way to the first piece, where there is one; `links` are the ways from each piece to the next.
+    pub(crate) fn sequence(
+        mut self,
+        pieces: Vec<Reached>,
+        before: Option<Vec<Waypoint>>,
+        links: Vec<Vec<Waypoint>>,
+    ) -> Result<OperationMoves, Failure> {
+        let mut done = Vec::with_capacity(pieces.len());
+        let mut ways = std::iter::once(before).chain(links.into_iter().map(Some));
+        let mut last = None;
+        for reached in pieces {
+            let mut moves = Vec::new();
+            let (start, end) = (reached.start(), reached.end());
+            let way = match ways.next().flatten() {
+                Some(way) => way,
+                // The program starts above the first pass.
+                None => {
+                    let mut way = self.out(&start)?;
+                    way.reverse();
+                    way
+                }
+            };
+            for pose in way.iter().chain([&start]) {
+                self.go(MoveKind::Rapid, pose, &mut moves)?;
+            }
+            let Reached { piece, entry, exit } = reached;
+            if let Some(first) = piece.cuts.first() {
+                for cl in entry.outward.iter().rev().skip(1) {
+                    self.approach(cl, first, &mut moves)?;
+                }
+            }
+            for (k, cut) in piece.cuts.iter().enumerate() {
+                // The first cut ends the entry: it is reached at approach feed.
+                let kind = if k == 0 { MoveKind::Approach } else { MoveKind::Cut };
+                self.go(kind, &Waypoint { cl: cut.pose.cl, configuration: cut.pose.configuration }, &mut moves)?;
+            }
+            if let Some(last) = piece.cuts.last() {
+                for cl in &exit.outward {
+                    self.approach(cl, last, &mut moves)?;
+                }
+            }
+            last = Some(end);
+            done.push(PieceMoves { piece, moves });
+        }
+        let mut retract = Vec::new();
+        if let Some(end) = last {
+            for pose in self.out(&end)? {
+                self.go(MoveKind::Rapid, &pose, &mut retract)?;
+            }
+        }
+        Ok(OperationMoves { pieces: done, retract, linearisation: self.worst })
+    }
+
+    /// A free way from a pose to the clearance surface.
+    fn out(&self, from: &Waypoint) -> Result<Vec<Waypoint>, Failure> {
+        Linker::new(self.test, &self.settings.link)
+            .way_out(from)
+            .map_err(|blocked| blocked_way(self.test, "no way to the clearance surface", &blocked))
+    }
+
+    /// Goes to a pose of an entry or exit, the rotary axes as at the cut that it belongs to.
+    fn approach(&mut self, cl: &ClPoint, cut: &Cut, moves: &mut Vec<Move>) -> Result<(), Failure> {
+        self.go(MoveKind::Approach, &Waypoint { cl: *cl, configuration: cut.pose.configuration }, moves)
+    }
+
+    /// Goes to a pose on the branch, and at the pole with the rotary values, that it was tested with.
+    fn go(&mut self, kind: MoveKind, tested: &Waypoint, moves: &mut Vec<Move>) -> Result<(), Failure> {
+        let near = self.at.map_or(tested.configuration.axes, |at| at.configuration.axes);
+        let axes = turned_near(self.test, &tested.configuration.axes, &near);
+        let reference = Configuration { axes, ..tested.configuration };
+        let configuration = self.stand(&tested.cl, &reference)?;
+        let to = Waypoint { cl: tested.cl, configuration };
+        match self.at {
+            Some(at) if at.configuration.branch != configuration.branch => self.swing(&at, &to, kind, moves),
+            _ => self.reach(kind, to, moves),
+        }
+    }
+
+    fn stand(&self, cl: &ClPoint, near: &Configuration) -> Result<Configuration, Failure> {
+        self.test.configuration_like(cl, near).map_err(|why| self.lost(&why))
+    }
+
+    /// What was tested cannot be driven, which happens only where tests and motion disagree by rounding at a limit.
+    fn lost(&self, why: &Infeasible) -> Failure {
+        Failure::Infeasible(format!("a link, entry or inserted pose cannot be reached: {}", self.test.describe(why)))
+    }
+
+    /// Goes over to the other branch with all axes together, where links do that: clear of everything.
+    fn swing(&mut self, at: &Waypoint, to: &Waypoint, kind: MoveKind, moves: &mut Vec<Move>) -> Result<(), Failure> {
+        if kind != MoveKind::Rapid {
+            return Err(self.lost(&Infeasible::OtherBranch(at.configuration.branch)));
+        }
+        Linker::new(self.test, &self.settings.link)
+            .swing(&at.configuration.axes, &to.configuration.axes)
+            .map_err(|blocked| blocked_way(self.test, "the head cannot turn to its other side", &blocked))?;
+        moves.push(Move { kind, cl: to.cl, axes: to.configuration.axes });
+        self.at = Some(*to);
+        Ok(())
+    }
+
+    /// Appends the move to `to`, with poses in between where the control would stray too far: tip straight, axis turned
+    /// evenly, as links and approaches were tested. Cuts are close enough already.
+    fn reach(&mut self, kind: MoveKind, to: Waypoint, moves: &mut Vec<Move>) -> Result<(), Failure> {
+        let push =
+            |moves: &mut Vec<Move>, w: &Waypoint| moves.push(Move { kind, cl: w.cl, axes: w.configuration.axes });
+        let Some(from) = self.at else {
+            self.at = Some(to);
+            push(moves, &to);
+            return Ok(());
+        };
+        let linearity: &Linearity = match kind {
+            MoveKind::Rapid => &self.settings.rapid_linearity,
+            MoveKind::Approach | MoveKind::Cut => &self.settings.linearity,
+        };
+        // Open intervals of the way, the nearest last: (end as fraction, place there, halvings).
+        let mut open = vec![(1.0, to, 0u32)];
+        let (mut t, mut at) = (0.0, from);
+        while let Some(&(end, target, halvings)) = open.last() {
+            let (deviation, too_long) = linearity.judge(self.test, &at.configuration.axes, &target.configuration.axes);
+            if too_long && halvings < MAX_HALVINGS && kind != MoveKind::Cut {
+                let middle = 0.5 * (t + end);
+                let cl = between(&from.cl, &to.cl, middle);
+                let axes = at.configuration.axes.lerp(&target.configuration.axes, 0.5);
+                let configuration = self.stand(&cl, &Configuration { axes, ..target.configuration })?;
+                open.pop();
+                open.push((end, target, halvings + 1));
+                open.push((middle, Waypoint { cl, configuration }, halvings + 1));
+                continue;
+            }
+            if kind != MoveKind::Rapid {
+                self.worst = self.worst.max(deviation);
+            }
+            open.pop();
+            push(moves, &target);
+            (t, at) = (end, target);
+        }
+        self.at = Some(to);
+        Ok(())
+    }
+}
