@@ -160,6 +160,8 @@ pub enum FindingKind {
     ReachFailure,
     /// The cutter goes down into stock more steeply than it may.
     RampTooSteep,
+    /// The core of the cutter, which does not cut, in stock that has not been removed before, deeper than its recess.
+    DeadCore,
     /// Length compensation or RTCP is cancelled where the control may move the axis by the tool's length.
     UnsafeCancel,
     /// A cutting move without a feed.
@@ -176,7 +178,7 @@ pub enum FindingKind {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Measure {
-    /// Depth of the cutter below allowance or stock, mm.
+    /// Depth of the cutter below allowance or stock, mm; of its core below the stock's surface where its recess ends.
     DepthMm(f64),
     /// Distance of the body as it is from the obstacle's mesh, mm; 0 where they overlap.
     DistanceMm(f64),
@@ -270,6 +272,7 @@ impl fmt::Display for FindingKind {
             Self::AxisSpike => "axis cannot follow the feed",
             Self::ReachFailure => "axes cannot follow the motion",
             Self::RampTooSteep => "ramp too steep",
+            Self::DeadCore => "core of the cutter in stock",
             Self::UnsafeCancel => "length compensation cancelled away from the reference position",
             Self::NoFeed => "cutting move without feed",
             Self::UnknownPosition => "position not known",

@@ -59,6 +59,7 @@
 
 mod chunk_result;
 mod cutter_depth;
+mod dead_core;
 mod episodes;
 mod finding;
 mod moves;

@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use crate::{
     Verification, VerifyError, VerifySettings, VirtualSetup,
     chunk_result::{ChunkResult, Clearance, nearest},
+    dead_core::DeadCore,
     moves::{Move, resolve},
     report::Report,
     scene::Scene,
@@ -28,6 +29,8 @@ const MOVES_PER_SAMPLE: usize = 16;
 ///   the allowance in cutting moves, in the stock in rapids; the limit is that of the line's section;
 /// - the distance of each non-cutting body of tool and machine from each obstacle is compared with the clearances, and so
 ///   is that of the tool with its cutter and of the head's bodies from each body of the machine's bed and table;
+/// - in cutting moves, at positions a twentieth of its radius apart, the core of the cutter's bottom that does not cut is
+///   held against the stock that the rest of the cutter has not removed before in the program;
 /// - axis limits are checked; over every block the speed of each axis, over every step in stock the ramp angle.
 ///
 /// Of two bodies of the machine those that never move against each other are left out, and those that one joint joins
@@ -50,6 +53,7 @@ pub fn verify(
     setup::check(setup, settings)?;
     let resolved = resolve(program, setup, settings);
     let scene = Scene::new(setup, settings)?;
+    let core = DeadCore::new(&scene, &resolved.moves, monitor)?;
     let chunks: Vec<(usize, &[Move])> = resolved.moves.chunks(MOVES_PER_CHUNK).enumerate().collect();
     let sampled: Result<Vec<ChunkResult>, Cancelled> = chunks
         .par_iter()
@@ -62,7 +66,7 @@ pub fn verify(
     let results: Result<Vec<ChunkResult>, Cancelled> = chunks
         .par_iter()
         .with_max_len(1)
-        .map(|(k, moves)| run_chunk(&scene, k * MOVES_PER_CHUNK, moves, nearest, monitor))
+        .map(|(k, moves)| run_chunk(&scene, core.as_ref(), k * MOVES_PER_CHUNK, moves, nearest, monitor))
         .collect();
     let results = results?;
     let n_with_moves = resolved.moves.chunk_by(|a, b| a.block == b.block).count();
@@ -72,12 +76,13 @@ pub fn verify(
 
 fn run_chunk(
     scene: &Scene<'_>,
+    core: Option<&DeadCore>,
     first: usize,
     moves: &[Move],
     nearest: Option<Clearance>,
     monitor: &dyn Monitor,
 ) -> Result<ChunkResult, Cancelled> {
-    let mut walker = Walker::new(scene, nearest);
+    let mut walker = Walker::new(scene, core, nearest);
     for (k, m) in moves.iter().enumerate() {
         monitor.checkpoint()?;
         walker.run(first + k, m, monitor)?;
@@ -89,7 +94,7 @@ fn run_chunk(
 /// Nearest body at the ends of a few moves. It is one of the places where the smallest clearance may be, and lets the run
 /// pass over all that is farther away: most of the program.
 fn sample_clearance(scene: &Scene<'_>, first: usize, moves: &[Move]) -> ChunkResult {
-    let mut walker = Walker::new(scene, None);
+    let mut walker = Walker::new(scene, None, None);
     for (k, m) in moves.iter().enumerate().step_by(MOVES_PER_SAMPLE) {
         walker.look(first + k, m);
     }

@@ -6,6 +6,7 @@ use crate::{
     FindingKind, Measure, ObstacleKind,
     chunk_result::{ChunkResult, Clearance, Gouge},
     cutter_depth::{CutterPlacement, CutterTrack},
+    dead_core::DeadCore,
     episodes::{Contact, Key},
     moves::Move,
     ramp::Descent,
@@ -21,6 +22,11 @@ pub(crate) struct Walker<'a> {
     cutter: Vec<CutterTrack>,
     /// Per body, then obstacle.
     bodies: Vec<Track>,
+    core: Option<&'a DeadCore>,
+    /// Of the core, per obstacle.
+    core_tracks: Vec<Track>,
+    /// Way of the tip since the core was looked at, mm.
+    core_way: f64,
     /// Where the machine's bodies are, workpiece frame; kept for its memory.
     machine_poses: Vec<Isometry3<f64>>,
     pub(crate) result: ChunkResult,
@@ -49,12 +55,15 @@ const LIMIT_ROUNDING: f64 = 1e-3;
 
 impl<'a> Walker<'a> {
     /// `nearest` is a place of the program where a body is near: only nearer ones are looked for.
-    pub(crate) fn new(scene: &'a Scene<'a>, nearest: Option<Clearance>) -> Self {
+    pub(crate) fn new(scene: &'a Scene<'a>, core: Option<&'a DeadCore>, nearest: Option<Clearance>) -> Self {
         let n_obstacles = scene.obstacles.len();
         Self {
             scene,
             cutter: vec![CutterTrack::default(); n_obstacles],
             bodies: vec![Track::default(); n_obstacles * scene.bodies.len()],
+            core,
+            core_tracks: vec![Track::default(); n_obstacles],
+            core_way: f64::INFINITY,
             machine_poses: Vec::with_capacity(scene.setup.machine.bodies().len()),
             result: ChunkResult { clearance: nearest, ..ChunkResult::default() },
         }
@@ -86,6 +95,10 @@ impl<'a> Walker<'a> {
             if !m.is_rapid() {
                 self.result.cutting_length += (here.cl.tip - before.tip).norm();
                 self.test_ramp(&here, &before, ramp_rounding);
+                let radius = setup.tool.cutter().radius();
+                let turn = (here.cl.axis.into_inner() - before.axis.into_inner()).norm();
+                self.core_way += (here.cl.tip - before.tip).norm() + radius * turn;
+                self.test_core(&here, t);
             }
             before = here.cl;
         }
@@ -246,6 +259,17 @@ impl<'a> Walker<'a> {
         };
         let key = Key::of_body(kind, index, obstacle);
         self.record(here, key, Some(Measure::DistanceMm(distance)), Some(place));
+    }
+
+    /// `t` is the fraction of the move's time.
+    fn test_core(&mut self, here: &Position<'_>, t: f64) {
+        let Some(core) = self.core.filter(|c| self.core_way >= c.spacing() || t >= 1.0) else { return };
+        self.core_way = 0.0;
+        let found = core.in_stock(self.scene, &mut self.core_tracks, &here.work_from_tool, (here.index, t));
+        if let Some(found) = found {
+            let key = Key::of_cutter(FindingKind::DeadCore, found.obstacle);
+            self.record(here, key, Some(Measure::DepthMm(found.depth)), Some(found.place));
+        }
     }
 
     fn test_ramp(&mut self, here: &Position<'_>, before: &ClPoint, rounding: f64) {
