@@ -92,7 +92,7 @@ fn usage_errors_are_exit_2() {
     }
     let job = small_patch();
     for threads in ["0", "-1", "1025", "99999999999999999999", "2.5", ""] {
-        let (code, errors) = plan(&job, "out", &["--threads", threads, "--no-verify"]);
+        let (code, errors) = plan(&job, "out", &[&format!("--threads={threads}"), "--no-verify"]);
         assert_eq!(code, 2, "--threads {threads}: {errors}");
         assert!(errors.contains("--threads"), "--threads {threads}: {errors}");
     }
@@ -218,7 +218,7 @@ const WRONG: &[Wrong] = &[
     (
         "negative tolerance",
         |f| job(f, "/operations/0/tolerances/gouge_mm", json!(-0.1)),
-        &["job.json", "operations[0].tolerances.gouge_mm", "must be from"],
+        &["job.json", "operations[0].tolerances.gouge_mm", "must be", "-0.1"],
     ),
     (
         "tilt backward",
