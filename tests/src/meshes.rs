@@ -1,6 +1,7 @@
 //! Plans on every shared mesh: dirty ones, open ones, real propellers.
 
 use facemill::{Failure, Planned};
+use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
 use serde_json::{Value, json};
 
 use crate::jobs::JobFolder;
@@ -27,6 +28,10 @@ pub struct MeshCase {
     pub bounds: Option<[[f64; 3]; 2]>,
     /// Strategy.
     pub strategy: fn() -> Value,
+    /// Largest rotate of the search, deg.
+    pub rotate_deg: f64,
+    /// Steepest ramp of the tool into material, deg: few for a face mill, 90 for a ball that cuts at its centre.
+    pub ramp_deg: f64,
     /// Distance of passes and CC points, mm.
     pub steps: [f64; 2],
 }
@@ -41,8 +46,11 @@ fn cylinders(from: f64, to: f64) -> Value {
 
 const STILL: ([f64; 3], f64) = ([0.0, 0.0, 1.0], 0.0);
 
-/// Every shared mesh.
-pub const CASES: [MeshCase; 9] = [
+/// Files that hold the mesh of another file in another format: read and compared, not planned twice.
+pub const SAME: [(&str, &str); 1] = [("nasa_rotor37_blade.stl", "nasa_rotor37_blade.obj")];
+
+/// Every shared mesh but those of [`SAME`].
+pub const CASES: [MeshCase; 8] = [
     MeshCase {
         file: "bladex_blade_lower.stl",
         unit: "millimetre",
@@ -55,6 +63,8 @@ pub const CASES: [MeshCase; 9] = [
         bounds: None,
         strategy: planes,
         // Facets of several mm: between points 2 mm apart the cutter would dip into their edges.
+        rotate_deg: 150.0,
+        ramp_deg: 90.0,
         steps: [4.0, 1.0],
     },
     MeshCase {
@@ -67,6 +77,8 @@ pub const CASES: [MeshCase; 9] = [
         cone_deg: 60.0,
         bounds: None,
         strategy: planes,
+        rotate_deg: 150.0,
+        ramp_deg: 90.0,
         steps: [4.0, 2.0],
     },
     MeshCase {
@@ -75,23 +87,13 @@ pub const CASES: [MeshCase; 9] = [
         up_axis: "z",
         turn: ([1.0, 0.0, 0.0], -90.0),
         plate_deg: 0.0,
-        cutter: [2.0, 2.0],
+        cutter: [3.0, 0.5],
         cone_deg: 75.0,
         bounds: None,
         strategy: || json!({ "parallel_planes": { "normal": [0.0, 1.0, 0.0] } }),
-        steps: [1.0, 1.0],
-    },
-    MeshCase {
-        file: "nasa_rotor37_blade.stl",
-        unit: "millimetre",
-        up_axis: "z",
-        turn: ([1.0, 0.0, 0.0], -90.0),
-        plate_deg: 0.0,
-        cutter: [2.0, 2.0],
-        cone_deg: 75.0,
-        bounds: None,
-        strategy: || json!({ "parallel_planes": { "normal": [0.0, 1.0, 0.0] } }),
-        steps: [1.0, 1.0],
+        rotate_deg: 85.0,
+        ramp_deg: 8.0,
+        steps: [0.6, 0.5],
     },
     MeshCase {
         file: "openfoam_propeller.obj",
@@ -99,11 +101,13 @@ pub const CASES: [MeshCase; 9] = [
         up_axis: "y",
         turn: STILL,
         plate_deg: 0.0,
-        cutter: [4.0, 4.0],
-        cone_deg: 45.0,
+        cutter: [4.0, 0.8],
+        cone_deg: 50.0,
         bounds: None,
-        strategy: || cylinders(50.0, 90.0),
-        steps: [4.0, 2.0],
+        strategy: || cylinders(50.0, 95.0),
+        rotate_deg: 150.0,
+        ramp_deg: 90.0,
+        steps: [4.0, 1.5],
     },
     MeshCase {
         file: "pptc_vp1304_bladex.obj",
@@ -115,6 +119,8 @@ pub const CASES: [MeshCase; 9] = [
         cone_deg: 40.0,
         bounds: None,
         strategy: || cylinders(75.0, 115.0),
+        rotate_deg: 150.0,
+        ramp_deg: 90.0,
         steps: [4.0, 1.5],
     },
     MeshCase {
@@ -123,10 +129,12 @@ pub const CASES: [MeshCase; 9] = [
         up_axis: "x",
         turn: STILL,
         plate_deg: 0.0,
-        cutter: [3.0, 3.0],
-        cone_deg: 40.0,
+        cutter: [3.0, 0.6],
+        cone_deg: 45.0,
         bounds: None,
-        strategy: || cylinders(75.0, 112.0),
+        strategy: || cylinders(72.0, 114.0),
+        rotate_deg: 150.0,
+        ramp_deg: 90.0,
         steps: [4.0, 1.0],
     },
     MeshCase {
@@ -135,11 +143,13 @@ pub const CASES: [MeshCase; 9] = [
         up_axis: "z",
         turn: STILL,
         plate_deg: 0.0,
-        cutter: [1.0, 1.0],
+        cutter: [1.0, 0.2],
         cone_deg: 60.0,
         bounds: None,
         strategy: || cylinders(5.0, 12.5),
-        steps: [0.6, 0.5],
+        rotate_deg: 85.0,
+        ramp_deg: 8.0,
+        steps: [0.45, 0.3],
     },
     MeshCase {
         file: "uuv_rov_propeller.glb",
@@ -147,11 +157,13 @@ pub const CASES: [MeshCase; 9] = [
         up_axis: "z",
         turn: ([0.0, 1.0, 0.0], -90.0),
         plate_deg: 60.0,
-        cutter: [5.0, 5.0],
+        cutter: [5.0, 1.0],
         cone_deg: 50.0,
         bounds: None,
-        strategy: || cylinders(70.0, 170.0),
-        steps: [5.0, 3.0],
+        strategy: || cylinders(60.0, 175.0),
+        rotate_deg: 150.0,
+        ramp_deg: 90.0,
+        steps: [5.0, 2.0],
     },
 ];
 
@@ -161,6 +173,8 @@ pub struct MeshOutcome {
     pub file: &'static str,
     /// The plan, or why there is none.
     pub result: Result<Planned, Failure>,
+    /// Part of the upper side that is cut, see [`coverage`].
+    pub coverage: f64,
     /// The case.
     pub case: &'static MeshCase,
 }
@@ -176,7 +190,7 @@ pub fn shared_mesh_job(name: &str) -> Option<JobFolder> {
     Some(JobFolder::of(&[
         (name.to_owned(), mesh),
         ("job.json".to_owned(), text(job_file(case))),
-        ("tool.json".to_owned(), text(tool_file(case.cutter))),
+        ("tool.json".to_owned(), text(tool_file(case))),
         ("machine.json".to_owned(), facemill::inverse_kinematics::preset_head_b_table_c().as_bytes().to_vec()),
     ]))
 }
@@ -217,7 +231,7 @@ fn job_file(case: &MeshCase) -> Value {
             "exit": arc,
             "search": {
                 "tilt_deg": [5.0, 40.0],
-                "rotate_deg": [0.0, 150.0],
+                "rotate_deg": [0.0, case.rotate_deg],
                 "u_step": 0.05,
                 "max_turn_deg_per_mm": 5.0,
                 "preferred_branch": "positive",
@@ -239,8 +253,9 @@ fn job_file(case: &MeshCase) -> Value {
     })
 }
 
-/// A slim mill on a long reach that cuts at its centre, so that it may plunge.
-fn tool_file([radius, corner]: [f64; 2]) -> Value {
+/// A slim mill on a long reach.
+fn tool_file(case: &MeshCase) -> Value {
+    let [radius, corner] = case.cutter;
     let flute = 3.0 * radius;
     let reach = 20.0 * radius;
     json!({
@@ -251,7 +266,7 @@ fn tool_file([radius, corner]: [f64; 2]) -> Value {
         "corner_radius_mm": corner,
         "n_inserts": 2,
         "flute_length_mm": flute,
-        "max_ramp_angle_deg": 90.0,
+        "max_ramp_angle_deg": case.ramp_deg,
         "spindle_rotation": "clockwise",
         "stick_out_mm": flute + reach,
         "gauge_length_mm": flute + reach + 200.0,
@@ -268,9 +283,43 @@ pub fn outcomes() -> Vec<MeshOutcome> {
         .iter()
         .filter_map(|case| {
             let job = shared_mesh_job(case.file)?;
-            Some(MeshOutcome { file: case.file, result: job.try_plan(), case })
+            Some(MeshOutcome { file: case.file, coverage: coverage(&job, case), result: job.try_plan(), case })
         })
         .collect()
+}
+
+/// Steepest facets that a shop would call the upper side, as the angle of their normals from +Z, deg.
+const SIDE_DEG: f64 = 80.0;
+
+/// Part of the mesh's upper side that lies in the region the passes are laid on, by area.
+///
+/// # Panics
+/// When the mesh cannot be read.
+pub fn coverage(job: &JobFolder, case: &MeshCase) -> f64 {
+    let meshes = job.file().setups.remove(0).meshes;
+    let mesh = facemill::read_mesh(&job.path(case.file), meshes[0].unit, meshes[0].up_axis).expect("a mesh").mesh;
+    let axis = Unit::new_normalize(Vector3::from(case.turn.0));
+    let turn = UnitQuaternion::from_axis_angle(&axis, case.turn.1.to_radians());
+    let strategy = (case.strategy)();
+    let radii = strategy
+        .get("cylindrical_sections")
+        .map(|c| ["from_radius_mm", "to_radius_mm"].map(|key| c[key].as_f64().expect("a radius")));
+    let inside = |p: &Point3<f64>| {
+        let in_box = case.bounds.is_none_or(|[low, high]| (0..3).all(|k| (low[k]..=high[k]).contains(&p[k])));
+        in_box && radii.is_none_or(|[from, to]| (from..=to).contains(&p.x.hypot(p.y)))
+    };
+    let (mut side, mut region) = (0.0, 0.0);
+    for k in 0..mesh.triangles().len() {
+        let [a, b, c] = mesh.corners(k).map(|p| turn * p);
+        let normal = (b - a).cross(&(c - a));
+        let lean = normal.xy().norm().atan2(normal.z).to_degrees();
+        if lean <= SIDE_DEG {
+            side += 0.5 * normal.norm();
+            let middle = Point3::from((a.coords + b.coords + c.coords) / 3.0);
+            region += if lean <= case.cone_deg && inside(&middle) { 0.5 * normal.norm() } else { 0.0 };
+        }
+    }
+    region / side
 }
 
 /// The table of outcomes as Markdown.
@@ -279,10 +328,14 @@ pub fn markdown(outcomes: &[MeshOutcome]) -> String {
         "# Meshes from public sources\n\n\
          Every mesh of the shared data, planned on the head-B, table-C mill with a tool that fits: what faces up, by parallel \
          planes or sections by cylinders about +Z. Depths are those of the written program against the mesh, measured by the \
-         virtual machine; the budget is what may appear there.\n\n\
+         virtual machine; the budget is what may appear there. *Covered* is the area of the facets that passes are laid on as \
+         part of the area of all facets that face up (normals within 80° of +Z), hubs, edges and fillets included; what is \
+         missing is steeper than the region's cone, on the hub or its fillet, or at the tip. The angle beside R and r is the \
+         steepest ramp of the tool; 90° stands where passes go down into stock more steeply than a face mill may, or the \
+         entry has to come in from above. *Planned* is the part of the CC points in the region that is in the program.\n\n\
          Written by `cargo run --release -p facemill-tests --bin meshes-table > docs/meshes.md`.\n\n\
-         | mesh | triangles | degenerate | duplicate | open edges | non-manifold | components | strategy | cutter R / r | CC points | planned | largest gouge / budget, mm | findings |\n\
-         |---|---|---|---|---|---|---|---|---|---|---|---|---|\n",
+         | mesh | triangles | degenerate | duplicate | open edges | non-manifold | components | strategy | cutter R / r, ramp | covered | CC points | planned | largest gouge / budget, mm | findings |\n\
+         |---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n",
     );
     for o in outcomes {
         text += &row(o);
@@ -293,13 +346,17 @@ pub fn markdown(outcomes: &[MeshOutcome]) -> String {
 fn row(o: &MeshOutcome) -> String {
     let strategy = (o.case.strategy)();
     let strategy = if strategy.get("parallel_planes").is_some() { "parallel planes" } else { "cylindrical sections" };
-    let [radius, corner] = o.case.cutter;
+    let ([radius, corner], ramp) = (o.case.cutter, o.case.ramp_deg);
+    let covered = 100.0 * o.coverage;
     let (report, is_clean) = match &o.result {
         Ok(planned) => (&planned.report, planned.is_clean()),
         Err(why) => {
             // The folder the job was in is of no interest.
             let why = why.to_string().rsplit('/').next().unwrap_or_default().replace('|', "/");
-            return format!("| {} | | | | | | | {strategy} | {radius} / {corner} | | | | {why} |\n", o.file);
+            return format!(
+                "| {} | | | | | | | {strategy} | {radius} / {corner}, {ramp}° | {covered:.0} % | | | | {why} |\n",
+                o.file
+            );
         }
     };
     let mesh = &report.meshes[0].repair;
@@ -314,7 +371,7 @@ fn row(o: &MeshOutcome) -> String {
         format!("{total}: {}", kinds.join(", "))
     };
     format!(
-        "| {} | {} | {} | {} | {} | {} | {} | {strategy} | {radius} / {corner} | {} | {:.1} % | {:.3} / {:.3} | {findings} |\n",
+        "| {} | {} | {} | {} | {} | {} | {} | {strategy} | {radius} / {corner}, {ramp}° | {covered:.0} % | {} | {:.1} % | {:.3} / {:.3} | {findings} |\n",
         o.file,
         count("n_triangles_in"),
         count("n_degenerate"),

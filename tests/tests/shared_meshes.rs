@@ -1,14 +1,18 @@
 //! Every mesh of the shared data gets a plan with at least 95 % of its CC points.
 
-use facemill_tests::meshes::{CASES, markdown, outcomes};
+use facemill_tests::meshes::{CASES, SAME, markdown, outcomes};
 use facemill_tests::shared::shared;
 
 #[test]
 fn every_shared_mesh_is_planned() {
-    let Some(folder) = shared("data/meshes") else { return };
+    let Some(folder) = shared("data/meshes") else {
+        println!("SKIPPED: the shared meshes are not there, nothing is planned");
+        return;
+    };
     for entry in std::fs::read_dir(folder).unwrap() {
         let name = entry.unwrap().file_name().to_string_lossy().into_owned();
-        assert!(CASES.iter().any(|c| c.file == name), "{name} has no case");
+        let known = CASES.iter().any(|c| c.file == name) || SAME.iter().any(|s| s.0 == name);
+        assert!(known, "{name} has no case");
     }
     let outcomes = outcomes();
     println!("{}", markdown(&outcomes));
@@ -21,7 +25,7 @@ fn every_shared_mesh_is_planned() {
                 if totals.planned_fraction < 0.95 {
                     short.push(format!("{}: {:?}", o.file, planned.report.infeasible));
                 }
-                assert!(totals.cc_points > 100, "{}: only {} CC points", o.file, totals.cc_points);
+                assert!(totals.cc_points >= 500, "{}: only {} CC points", o.file, totals.cc_points);
                 assert!(planned.report.verified);
                 let budget = planned.report.budgets[0].against_mesh_mm;
                 let deep = planned.report.worst.gouge_mm.unwrap_or(0.0);
@@ -37,4 +41,21 @@ fn every_shared_mesh_is_planned() {
         }
     }
     assert!(short.is_empty(), "{}", short.join("\n"));
+}
+
+#[test]
+fn files_of_the_same_mesh_read_alike() {
+    for (name, other) in SAME {
+        let [Some(a), Some(b)] = [name, other].map(|f| shared(&format!("data/meshes/{f}"))) else {
+            println!("SKIPPED: {name} is not there");
+            continue;
+        };
+        // STL has 32-bit numbers: a blade of 300 mm to a few hundredths of a micrometre.
+        let [a, b] = [a, b].map(|file| facemill::read_mesh(&file, None, None).unwrap().mesh);
+        assert_eq!(a.triangles().len(), b.triangles().len());
+        for k in 0..a.triangles().len() {
+            let (p, q) = (a.corners(k), b.corners(k));
+            assert!((0..3).any(|turn| (0..3).all(|i| (p[i] - q[(i + turn) % 3]).norm() < 1e-4)), "triangle {k}");
+        }
+    }
 }
