@@ -76,6 +76,9 @@ fn gouge(c: &mut Criterion) {
     let large = Cutter::new(80.0, 6.0, 50.0).expect("lengths are in range");
     scene(c, &patch_scene(300), &small, "r25");
     scene(c, &blade_scene(300), &large, "r80");
+    // The other way round: a large disc over waves, a small one on a flat blade.
+    scene(c, &patch_scene(300), &large, "r80");
+    scene(c, &blade_scene(300), &small, "r25");
 }
 
 criterion_group!(benches, gouge);
