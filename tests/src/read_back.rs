@@ -42,6 +42,8 @@ pub struct ReadBack {
     pub pivot_length: f64,
     /// How the workpiece is mounted.
     pub table_from_work: Isometry3<f64>,
+    /// Work offset of X, Y and Z, mm.
+    pub work_offset: [f64; 3],
     /// Distance that the tool keeps in rapids, mm.
     pub rapid_clearance: f64,
 }
@@ -97,13 +99,17 @@ impl ReadBack {
             bodies,
             pivot_length: PIVOT_TO_FACE + gauge,
             table_from_work: pose(&file["table_from_work"]),
+            work_offset: ["X", "Y", "Z"].map(|a| file["work_offset"]["linear_mm"].get(a).map_or(0.0, number)),
             rapid_clearance: file.get("rapid_clearance_mm").map_or(5.0, number),
         }
     }
 
     /// The tool at an end of a motion, or between them.
     pub fn tool(&self, at: &Axes, rtcp: bool) -> Place {
-        let (tip, axis) = tool_on_table(at, self.pivot_length);
+        // Words count from the work offset: of the axes without RTCP, of the tip with it, then on the table.
+        let [x, y, z] = self.work_offset;
+        let at = Axes { x: at.x + x, y: at.y + y, z: at.z + z, ..*at };
+        let (tip, axis) = tool_on_table(&at, self.pivot_length);
         let tip = if rtcp { Point3::new(at.x, at.y, at.z) } else { tip };
         (self.table_from_work.inverse() * tip, self.table_from_work.inverse() * axis)
     }

@@ -241,11 +241,11 @@ impl<'a> PoseTest<'a> {
                     continue;
                 }
                 let (mesh, allowance) = self.obstacle(k);
-                let pose = self.from_obstacle(k, &frames, &placed.work_from_body);
+                let pose = self.seen_from_obstacle(k, &frames, &placed.work_from_body);
                 let hint = hint_at(&mut hints.collision, slot * self.n_obstacles() + k);
                 if let Verdict::Hit(witness) = mesh.verdict(&placed.solid.dilated(allowance), &pose, *hint) {
                     *hint = Some(witness.triangle);
-                    let place = self.to_work(k, &frames, &witness.point);
+                    let place = self.at_work(k, &frames, &witness.point);
                     return Some(Infeasible::Collision { body: placed.body, obstacle: k, place });
                 }
             }
@@ -258,10 +258,10 @@ impl<'a> PoseTest<'a> {
         let work_from_tool = self.work_from_tool(axes);
         for k in self.cell.obstacles.len()..self.n_obstacles() {
             let (mesh, allowance) = self.obstacle(k);
-            let pose = self.from_obstacle(k, frames, &work_from_tool);
+            let pose = self.seen_from_obstacle(k, frames, &work_from_tool);
             for solid in self.cutter.iter().filter(|_| self.meetings.cutter[k]) {
                 if let Verdict::Hit(witness) = mesh.verdict(&solid.dilated(allowance), &pose, None) {
-                    let place = self.to_work(k, frames, &witness.point);
+                    let place = self.at_work(k, frames, &witness.point);
                     return Some(Infeasible::Collision { body: Body::Cutter, obstacle: k, place });
                 }
             }
@@ -296,7 +296,12 @@ impl<'a> PoseTest<'a> {
     }
 
     /// A body's pose in the frame of an obstacle.
-    fn from_obstacle(&self, k: usize, frames: &[Isometry3<f64>], work_from_body: &Isometry3<f64>) -> Isometry3<f64> {
+    fn seen_from_obstacle(
+        &self,
+        k: usize,
+        frames: &[Isometry3<f64>],
+        work_from_body: &Isometry3<f64>,
+    ) -> Isometry3<f64> {
         match k.checked_sub(self.cell.obstacles.len()) {
             None => *work_from_body,
             Some(own) => frames[own].inv_mul(work_from_body),
@@ -304,7 +309,7 @@ impl<'a> PoseTest<'a> {
     }
 
     /// A point of an obstacle in the workpiece frame.
-    fn to_work(&self, k: usize, frames: &[Isometry3<f64>], p: &Point3<f64>) -> Point3<f64> {
+    fn at_work(&self, k: usize, frames: &[Isometry3<f64>], p: &Point3<f64>) -> Point3<f64> {
         match k.checked_sub(self.cell.obstacles.len()) {
             None => *p,
             Some(own) => frames[own] * p,
@@ -347,11 +352,11 @@ impl<'a> PoseTest<'a> {
                 let (mesh, allowance) = self.obstacle(k);
                 let skin = placed.solid.rounding() + allowance;
                 let hint = hint_at(&mut hints.distance, slot * n_obstacles + k);
-                let pose = self.from_obstacle(k, &frames, &placed.work_from_body);
+                let pose = self.seen_from_obstacle(k, &frames, &placed.work_from_body);
                 let found = mesh.core_distance(placed.solid, &pose, nearest.0 + skin, *hint);
                 if let Some(s) = found.filter(|s| s.distance - skin < nearest.0) {
                     *hint = Some(s.triangle);
-                    let place = self.to_work(k, &frames, &s.point);
+                    let place = self.at_work(k, &frames, &s.point);
                     nearest =
                         (s.distance - skin, Some(Infeasible::Collision { body: placed.body, obstacle: k, place }));
                 }

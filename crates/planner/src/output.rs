@@ -8,13 +8,12 @@ use facemill_nc_program::{
 use facemill_virtual_machine::{
     GougeSection, ObstacleKind, Verification, VerifyError, VerifySettings, VirtualObstacle, VirtualSetup, verify,
 };
-use nalgebra::Isometry3;
 
 use crate::cell::budget;
 use crate::load::{Job, ObstacleRole, Setup};
 use crate::moves::MoveKind;
 use crate::operation::PlannedOperation;
-use crate::program::{BlockWriter, Timed, program_spec};
+use crate::program::{BlockWriter, Timed, program_spec, table_from_rtcp_words};
 use crate::{Failure, Stages};
 
 /// What a program says of itself that was not run on the virtual machine.
@@ -40,7 +39,7 @@ pub(crate) fn write_texts(
     words: &WordMap,
     verify: bool,
 ) -> Result<Texts, Failure> {
-    let mut writer = BlockWriter::new(job, words);
+    let mut writer = BlockWriter::new(job, words)?;
     if !verify {
         writer.comment(NOT_VERIFIED.to_owned());
     }
@@ -77,7 +76,7 @@ pub(crate) fn write_texts(
 pub(crate) fn try_template(job: &Job, setup: &Setup<'_>, words: &WordMap) -> Result<(), Failure> {
     let Some((_, operation)) = job.operations_of(setup.file).next() else { return Ok(()) };
     let home = job.machine.home();
-    let mut timed = BlockWriter::new(job, words).finish();
+    let mut timed = BlockWriter::new(job, words)?.finish();
     let at_home = words.words(home.as_slice()).map_err(|e| Failure::Internal(e.to_string()))?;
     timed.program.blocks.push(Block::Rapid { words: at_home });
     timed.first = Some(home);
@@ -139,7 +138,7 @@ pub(crate) fn verify_text(
         machine: &job.machine,
         table_from_work: setup.table_from_work,
         words,
-        table_from_rtcp_words: Isometry3::identity(),
+        table_from_rtcp_words: table_from_rtcp_words(job, words)?,
         tool: &job.tool,
         obstacles,
     };

@@ -7,6 +7,7 @@ use facemill_nc_program::{
     ToolSpec, WordMap,
 };
 use facemill_tool_model::SpindleRotation;
+use nalgebra::Isometry3;
 
 use crate::Failure;
 use crate::job_file::{CoolantFile, FeedsFile, OperationFile};
@@ -49,6 +50,23 @@ pub(crate) fn word_map(job: &Job, setup: &Setup<'_>, setup_index: usize) -> Resu
     WordMap::new(axes, setup.work_offset, job.tool.gauge_length()).map_err(|e| Failure::Internal(e.to_string()))
 }
 
+/// The frame that X, Y and Z words count in under RTCP, seen from the table: that of the work offset, fixed to the table.
+///
+/// # Errors
+/// When the machine has no X, Y and Z at right angles.
+pub(crate) fn table_from_rtcp_words(job: &Job, words: &WordMap) -> Result<Isometry3<f64>, Failure> {
+    if job.post.feed_mode() != FeedMode::Rtcp {
+        return Ok(Isometry3::identity());
+    }
+    let mut offset = AxisValues::zeros(words.axes().len());
+    for (k, axis) in words.axes().iter().enumerate() {
+        offset[k] = axis.offset;
+    }
+    job.machine.work_coordinates(&offset).ok_or_else(|| {
+        job.wrong("post.feed_mode: rtcp needs a machine with linear axes X, Y and Z at right angles; take g94 or g93")
+    })
+}
+
 /// An axis' letter in NC text.
 fn letter(text: &str) -> Result<AxisLetter, Failure> {
     let mut chars = text.chars();
@@ -85,6 +103,7 @@ pub(crate) struct BlockWriter<'a> {
     machine: &'a Machine,
     tool_length: f64,
     words: &'a WordMap,
+    table_from_rtcp_words: Isometry3<f64>,
     feed_mode: FeedMode,
     clockwise: bool,
     /// Of the operation before.
@@ -95,8 +114,12 @@ pub(crate) struct BlockWriter<'a> {
 
 impl<'a> BlockWriter<'a> {
     /// Starts an empty program.
-    pub(crate) fn new(job: &'a Job, words: &'a WordMap) -> Self {
-        Self {
+    ///
+    /// # Errors
+    /// When the machine cannot be programmed under the job's feed mode.
+    pub(crate) fn new(job: &'a Job, words: &'a WordMap) -> Result<Self, Failure> {
+        Ok(Self {
+            table_from_rtcp_words: table_from_rtcp_words(job, words)?,
             machine: &job.machine,
             tool_length: job.tool.gauge_length(),
             words,
@@ -115,7 +138,7 @@ impl<'a> BlockWriter<'a> {
                 operation_starts: Vec::new(),
                 first: None,
             },
-        }
+        })
     }
 
     /// Appends an operation.
@@ -209,7 +232,8 @@ impl<'a> BlockWriter<'a> {
         let words = match self.feed_mode {
             FeedMode::G94 | FeedMode::G93 => self.words.words(axes.as_slice()),
             FeedMode::Rtcp => {
-                let tip = self.machine.cl_point(axes, self.tool_length).tip;
+                let on_table = self.machine.cl_point(axes, self.tool_length).tip;
+                let tip = self.table_from_rtcp_words.inverse_transform_point(&on_table);
                 self.words.rtcp_words(&tip, axes.as_slice())
             }
         };
