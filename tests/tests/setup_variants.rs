@@ -223,6 +223,8 @@ fn two_setups_write_two_programs_and_each_stands_for_itself() {
     turned.check();
     assert!(top.nc.contains("G54") && !top.nc.contains("G55"));
     assert!(turned.nc.contains("G55") && !turned.nc.contains("G54"));
+    // On the control one must not take the other's place.
+    assert!(top.nc.contains("\nO1001 ") && turned.nc.contains("\nO1002 "));
     assert!(top.nc.contains("(PATCH TOP)") && turned.nc.contains("(PATCH TURNED)"));
     assert!(!job.path("out/program.nc").exists());
     // One program is what a job with that setup alone gives, but for its name.

@@ -72,7 +72,9 @@ pub use apt::{
 };
 pub use axis_words::{AxisKind, AxisLetter, AxisNameError, AxisWord, AxisWords, TooManyAxes};
 pub use fanuc::{FanucReader, read_fanuc};
-pub use post_file::{BlockNumbers, Decimals, Dialect, PostError, PostFile, PostSettings, RoundingBound, Template};
+pub use post_file::{
+    BlockNumbers, Decimals, Dialect, LAST_PROGRAM_NUMBER, PostError, PostFile, PostSettings, RoundingBound, Template,
+};
 pub use program::{Block, Coolant, FeedMode, NcProgram, WorkOffset};
 pub use program_spec::{AxisSpec, ProgramSpec, SpindleSpec, ToolSpec};
 pub use read_error::{ReadError, ReadFault};

@@ -118,6 +118,9 @@ pub struct RoundingBound {
 /// Largest block number; older controls have five digits.
 pub(crate) const LAST_BLOCK_NUMBER: u32 = 99_999;
 
+/// Largest program number.
+pub const LAST_PROGRAM_NUMBER: u32 = 99_999_999;
+
 fn default_program_number() -> u32 {
     1001
 }
@@ -173,7 +176,7 @@ impl PostFile {
     /// # Errors
     /// When a number is out of its range.
     pub fn settings(&self, template: Option<Template>) -> Result<PostSettings, PostError> {
-        in_range("program_number", self.program_number, 1, 99_999_999)?;
+        in_range("program_number", self.program_number, 1, LAST_PROGRAM_NUMBER)?;
         for (field, decimals) in [
             ("decimals.linear", self.decimals.linear),
             ("decimals.rotary", self.decimals.rotary),
@@ -234,6 +237,19 @@ impl PostSettings {
     #[must_use]
     pub fn decimals(&self) -> Decimals {
         self.decimals
+    }
+
+    /// The same with another program number, of at most eight digits: programs of one job must not overwrite each other on
+    /// the control.
+    #[must_use]
+    pub fn with_number_after(&self, programs_before: u32) -> Self {
+        let program_number = self.program_number.saturating_add(programs_before).min(LAST_PROGRAM_NUMBER);
+        Self { program_number, ..self.clone() }
+    }
+
+    /// Number of the program.
+    pub fn program_number(&self) -> u32 {
+        self.program_number
     }
 
     /// How far rounding to the written decimals may move an axis: half a unit of the last decimal.

@@ -20,8 +20,9 @@ pub struct ProgramSpec {
     /// The motions. The first must be a rapid and name every axis the program uses: the template brings the machine there
     /// axis by axis.
     pub program: NcProgram,
-    /// Words of the first position without length compensation. Needed under RTCP, where the first motion's words are the
-    /// tip's, to bring the axes there before RTCP is on; not used otherwise.
+    /// Where RTCP is switched on: rotary words of 0, and the words that the tip then has under RTCP with the linear axes at
+    /// home. Needed under RTCP, which fixes the frame of X, Y and Z to the table as it stands there; not used otherwise,
+    /// where the machine goes to the first position axis by axis.
     pub approach: Option<AxisWords>,
 }
 

@@ -25,7 +25,7 @@ pub enum WriteError {
     #[error("the first motion must be a rapid")]
     FirstMotion,
     /// RTCP words say nothing about where the axes are before RTCP is on.
-    #[error("under RTCP the program needs the words of its first position without length compensation (`approach`)")]
+    #[error("under RTCP the program needs the words of the place where it is switched on (`approach`)")]
     NoApproach,
     /// Two axes of the machine have the same name.
     #[error("two axes are named {0}")]

@@ -116,6 +116,7 @@ mod tests {
             tree,
             allowance: 0.0,
             labels: vec!["part.stl".to_owned()],
+            machine_body: None,
         }]
     }
 

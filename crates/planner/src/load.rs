@@ -7,7 +7,7 @@ use facemill_cl_data::{Aabb, CcPoint, CuttingLaw, RoundBox, Solid};
 use facemill_cutter_location::Pieces;
 use facemill_interference::{Interference, MeshTree, solid_mesh};
 use facemill_inverse_kinematics::{Carrier, Machine};
-use facemill_nc_program::{FeedMode, PostSettings, Template, WorkOffset};
+use facemill_nc_program::{FeedMode, LAST_PROGRAM_NUMBER, PostSettings, Template, WorkOffset};
 use facemill_surface_model::{
     Group, ImportSettings, Imported, LengthUnit, MeshFormat, Surface, SurfaceSettings, TriMesh, UpAxis, import_mesh,
 };
@@ -62,6 +62,10 @@ impl Job {
             }
         };
         let post = file.post.settings(template).map_err(|e| Failure::input(path, format!("post.{e}")))?;
+        if post.program_number() as usize + file.setups.len() - 1 > LAST_PROGRAM_NUMBER as usize {
+            let message = format!("post.program_number: {} leaves no numbers for all setups", post.program_number());
+            return Err(Failure::input(path, message));
+        }
         check_rounding(&file, &post.rounding_bound()).map_err(|e| Failure::input(path, e))?;
         if post.feed_mode() == FeedMode::Rtcp && machine.motion_law().cutting == CuttingLaw::AxesLinear {
             let message = "post.feed_mode: rtcp needs a machine whose motion.cutting is tip_and_rotaries_linear or \
@@ -225,6 +229,12 @@ impl<'a> Setup<'a> {
             })?,
             reports,
         })
+    }
+
+    /// How the setup's program is written: numbered on from the job's number, setup by setup.
+    pub(crate) fn post(&self, job: &Job) -> PostSettings {
+        let before = job.file.setups.iter().take_while(|s| s.name != self.file.name).count();
+        job.post.with_number_after(before as u32)
     }
 
     /// Thickness of the stock along the normal at a CC point, mm, before anything is cut; 0 where there is none.

@@ -49,7 +49,7 @@ pub(crate) fn write_texts(
     let mut timed = writer.finish();
     let first = operations.first().map(|o| o.operation).ok_or_else(|| Failure::Internal("no operation".to_owned()))?;
     let spec = program_spec(job, setup, first, words, &mut timed)?;
-    let written = write_program_with_lines(&spec, &job.post).map_err(|e| job.wrong(format!("post: {e}")))?;
+    let written = write_program_with_lines(&spec, &setup.post(job)).map_err(|e| job.wrong(format!("post: {e}")))?;
     let operation_lines = timed.operation_starts.iter().map(|&block| written.block_lines[block]).collect();
     let cutter = job.tool.cutter();
     let apt = AptSpec {
@@ -79,7 +79,6 @@ pub(crate) fn try_template(job: &Job, setup: &Setup<'_>, words: &WordMap) -> Res
     let mut timed = BlockWriter::new(job, words)?.finish();
     let at_home = words.words(home.as_slice()).map_err(|e| Failure::Internal(e.to_string()))?;
     timed.program.blocks.push(Block::Rapid { words: at_home });
-    timed.first = Some(home);
     let spec = program_spec(job, setup, operation, words, &mut timed)?;
     write_program(&spec, &job.post).map(drop).map_err(|e| job.wrong(format!("post: {e}")))
 }

@@ -67,6 +67,19 @@ pub(crate) fn table_from_rtcp_words(job: &Job, words: &WordMap) -> Result<Isomet
     })
 }
 
+/// Words of where RTCP is switched on: linear axes at home, rotary words 0.
+fn rtcp_start(job: &Job, words: &WordMap) -> Result<AxisWords, Failure> {
+    let mut at = job.machine.home();
+    for (k, (axis, mapped)) in job.machine.axes().iter().zip(words.axes()).enumerate() {
+        if axis.kind == AxisKind::Rotary {
+            at[k] = mapped.offset;
+        }
+    }
+    let tip = job.machine.cl_point(&at, job.tool.gauge_length()).tip;
+    let tip = table_from_rtcp_words(job, words)?.inverse_transform_point(&tip);
+    words.rtcp_words(&tip, at.as_slice()).map_err(|e| Failure::Internal(e.to_string()))
+}
+
 /// An axis' letter in NC text.
 fn letter(text: &str) -> Result<AxisLetter, Failure> {
     let mut chars = text.chars();
@@ -94,8 +107,6 @@ pub(crate) struct Timed {
     pub tip_feeds: Vec<f64>,
     /// Index among the program's blocks of the first one of each operation.
     pub operation_starts: Vec<usize>,
-    /// Where the program starts.
-    pub first: Option<AxisValues>,
 }
 
 /// Times moves by FEED and turns them into blocks.
@@ -136,7 +147,6 @@ impl<'a> BlockWriter<'a> {
                 n_blocks: 0,
                 tip_feeds: Vec::new(),
                 operation_starts: Vec::new(),
-                first: None,
             },
         })
     }
@@ -196,7 +206,6 @@ impl<'a> BlockWriter<'a> {
         };
         self.timed.program.blocks.push(block);
         self.timed.n_blocks += 1;
-        self.timed.first = self.timed.first.or(Some(m.axes));
         self.at = Some(*m);
         Ok(())
     }
@@ -260,11 +269,10 @@ pub(crate) fn program_spec(
     words: &WordMap,
     timed: &mut Timed,
 ) -> Result<ProgramSpec, Failure> {
-    let approach = timed
-        .first
-        .map(|first| words.uncompensated_words(first.as_slice()))
-        .transpose()
-        .map_err(|e| Failure::Internal(e.to_string()))?;
+    let approach = match job.post.feed_mode() {
+        FeedMode::Rtcp => Some(rtcp_start(job, words)?),
+        FeedMode::G94 | FeedMode::G93 => None,
+    };
     let cutter = job.tool.cutter();
     let axes = job
         .machine

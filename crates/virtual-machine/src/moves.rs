@@ -1,6 +1,6 @@
 //! From the text that was read to motions of the axes.
 use facemill_cl_data::{CuttingLaw, MotionLaw};
-use facemill_inverse_kinematics::{AxisValues, BlockLaw};
+use facemill_inverse_kinematics::{AxisValues, BlockLaw, Carrier};
 use facemill_nc_program::{
     AxisAt, AxisKind, AxisLetter, AxisWords, Compensation, Feed, MacroKind, MotionKind, ReadBlock, ReadCommand,
     ReadMotion, ReadProgram,
@@ -61,6 +61,9 @@ const SAME_LENGTH: f64 = 0.01;
 /// How far from its reference position an axis is at it, mm.
 const AT_HOME: f64 = 1e-6;
 
+/// How far from 0 a rotary word is 0, rad.
+const AT_ZERO: f64 = 1e-6;
+
 struct State<'a> {
     setup: &'a VirtualSetup<'a>,
     /// Machine value that is word 0 with length compensation, per axis.
@@ -118,6 +121,7 @@ impl<'a> State<'a> {
                 self.fault(FindingKind::UnknownBlock, index, None, note);
             }
         }
+        self.start_rtcp(index, block);
         self.cancel(index, block);
         let Some(motion) = &block.motion else { return };
         let unsimulated = match motion.kind {
@@ -140,6 +144,29 @@ impl<'a> State<'a> {
             _ => self.words_end(motion, |letter| motion.position.get(letter)),
         };
         self.go(index, motion, end, unsimulated.is_none());
+    }
+
+    /// Under RTCP words count in a frame that controls fix to the table as it stands where RTCP is switched on. The frame of
+    /// the setup is that of rotary words 0.
+    fn start_rtcp(&mut self, index: usize, block: &ReadBlock) {
+        let is_on = |c: Compensation| matches!(c, Compensation::Rtcp(_));
+        if is_on(self.compensation) || !is_on(block.compensation) {
+            return;
+        }
+        let words = self.setup.words.axes();
+        let turned = (0..words.len()).find(|&k| {
+            let axis = &self.setup.machine.axes()[k];
+            let told = block.motion.as_ref().and_then(|m| m.position.get(words[k].letter));
+            let told = if let Some(AxisAt::Word(word)) = told { word.to_radians() } else { 0.0 };
+            // Controls differ in whether a turn in the same block counts.
+            let turn = told.abs().max((self.axes[k] - words[k].offset).abs());
+            axis.carried_by == Carrier::Table && words[k].letter.kind() == AxisKind::Rotary && turn > AT_ZERO
+        });
+        if let Some(k) = turned {
+            let note = "RTCP is switched on with the table turned: controls count X, Y and Z in the frame that the table \
+                        has here; turn it to 0 before";
+            self.fault(FindingKind::UnknownPosition, index, Some(words[k].letter), note.to_owned());
+        }
     }
 
     /// Takes note of the compensation behind a block, and of a cancellation that may move an axis.

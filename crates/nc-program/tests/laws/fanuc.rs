@@ -240,14 +240,14 @@ N26 M30
 }
 
 #[test]
-fn rtcp_is_switched_on_over_the_first_position_and_off_where_the_spindle_axis_is_home() {
+fn rtcp_is_switched_on_where_nothing_moves_and_off_where_the_spindle_axis_is_home() {
     let first = words(&AXES.map(|l| (l, 1.5)));
     let mut spec = spec(vec![Block::Rapid { words: first }]);
     let text = write_program(&spec, &settings(FeedMode::Rtcp)).unwrap();
     let lines = [
         "G0 G90 B14. C15.\n",
-        "G0 G90 X11. Y12.\n",
-        "G0 G90 G43.4 X1.5 Y1.5 Z1.5 H7\n",
+        "G0 G90 G43.4 X11. Y12. Z13. H7\n",
+        "G90 G94 G0 X1.5 Y1.5 Z1.5 B1.5 C1.5\n",
         "G91 G28 Z0.\n",
         "G49\n",
         "G91 G28 X0. Y0.\n",
