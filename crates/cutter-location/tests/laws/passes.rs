@@ -8,7 +8,7 @@ use facemill_interference::MeshTree;
 use facemill_sample_parts::{PatchSpec, patch};
 use nalgebra::Vector3;
 
-use crate::kit::{Random, cc_on_patch, curve_deg, machine, obstacle, tool, workcell};
+use crate::kit::{Ball, Random, cc_on_patch, curve_deg, machine, obstacle, tool, workcell};
 
 /// Deep waves, so that neighbouring points need different postures.
 fn wavy() -> (PatchSpec, MeshTree) {
@@ -95,7 +95,10 @@ fn the_turn_between_neighbours_is_bounded_wherever_a_raised_posture_is_feasible(
 fn raising_loses_no_point_and_keeps_every_pose_feasible() {
     let (spec, tree) = wavy();
     let (machine, tool) = (machine(), tool(16.0, 2.0, 12.0));
-    let cell = workcell(&machine, &tool, vec![obstacle("part", &tree)]);
+    // A clamp on the part, in the way of two passes.
+    let clamp = Ball { center: spec.at(15.0, -20.0).point, radius: 12.0 };
+    let clamp_tree = MeshTree::new(&clamp.mesh());
+    let cell = workcell(&machine, &tool, vec![obstacle("part", &tree), obstacle("clamp", &clamp_tree)]);
     let test = PoseTest::new(&cell);
     let tasks = tasks(&spec, 4.0);
     let planned = plan_passes(&test, &tasks, &SETTINGS, &Silent).unwrap();
@@ -105,6 +108,9 @@ fn raising_loses_no_point_and_keeps_every_pose_feasible() {
         for (cc, outcome) in task.pass.points.iter().zip(&pass.points) {
             let alone = search(&test, cc, &task.curve, &SETTINGS.search, 0.0, None, &mut Hints::default());
             assert_eq!(outcome.is_ok(), alone.is_ok());
+            if (cc.position - clamp.center).norm() < clamp.radius - clamp.chord_error() - cell.gouge_tolerance {
+                assert!(outcome.is_err(), "the point itself is in the clamp");
+            }
             let (Ok(pose), Ok(alone)) = (outcome, alone) else {
                 refused += 1;
                 continue;
@@ -118,7 +124,7 @@ fn raising_loses_no_point_and_keeps_every_pose_feasible() {
             assert!((reached.tip - meant.tip).norm() < 1e-8 && (*reached.axis - *meant.axis).norm() < 1e-11);
         }
     }
-    assert!(raised > 10, "{raised} raised, {refused} refused");
+    assert!(raised > 10 && refused > 0, "{raised} raised, {refused} refused");
 }
 
 #[test]

@@ -143,7 +143,7 @@ fn rear_gouge_is_refused_on_a_concave_cylinder_below_the_closed_form_tilt() {
 #[test]
 fn a_seated_pose_is_lifted_no_more_than_it_needs() {
     // Coarse facets: the smooth normal leans against them.
-    let spec = PatchSpec::new([200.0, 200.0], 4.0, [1.2, 1.0]).unwrap();
+    let spec = PatchSpec::new([200.0, 200.0], 6.0, [1.2, 1.0]).unwrap();
     let mesh = patch(&spec, 24, 24).unwrap();
     let (tree, plain) = (MeshTree::new(&mesh), ParryMesh::new(&mesh));
     let machine = machine();
@@ -156,7 +156,7 @@ fn a_seated_pose_is_lifted_no_more_than_it_needs() {
         let (test, reference) = (PoseTest::new(&by_tree), PoseTest::new(&by_parry));
         for _ in 0..60 {
             let cc = cc_on_patch(&spec, random.between(-70.0, 70.0), random.between(-70.0, 70.0), random.vector());
-            let posture = posture_deg(random.between(3.0, 23.0), random.between(-80.0, 80.0));
+            let posture = posture_deg(random.between(1.0, 23.0), random.between(-80.0, 80.0));
             let Ok(pose) = test.try_posture(&cc, posture, None, &mut Hints::default()) else {
                 refused += 1;
                 continue;
@@ -171,7 +171,7 @@ fn a_seated_pose_is_lifted_no_more_than_it_needs() {
             }
         }
     }
-    assert!(lifted > 20 && refused > 0, "{lifted} lifted, {refused} refused");
+    assert!(lifted > 20 && refused > 5, "{lifted} lifted, {refused} refused");
 }
 
 #[test]
