@@ -4,7 +4,7 @@ use facemill_cl_data::{CcPoint, ClPoint, Posture, RoundFrustum, Solid};
 use facemill_cutter_location::link::Waypoint;
 use facemill_cutter_location::{Configuration, Obstacle, SearchCurve, SearchOrder, Workcell};
 use facemill_interference::Interference;
-use facemill_inverse_kinematics::{Branch, BranchPreference, Carrier, Machine};
+use facemill_inverse_kinematics::{AxisValues, Branch, BranchPreference, Carrier, Machine};
 use facemill_sample_parts::{AnalyticPart, AnalyticShape, MaterialSide, PatchSpec};
 use facemill_surface_model::TriMesh;
 use facemill_tool_model::{FormatTag, Section, SpindleRotation, Stack, ToolAssembly, ToolFile};
@@ -145,7 +145,13 @@ pub(crate) fn distance_to_balls(cell: &Workcell<'_>, cl: &ClPoint, balls: &[Ball
     let length = cell.tool.gauge_length();
     let on_table = cl.transformed(&cell.table_from_work);
     let axes = cell.machine.nearest_inverse(&on_table, length, None, cell.preferred_branch).unwrap();
-    let table_from_tool = cell.machine.forward(&axes, length);
+    distance_at(cell, &axes, balls)
+}
+
+/// The same at axis values.
+pub(crate) fn distance_at(cell: &Workcell<'_>, axes: &AxisValues, balls: &[Ball]) -> f64 {
+    let length = cell.tool.gauge_length();
+    let table_from_tool = cell.machine.forward(axes, length);
     let cutter = cell.tool.cutter();
     let (big, r) = (cutter.radius(), cutter.corner_radius());
     let cylinder = |radius, z_high, rounding| {
@@ -153,7 +159,7 @@ pub(crate) fn distance_to_balls(cell: &Workcell<'_>, cl: &ClPoint, balls: &[Ball
     };
     let of_cutter = [cylinder(big - r, r, r), cylinder(big, cutter.flute_length(), 0.0)].map(|s| (s, table_from_tool));
     let of_tool = cell.tool.collision_bodies().into_iter().map(|b| (b.solid, table_from_tool * b.frame_from_solid));
-    let of_head = cell.machine.body_poses(&axes).filter(|p| p.body.carrier() == Some(Carrier::Head));
+    let of_head = cell.machine.body_poses(axes).filter(|p| p.body.carrier() == Some(Carrier::Head));
     let of_head = of_head.map(|p| (p.body.body.solid, p.table_from_solid));
     let solids: Vec<(Solid, Isometry3<f64>)> = of_cutter.into_iter().chain(of_tool).chain(of_head).collect();
     let to_ball = |ball: &Ball| {
