@@ -4,6 +4,7 @@ mod approach;
 mod branch;
 mod kit;
 mod link;
+mod machine_bodies;
 mod passes;
 mod reasons;
 mod search;
