@@ -1,7 +1,7 @@
 //! The way from the end of one pass to the start of the next, without cutting.
 
 use facemill_cl_data::ClPoint;
-use facemill_inverse_kinematics::AxisValues;
+use facemill_inverse_kinematics::{AxisKind, AxisValues, BlockLaw, Motion};
 use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
 
 use crate::stance::Stance;
@@ -171,8 +171,8 @@ pub struct Waypoint {
 /// Finds ways between passes and tests them as they are driven: tip straight, axis turned evenly, on one branch.
 ///
 /// A way is tested at poses close enough for the free distance there to cover the motion of tool and machine to the next one,
-/// near the clearance 1 mm apart, so that half a millimetre of it may lack between two; the motion of the control differs
-/// from it by the linearisation tolerance. Where a leg leads through the pole of the rotary axes, the head's turn about the
+/// near the clearance by half of it or 1 mm apart, so that half of that may lack between two; the motion of the control
+/// differs from it by the linearisation tolerance. Where a leg leads through the pole of the rotary axes, the head's turn about the
 /// tool at the pole itself is not tested.
 pub struct Linker<'t, 'a> {
     test: &'t PoseTest<'a>,
@@ -191,7 +191,8 @@ impl<'t, 'a> Linker<'t, 'a> {
     /// clearance surface.
     ///
     /// Where the two ends are on different branches, the way leads over the clearance surface, and has there one pose twice,
-    /// on the first branch and on the second: all axes go over together. That motion is [`Linker::swing`] to test.
+    /// on the first branch and on the second: all axes go over together. That motion is for
+    /// [`Linker::rapid_block`] to test, when it is known which turns the axes come with.
     ///
     /// # Errors
     /// When even the way over the clearance surface is blocked.
@@ -279,28 +280,37 @@ impl<'t, 'a> Linker<'t, 'a> {
                 let there = test.configuration_like(&between(&from.cl, to, t), &configuration)?;
                 Ok(here.motion_to(&Stance::new(test, &there)))
             };
-            walk.advance((distance - clearance).max(MIN_ADVANCE), motion).map_err(blocked)?;
+            walk.advance((distance - clearance).max(least_advance(clearance)), motion).map_err(blocked)?;
         }
         Err(LinkBlocked { pose: *to, why: Infeasible::TooLong })
     }
 
-    /// Tests the motion from one stand of the machine to another with all axes together, such as from one branch to the
-    /// other: at stands close enough for the free distance to cover what the machine moves to the next.
+    /// Tests a rapid block as the control drives it, such as the one from one branch to the other: at stands close enough for
+    /// the free distance beyond `clearance` to cover what the machine moves to the next.
     ///
     /// # Errors
-    /// The first stand that is nearer than the rapid clearance to something.
-    pub fn swing(&mut self, from: &AxisValues, to: &AxisValues) -> Result<(), LinkBlocked> {
-        let (test, clearance) = (self.test, self.settings.rapid_clearance);
-        let at = |t: f64| {
-            let axes = from.lerp(to, t);
-            Configuration { axes, branch: test.cell.machine.branch_of(&axes) }
+    /// The first stand that is nearer than `clearance` to something, or the start where the motion is none.
+    pub fn rapid_block(&mut self, from: &AxisValues, to: &AxisValues, clearance: f64) -> Result<(), LinkBlocked> {
+        let test = self.test;
+        let machine = test.cell.machine;
+        let length = test.cell.tool.gauge_length();
+        let pose_at = |axes: &AxisValues| machine.cl_point(axes, length).transformed(test.work_from_table());
+        let law = BlockLaw::Rapid(machine.motion_law().rapid);
+        let Ok(motion) = Motion::new(machine, law, from, to, length) else {
+            return Err(LinkBlocked { pose: pose_at(from), why: Infeasible::TooLong });
         };
-        let mut walk = Walk { t: 0.0, step: SWING_STEP };
+        let at = |t: f64| {
+            let axes = motion.at(t).unwrap_or(*to);
+            Configuration { axes, branch: machine.branch_of(&axes) }
+        };
+        let rotary = |k: &usize| machine.axes()[*k].kind == AxisKind::Rotary;
+        let turn: f64 = (0..from.len()).filter(rotary).map(|k| (to.get_or_zero(k) - from.get_or_zero(k)).abs()).sum();
+        let largest_step = (LARGEST_TURN / turn).min(1.0);
+        let mut walk = Walk { t: 0.0, step: largest_step };
         for _ in 0..MAX_STEPS {
             let here = at(walk.t);
             let (distance, nearest) = test.rapid_distance(&here.axes, clearance + FAR, &mut self.hints);
-            let length = test.cell.tool.gauge_length();
-            let pose = test.cell.machine.cl_point(&here.axes, length).transformed(test.work_from_table());
+            let pose = pose_at(&here.axes);
             if let Some(why) = nearest.filter(|_| distance < clearance) {
                 return Err(LinkBlocked { pose, why });
             }
@@ -308,15 +318,12 @@ impl<'t, 'a> Linker<'t, 'a> {
                 return Ok(());
             }
             let stance = Stance::new(test, &here);
-            // The tip goes on an arc: longer than straight by less than this for steps of a few degrees.
-            let motion = |t: f64| Ok(ARC_FACTOR * stance.motion_to(&Stance::new(test, &at(t))));
-            walk.step = walk.step.min(SWING_STEP);
-            let advanced = walk.advance((distance - clearance).max(MIN_ADVANCE), motion);
-            advanced.map_err(|why| LinkBlocked { pose, why })?;
+            let moved = |t: f64| Ok(ARC_FACTOR * stance.motion_to(&Stance::new(test, &at(t))));
+            walk.step = walk.step.min(largest_step);
+            let free = (distance - clearance).max(least_advance(clearance));
+            walk.advance(free, moved).map_err(|why| LinkBlocked { pose, why })?;
         }
-        let length = test.cell.tool.gauge_length();
-        let pose = test.cell.machine.cl_point(to, length).transformed(test.work_from_table());
-        Err(LinkBlocked { pose, why: Infeasible::TooLong })
+        Err(LinkBlocked { pose: pose_at(to), why: Infeasible::TooLong })
     }
 }
 
@@ -359,13 +366,16 @@ impl Walk {
 
 /// Distances are not searched farther than this, mm: more would only save steps.
 const FAR: f64 = 150.0;
-/// Smallest step of the walk, mm: half of the smallest rapid clearance that makes sense.
-const MIN_ADVANCE: f64 = 1.0;
+/// Smallest step of a walk next to something, mm: half of it may lack of the clearance between two tested stands.
+fn least_advance(clearance: f64) -> f64 {
+    (0.5 * clearance).clamp(0.05, 1.0)
+}
+
 /// Smallest step, as a fraction of the leg: at the pole of the rotary axes a body turns at once, however small the step.
 const MIN_STEP: f64 = 1e-4;
 /// Steps of a leg at most, all of them the smallest.
 const MAX_STEPS: usize = 10_001;
-/// Largest step of a swing, as a fraction of it: a few degrees.
-const SWING_STEP: f64 = 0.02;
-/// How much longer than its chord the arc of such a step may be, with room.
+/// Largest turn of all rotary axes together in a step of a rapid block, rad.
+const LARGEST_TURN: f64 = 0.06;
+/// How much farther than to its end a point may move on a step that turns by so little: the tip goes on an arc.
 const ARC_FACTOR: f64 = 1.1;

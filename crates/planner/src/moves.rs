@@ -5,6 +5,7 @@ use facemill_cutter_location::approach::{Approach, ApproachSettings, ApproachSha
 use facemill_cutter_location::link::{LinkBlocked, LinkSettings, Linker, Waypoint};
 use facemill_cutter_location::{Configuration, Hints, PoseTest};
 use facemill_inverse_kinematics::AxisValues;
+use facemill_tool_model::Cutter;
 use rayon::prelude::*;
 
 use crate::Failure;
@@ -80,11 +81,17 @@ pub(crate) struct MoveSettings {
 /// 0.4° steeper than it.
 const ARC_STEPS: f64 = 80.0;
 
-/// Distance between tested poses on entries and exits, mm: as near as rapids are tested next to something.
-const TEST_STEP: f64 = 1.0;
+/// Largest and smallest distance between tested poses on entries and exits, mm. Within, it is a quarter of the corner radius:
+/// a rounded rim then dips by at most 1/128 of it past a point that it touches between two.
+const TEST_STEPS: [f64; 2] = [1.0, 0.25];
 
 /// Settings of an entry or exit.
-pub(crate) fn approach_settings(file: &ApproachFile, rapid_clearance: f64, max_retract: f64) -> ApproachSettings {
+pub(crate) fn approach_settings(
+    file: &ApproachFile,
+    cutter: &Cutter,
+    rapid_clearance: f64,
+    max_retract: f64,
+) -> ApproachSettings {
     let arc = |a: &ArcFile| (a.radius_mm, a.angle_deg.to_radians());
     let shape = match file {
         ApproachFile::TangentialArc(a) => {
@@ -97,7 +104,8 @@ pub(crate) fn approach_settings(file: &ApproachFile, rapid_clearance: f64, max_r
         }
     };
     let (ApproachShape::TangentialArc { radius, .. } | ApproachShape::RollIn { radius, .. }) = shape;
-    ApproachSettings { shape, step: radius / ARC_STEPS, test_step: TEST_STEP, rapid_clearance, max_retract }
+    let test_step = (0.25 * cutter.corner_radius()).clamp(TEST_STEPS[1], TEST_STEPS[0]);
+    ApproachSettings { shape, step: radius / ARC_STEPS, test_step, rapid_clearance, max_retract }
 }
 
 /// A piece with its ways in and out.

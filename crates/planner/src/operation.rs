@@ -216,8 +216,8 @@ fn move_settings(job: &Job, setup: &Setup<'_>, operation: &OperationFile) -> Mov
     let law = job.machine.motion_law().cutting;
     let linearity = |tolerance: f64| Linearity { tolerance, rounding: job.post.rounding_bound(), law };
     MoveSettings {
-        entry: approach_settings(&operation.entry, clearance, max_retract),
-        exit: approach_settings(&operation.exit, clearance, max_retract),
+        entry: approach_settings(&operation.entry, job.tool.cutter(), clearance, max_retract),
+        exit: approach_settings(&operation.exit, job.tool.cutter(), clearance, max_retract),
         link: LinkSettings { clearance: clearance_surface(&setup.file.clearance), rapid_clearance: clearance },
         linearity: linearity(operation.tolerances.linearisation_mm),
         // Half of the distance that rapids keep anyway.

@@ -21,6 +21,9 @@ pub(crate) struct Sequencer<'t, 'a> {
 /// Halvings of a block: 2^10 blocks for one say that the machine is near a singular pose, where more would not help.
 const MAX_HALVINGS: u32 = 10;
 
+/// Part of the rapid clearance that is left where a block strays from the tested way by half of it.
+const RAPID_SHARE: f64 = 0.25;
+
 impl<'t, 'a> Sequencer<'t, 'a> {
     pub(crate) fn new(test: &'t PoseTest<'a>, settings: &'t MoveSettings, from: Option<Move>) -> Self {
         let at = from.map(|m| Waypoint { cl: m.cl, configuration: configuration_of(test, &m.axes) });
@@ -120,7 +123,7 @@ impl<'t, 'a> Sequencer<'t, 'a> {
             return Err(self.lost(&Infeasible::OtherBranch(at.configuration.branch)));
         }
         Linker::new(self.test, &self.settings.link)
-            .swing(&at.configuration.axes, &to.configuration.axes)
+            .rapid_block(&at.configuration.axes, &to.configuration.axes, self.settings.link.rapid_clearance)
             .map_err(|blocked| blocked_way(self.test, "the head cannot turn to its other side", &blocked))?;
         moves.push(Move { kind, cl: to.cl, axes: to.configuration.axes });
         self.at = Some(*to);
@@ -128,7 +131,8 @@ impl<'t, 'a> Sequencer<'t, 'a> {
     }
 
     /// Appends the move to `to`, with poses in between where the control would stray too far: tip straight, axis turned
-    /// evenly, as links and approaches were tested. Cuts are close enough already.
+    /// evenly, as links and approaches were tested. Cuts are close enough already. Rapid blocks are tested once more as the
+    /// control drives them.
     fn reach(&mut self, kind: MoveKind, to: Waypoint, moves: &mut Vec<Move>) -> Result<(), Failure> {
         let push =
             |moves: &mut Vec<Move>, w: &Waypoint| moves.push(Move { kind, cl: w.cl, axes: w.configuration.axes });
@@ -141,11 +145,19 @@ impl<'t, 'a> Sequencer<'t, 'a> {
             MoveKind::Rapid => &self.settings.rapid_linearity,
             MoveKind::Approach | MoveKind::Cut => &self.settings.linearity,
         };
+        let mut linker = Linker::new(self.test, &self.settings.link);
+        let least_clearance = RAPID_SHARE * self.settings.link.rapid_clearance;
         // Open intervals of the way, the nearest last: (end as fraction, place there, halvings).
         let mut open = vec![(1.0, to, 0u32)];
         let (mut t, mut at) = (0.0, from);
         while let Some(&(end, target, halvings)) = open.last() {
-            let (deviation, too_long) = linearity.judge(self.test, &at.configuration.axes, &target.configuration.axes);
+            let [here, there] = [at, target].map(|w| w.configuration.axes);
+            let (deviation, mut too_long) = linearity.judge(self.test, &here, &there);
+            let mut blocked = None;
+            if kind == MoveKind::Rapid && !too_long {
+                blocked = linker.rapid_block(&here, &there, least_clearance).err();
+                too_long = blocked.is_some();
+            }
             if too_long && halvings < MAX_HALVINGS && kind != MoveKind::Cut {
                 let middle = 0.5 * (t + end);
                 let cl = between(&from.cl, &to.cl, middle);
@@ -155,6 +167,9 @@ impl<'t, 'a> Sequencer<'t, 'a> {
                 open.push((end, target, halvings + 1));
                 open.push((middle, Waypoint { cl, configuration }, halvings + 1));
                 continue;
+            }
+            if let Some(blocked) = blocked {
+                return Err(blocked_way(self.test, "no way that the control keeps to in rapid", &blocked));
             }
             if kind != MoveKind::Rapid {
                 self.worst = self.worst.max(deviation);

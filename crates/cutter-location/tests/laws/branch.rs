@@ -206,7 +206,8 @@ fn a_link_to_the_other_branch_changes_over_above_the_clearance_surface() {
         }
         assert_eq!(all[swing - 1].cl, all[swing].cl, "the tool stays where it is");
         assert!(settings.clearance.height(&all[swing].cl.tip) >= test.clearance_margin() - 1e-6);
-        linker.swing(&all[swing - 1].configuration.axes, &all[swing].configuration.axes).unwrap();
+        let [before, behind] = [swing - 1, swing].map(|k| all[k].configuration.axes);
+        linker.rapid_block(&before, &behind, CLEARANCE).unwrap();
         let smallest = smallest(&test, &all, &low);
         assert!(smallest >= CLEARANCE - HALF_STEP, "{smallest}");
     }
@@ -231,7 +232,8 @@ fn a_change_of_branch_that_is_blocked_is_told_as_one() {
         let way = whole(from, &linker.link(&from, &to).unwrap(), to);
         let changes = |w: &&[Waypoint]| w[0].configuration.branch != w[1].configuration.branch;
         let [a, b] = way.windows(2).find(changes).unwrap() else { panic!() };
-        linker.swing(&a.configuration.axes, &b.configuration.axes).map_err(|blocked| test.describe(&blocked.why))
+        let swung = linker.rapid_block(&a.configuration.axes, &b.configuration.axes, CLEARANCE);
+        swung.map_err(|blocked| test.describe(&blocked.why))
     };
     let blocked = link(trees.iter().map(|t| obstacle("column", t as &dyn Interference)).collect());
     assert_eq!(blocked.unwrap_err(), "ram hits column");
