@@ -88,6 +88,9 @@ impl<'a> PlannedOperation<'a> {
         clock.lap("moves");
         let along = along_passes(job, setup, operation, &moves, stages)?;
         clock.lap("cusps and chips");
+        if setup.stock_solid.is_some() {
+            left_out.iter_mut().for_each(LeftOut::explain_stock);
+        }
         let planned = Self { operation, moves, cc_points, dropped_pieces: laid.dropped_pieces, left_out, along };
         planned.check_left_out()?;
         Ok((planned, picture))

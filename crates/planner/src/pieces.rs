@@ -51,6 +51,16 @@ pub(crate) struct LeftOut {
     pub reason: String,
 }
 
+impl LeftOut {
+    /// Adds to a reason that stock is in the way what stock is while planning.
+    pub(crate) fn explain_stock(&mut self) {
+        if self.reason.ends_with(" stock") {
+            self.reason
+                .push_str(" (a solid of stock stays whole while planning; stock as an offset of the part does not)");
+        }
+    }
+}
+
 /// A pass of the path as laid.
 #[derive(Clone, Debug)]
 pub(crate) struct LaidTask {
