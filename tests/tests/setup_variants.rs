@@ -142,7 +142,10 @@ fn a_solid_stock_above_the_cutting_edge_leaves_points_out() {
         ],
     );
     let why = job.try_plan().err().expect("a stock that the cutter's body is in");
-    assert!(matches!(why, facemill::Failure::Infeasible(_)) && why.to_string().contains("stays whole while planning"), "{why}");
+    assert!(
+        matches!(why, facemill::Failure::Infeasible(_)) && why.to_string().contains("stays whole while planning"),
+        "{why}"
+    );
 }
 
 /// The clamp of the fixture test: it stands over the border of the last passes.

@@ -1,6 +1,7 @@
 //! How the cutter comes into a pass and leaves it.
 
 use facemill_cl_data::{CcPoint, ClPoint};
+use nalgebra::Vector3;
 
 use crate::link::between;
 use crate::{Configuration, Hints, Infeasible, PoseTest};
@@ -125,8 +126,8 @@ pub struct PassEndPose<'a> {
 }
 
 /// Arc and retract at one end of a pass, tested as they are driven: at poses no farther apart than the test step, on the
-/// branch of the pass, the cutter's test body cuts nothing that must stay, bodies hit nothing, axis values exist, and an
-/// entry goes down into stock no more steeply than the tool may. Where the arc is not possible as asked, smaller ones of the
+/// branch of the pass, the cutter's test body cuts nothing that must stay (the arc is lifted along the normal where facets
+/// ask for it, as poses are seated), bodies hit nothing, axis values exist, and an entry goes down into stock no more steeply than the tool may. Where the arc is not possible as asked, smaller ones of the
 /// same angle are tried, down to an eighth of the radius. From the end of the arc the tool retracts along its axis in steps
 /// until it is clear.
 ///
@@ -163,9 +164,10 @@ impl Outward<'_, '_> {
         let settings = self.settings;
         let mut outward = arc_poses(settings.shape, at.end, at.cc, at.cl, at.uncut_left, settings.step);
         let mut from = *at.cl;
-        for pose in &outward {
-            self.go(&from, pose)?;
-            from = *pose;
+        let mut lift = 0.0;
+        for pose in &mut outward {
+            from = self.go_lifted(&from, pose, at.cc.normal.into_inner(), &mut lift)?;
+            *pose = from;
         }
         let top = from;
         let mut height = 0.0;
@@ -185,6 +187,29 @@ impl Outward<'_, '_> {
             self.check_ramp(at.cl, &outward)?;
         }
         Ok(Approach { outward, outer: self.near })
+    }
+
+    /// Goes to a pose of the arc, lifted along the normal as far as the one before, or farther where the way gouges, by up to
+    /// the largest lift that seats a pose: the end of a pass stands on its facets, and what is next to it need not be lower.
+    /// Gives the lifted pose.
+    fn go_lifted(
+        &mut self,
+        from: &ClPoint,
+        pose: &ClPoint,
+        normal: Vector3<f64>,
+        lift: &mut f64,
+    ) -> Result<ClPoint, Infeasible> {
+        let (near, max_lift) = (self.near, self.test.cell.max_lift);
+        loop {
+            let to = pose.translated(normal * *lift);
+            match self.go(from, &to) {
+                Err(Infeasible::Gouge { .. }) if *lift < max_lift => {
+                    self.near = near;
+                    *lift = (*lift + max_lift / LIFTS).min(max_lift);
+                }
+                result => return result.map(|()| to),
+            }
+        }
     }
 
     /// Tests the straight way between two poses, without its start.
@@ -218,6 +243,9 @@ impl Outward<'_, '_> {
         Ok(())
     }
 }
+
+/// Steps in which an arc is lifted up to the largest lift.
+const LIFTS: f64 = 8.0;
 
 /// How much a chord of the arc may be steeper than the tool's ramp angle, rad: less than inserts notice.
 const RAMP_SLACK: f64 = 1e-3;

@@ -79,7 +79,8 @@ impl<'a> PlannedOperation<'a> {
         let mut left_out = Vec::new();
         let settings = move_settings(job, setup, operation);
         let (pieces, cc_points) = place_pieces(&test, operation, &laid.tasks, &mut left_out, stages)?;
-        let pieces = filled(&test, &settings.linearity, pieces, &*stages.start("between points", cc_points))?;
+        let search = search_settings(operation);
+        let pieces = filled(&test, &settings.linearity, &search, pieces, &*stages.start("between points", cc_points))?;
         clock.lap("search");
         let picture = if picture { picture_of(&test, operation, &laid.tasks, &pieces)? } else { None };
         let monitor = stages.start("entries and links", 2 * pieces.len());

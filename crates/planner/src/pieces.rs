@@ -33,6 +33,8 @@ pub(crate) struct Piece {
     pub cuts: Vec<Cut>,
     /// Whether the uncut stock lies to the left of the feed.
     pub uncut_left: bool,
+    /// Search curve of the pass.
+    pub curve: SearchCurve,
 }
 
 impl Piece {
@@ -86,7 +88,7 @@ pub(crate) fn split(
         let mut close = |cuts: &mut Vec<Cut>, left_out: &mut Vec<LeftOut>| {
             let cuts = std::mem::take(cuts);
             if cuts.len() >= 2 {
-                pieces.push(Piece { copy, pass, cuts, uncut_left: task.uncut_left });
+                pieces.push(Piece { copy, pass, cuts, uncut_left: task.uncut_left, curve: task.curve });
             } else {
                 left_out.extend(cuts.iter().map(|c| LeftOut {
                     place: c.cc.position,
@@ -115,14 +117,16 @@ pub(crate) fn split(
 }
 
 /// Pieces with tested poses between points where the control would stray too far from one to the next: the CC point between
-/// theirs, with the posture between theirs, seated where it gouges. Where no such pose is feasible the piece ends and
-/// another begins.
+/// theirs, with the posture between theirs, seated where it gouges, or else the next feasible one of the search curve: points
+/// that were found with the smallest feasible posture stand at the border of what is feasible. Where none is, the piece ends
+/// and another begins.
 ///
 /// # Errors
 /// When the monitor cancels.
 pub(crate) fn filled(
     test: &PoseTest<'_>,
     linearity: &Linearity,
+    settings: &SearchSettings,
     pieces: Vec<Piece>,
     monitor: &dyn Monitor,
 ) -> Result<Vec<Piece>, Cancelled> {
@@ -130,15 +134,15 @@ pub(crate) fn filled(
         .into_par_iter()
         .map(|piece| {
             monitor.checkpoint()?;
-            Ok(fill(test, linearity, piece))
+            Ok(fill(test, linearity, settings, piece))
         })
         .collect::<Result<_, Cancelled>>()?;
     Ok(filled.into_iter().flatten().collect())
 }
 
-fn fill(test: &PoseTest<'_>, linearity: &Linearity, piece: Piece) -> Vec<Piece> {
-    let Piece { copy, pass, uncut_left, cuts } = piece;
-    let filler = Filler { test, linearity };
+fn fill(test: &PoseTest<'_>, linearity: &Linearity, settings: &SearchSettings, piece: Piece) -> Vec<Piece> {
+    let Piece { copy, pass, uncut_left, curve, cuts } = piece;
+    let filler = Filler { test, linearity, settings, curve };
     let mut hints = Hints::default();
     let mut runs: Vec<Vec<Cut>> = vec![Vec::new()];
     for cut in cuts {
@@ -151,13 +155,15 @@ fn fill(test: &PoseTest<'_>, linearity: &Linearity, piece: Piece) -> Vec<Piece> 
             }
         }
     }
-    runs.into_iter().map(|cuts| Piece { copy, pass, uncut_left, cuts }).collect()
+    runs.into_iter().map(|cuts| Piece { copy, pass, uncut_left, curve, cuts }).collect()
 }
 
 /// Puts cuts between two.
 struct Filler<'t, 'a> {
     test: &'t PoseTest<'a>,
     linearity: &'t Linearity,
+    settings: &'t SearchSettings,
+    curve: SearchCurve,
 }
 
 impl Filler<'_, '_> {
@@ -169,7 +175,11 @@ impl Filler<'_, '_> {
             return Some(Vec::new());
         }
         let (cc, posture) = middle(from, to)?;
-        let pose = self.test.try_posture(&cc, posture, Some(&start), hints).ok()?;
+        let pose = self.test.try_posture(&cc, posture, Some(&start), hints).or_else(|_| {
+            let from_u = self.u_of(posture);
+            search(self.test, &cc, &self.curve, self.settings, from_u, Some(&start), hints).map(|found| found.pose)
+        });
+        let pose = pose.ok()?;
         if pose.configuration.branch != start.branch {
             return None;
         }
@@ -179,7 +189,21 @@ impl Filler<'_, '_> {
         cuts.extend(self.between(&middle, to, halvings - 1, hints)?);
         Some(cuts)
     }
+
+    /// Parameter of the search curve where it is as large as a posture: tilt and rotate together, which grow along it.
+    fn u_of(&self, posture: Posture) -> f64 {
+        let size = |p: Posture| p.tilt + p.rotate.abs();
+        let (mut low, mut high) = (0.0, 1.0);
+        for _ in 0..MAX_BISECTIONS {
+            let middle = 0.5 * (low + high);
+            if size(self.curve.at(middle)) < size(posture) { low = middle } else { high = middle }
+        }
+        high
+    }
 }
+
+/// Bisections on the search curve: enough to exhaust a double.
+const MAX_BISECTIONS: u32 = 60;
 
 /// Halvings of the way between two points: 2^10 poses for one say that the machine is near a singular pose, where more would
 /// not help.
