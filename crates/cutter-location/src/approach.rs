@@ -63,7 +63,8 @@ pub fn arc_poses(
             finished + normal * ROLL_IN_RISE
         }
     };
-    let n = (radius * angle * bend.norm() / step).ceil().max(1.0) as usize;
+    // A step that is no length makes as few poses as a large one.
+    let n = (radius * angle * bend.norm() / step).ceil().clamp(1.0, MAX_TESTS) as usize;
     (1..=n)
         .map(|k| {
             let (sin, cos) = (angle * k as f64 / n as f64).sin_cos();
@@ -171,8 +172,12 @@ impl Outward<'_, '_> {
         }
         let top = from;
         let mut height = 0.0;
+        let mut steps = 0;
         while let Some(why) = self.rapid_blocked() {
-            if height >= settings.max_retract {
+            steps += 1;
+            // Written so that a length which is no number ends it, too.
+            let may_go_on = height < settings.max_retract && steps < MAX_RETRACT_STEPS;
+            if !may_go_on {
                 return Err(why);
             }
             height = (height + settings.step.max(settings.test_step)).min(settings.max_retract);
@@ -250,5 +255,8 @@ const LIFTS: f64 = 8.0;
 /// How much a chord of the arc may be steeper than the tool's ramp angle, rad: less than inserts notice.
 const RAMP_SLACK: f64 = 1e-3;
 
+/// Steps of a retract, at most.
+const MAX_RETRACT_STEPS: usize = 2_000;
+
 /// Tested poses of one straight piece, at most: beyond, a length of the job is absurd.
-const MAX_TESTS: f64 = 1e5;
+const MAX_TESTS: f64 = 2e4;

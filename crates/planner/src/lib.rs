@@ -31,6 +31,8 @@ pub mod files;
 pub mod job_file;
 mod linearity;
 mod load;
+#[cfg(test)]
+mod move_laws;
 mod moves;
 pub mod new_job;
 mod operation;

@@ -10,7 +10,8 @@ use facemill_tool_model::{ToolAssembly, cl_from_cc};
 use nalgebra::{Point3, Unit, Vector3};
 
 use crate::kit::{
-    Ball, Random, cc_on_plane, distance_to_balls, machine, obstacle, plane, posture_deg, stand, tool, workcell,
+    Ball, Random, cc_on_plane, distance_to_balls, machine, obstacle, plane, posture_deg, smallest_distance, stand,
+    tool, workcell,
 };
 
 const ENDS: [PassEnd; 2] = [PassEnd::Entry, PassEnd::Exit];
@@ -263,4 +264,64 @@ fn a_lid_over_the_pass_blocks_the_retract_and_is_named() {
     assert_eq!(test.describe(&why), "cutter gouges lid");
     let Infeasible::Gouge { place, .. } = why else { panic!() };
     assert!((place - lid.center).norm() <= lid.radius + 1e-9 && Vector3::z().dot(&(place - lid.center)) < 0.5);
+}
+
+#[test]
+fn what_stands_between_the_poses_of_an_arc_is_seen() {
+    let tree = MeshTree::new(&plane(900.0));
+    let machine = machine();
+    let tool = tool(25.0, 2.0, 20.0);
+    let cc = cc_on_plane(0.0, 0.0);
+    let cl = cl_from_cc(tool.cutter(), &cc, posture_deg(1.0, 0.0));
+    let shape = ApproachShape::TangentialArc { radius: 1000.0, angle: 0.2 };
+    // Poses farther apart than the cutter is wide.
+    let settings = ApproachSettings { step: 80.0, ..settings(shape) };
+    let poses = arc_poses(shape, PassEnd::Exit, &cc, &cl, true, settings.step);
+    assert_eq!(poses.len(), 3);
+    let middle = 0.5 * (poses[0].tip.x + poses[1].tip.x);
+    let mut changed = 0;
+    for y in [0.0, 15.0, -22.0] {
+        let pin = Ball { center: Point3::new(middle, y, 8.0), radius: 3.0 };
+        let pin_tree = MeshTree::new(&pin.mesh());
+        let cell = workcell(&machine, &tool, vec![obstacle("part", &tree), obstacle("pin", &pin_tree)]);
+        assert!(poses.iter().all(|p| distance_to_balls(&cell, p, &[pin]) > 0.0), "the poses themselves are free");
+        let configuration = stand(&cell, &cl).configuration;
+        let at = PassEndPose { end: PassEnd::Exit, cc: &cc, cl: &cl, configuration: &configuration, uncut_left: true };
+        let found = approach(&PoseTest::new(&cell), &settings, &at, &mut Hints::default()).unwrap();
+        let whole: Vec<ClPoint> = std::iter::once(cl).chain(found.outward.iter().copied()).collect();
+        let smallest = smallest_distance(&cell, &whole, 400, &[pin]);
+        assert!(smallest > -cell.gouge_tolerance - pin.chord_error(), "{smallest}");
+        changed += usize::from(found.outward[0] != poses[0]);
+    }
+    assert_eq!(changed, 3, "a smaller arc is taken");
+}
+
+#[test]
+fn meaningless_settings_end_in_an_answer() {
+    let tree = MeshTree::new(&plane(600.0));
+    let machine = machine();
+    let tool = tool(25.0, 2.0, 20.0);
+    let cell = workcell(&machine, &tool, vec![with_stock(&tree, 0.0)]);
+    let cc = cc_on_plane(0.0, 0.0);
+    let cl = cl_from_cc(tool.cutter(), &cc, posture_deg(5.0, 0.0));
+    let configuration = stand(&cell, &cl).configuration;
+    for odd in [0.0, 1e-300, 1e300, f64::INFINITY, f64::NAN, -1.0] {
+        let usual = settings(ApproachShape::TangentialArc { radius: 30.0, angle: 0.4 });
+        for settings in [
+            ApproachSettings { step: odd, ..usual },
+            ApproachSettings { test_step: odd, ..usual },
+            ApproachSettings { max_retract: odd, ..usual },
+            ApproachSettings { rapid_clearance: odd, max_retract: 1e300, ..usual },
+            ApproachSettings { shape: ApproachShape::RollIn { radius: odd, angle: 0.4 }, ..usual },
+        ] {
+            let at =
+                PassEndPose { end: PassEnd::Exit, cc: &cc, cl: &cl, configuration: &configuration, uncut_left: true };
+            if let Ok(found) = approach(&PoseTest::new(&cell), &settings, &at, &mut Hints::default()) {
+                for pose in found.outward {
+                    assert!(pose.tip.coords.iter().all(|x| x.abs() < 1e4), "{settings:?}: {pose:?}");
+                    assert!(height_over_plane(&tool, &pose) > -cell.gouge_tolerance);
+                }
+            }
+        }
+    }
 }

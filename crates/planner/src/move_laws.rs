@@ -1,0 +1,229 @@
+//! Laws of pieces, of what is inserted between their cuts, and of the moves that they become.
+
+use facemill_cl_data::{CcPoint, CuttingLaw, Pass, Posture, Silent};
+use facemill_cutter_location::approach::{ApproachSettings, ApproachShape};
+use facemill_cutter_location::link::{ClearanceSurface, LinkSettings};
+use facemill_cutter_location::{
+    Configuration, Hints, Obstacle, PoseTest, SearchCurve, SearchOrder, SearchSettings, Workcell,
+};
+use facemill_interference::MeshTree;
+use facemill_inverse_kinematics::{Branch, BranchPreference, Machine};
+use facemill_nc_program::RoundingBound;
+use facemill_sample_parts::{AnalyticPart, AnalyticShape, MaterialSide};
+use facemill_surface_model::TriMesh;
+use facemill_tool_model::{FormatTag, Section, SpindleRotation, Stack, ToolAssembly, ToolFile, cl_from_cc};
+use nalgebra::{Isometry3, Point3, Vector3};
+
+use crate::linearity::Linearity;
+use crate::moves::{Move, MoveKind, MoveSettings, operation_moves};
+use crate::pieces::{Cut, LaidTask, Piece, filled, split};
+
+fn tool() -> ToolAssembly {
+    let section = |length_mm, d| Section { length_mm, diameter_low_mm: d, diameter_high_mm: d };
+    ToolAssembly::new(ToolFile {
+        format: FormatTag::V1,
+        name: "mill".to_owned(),
+        number: 1,
+        radius_mm: 25.0,
+        corner_radius_mm: 2.0,
+        n_inserts: 4,
+        flute_length_mm: 20.0,
+        dead_core_radius_mm: 0.0,
+        max_ramp_angle_deg: 3.0,
+        spindle_rotation: SpindleRotation::Clockwise,
+        cutting_edge_angle_deg: None,
+        stick_out_mm: 60.0,
+        gauge_length_mm: 160.0,
+        body: Stack { clearance_mm: 1.0, sections: vec![section(40.0, 36.0)] },
+        holder: Stack { clearance_mm: 2.0, sections: vec![section(100.0, 60.0)] },
+    })
+    .unwrap()
+}
+
+/// The plane z = 0 with a ball on it that stands out by `out`.
+fn plane_with_bump(place: Point3<f64>, out: f64) -> TriMesh {
+    let plane = AnalyticPart::new(AnalyticShape::Plane { size: [600.0; 2] }).unwrap().mesh(8).unwrap();
+    let shape = AnalyticShape::Sphere { radius: 1.0, material: MaterialSide::Inside };
+    let ball = AnalyticPart::new(shape).unwrap().mesh(24).unwrap();
+    plane.joined(&ball.transformed(&Isometry3::translation(place.x, place.y, out - 1.0)))
+}
+
+fn cell<'a>(machine: &'a Machine, tool: &'a ToolAssembly, tree: &'a MeshTree) -> Workcell<'a> {
+    Workcell {
+        machine,
+        // Far from the table's axis, so that a turn of the table moves the part a lot.
+        table_from_work: Isometry3::translation(900.0, 0.0, 900.0),
+        tool,
+        obstacles: vec![Obstacle {
+            name: "part".to_owned(),
+            mesh: tree,
+            gouge_allowance: Some(0.0),
+            collision_allowance: 0.0,
+            machine_body: None,
+            pieces: None,
+        }],
+        preferred_branch: BranchPreference::Positive,
+        axis_cone: None,
+        gouge_tolerance: 0.02,
+        max_lift: 0.2,
+        lift_resolution: 1e-3,
+        z_map: None,
+    }
+}
+
+fn cc(x: f64) -> CcPoint {
+    CcPoint::new(Point3::new(x, 0.0, 0.0), Vector3::z(), Vector3::x()).unwrap()
+}
+
+fn cut(test: &PoseTest<'_>, x: f64, rotate_deg: f64, branch: Branch) -> Cut {
+    let posture = Posture { tilt: 5f64.to_radians(), rotate: f64::to_radians(rotate_deg) };
+    let cl = cl_from_cc(test.cell.tool.cutter(), &cc(x), posture);
+    let home = Configuration { axes: test.cell.machine.home(), branch };
+    let near = test.configuration_like(&cl, &home).unwrap();
+    let pose = test.try_posture(&cc(x), posture, Some(&near), &mut Hints::default()).unwrap();
+    assert_eq!(test.cell.machine.branch_of(&pose.configuration.axes), branch);
+    Cut { cc: cc(x), pose, inserted: false }
+}
+
+fn curve() -> SearchCurve {
+    let up = Posture { tilt: 0.0, rotate: 0.0 };
+    SearchCurve::new(up, Posture { tilt: 0.4, rotate: 1.0 }, SearchOrder::TiltFirst, 1.0).unwrap()
+}
+
+#[test]
+fn a_pass_is_split_where_the_branch_changes_and_not_at_the_border() {
+    let (machine, tool) = (Machine::head_b_table_c().unwrap(), tool());
+    let tree = MeshTree::new(&plane_with_bump(Point3::new(200.0, 200.0, 0.0), 0.0));
+    let cell = cell(&machine, &tool, &tree);
+    let test = PoseTest::new(&cell);
+    let (plus, minus) = (Branch::Positive, Branch::Negative);
+    // Upright the machine stands at the pole, on either branch.
+    let up = Posture { tilt: 0.0, rotate: 0.0 };
+    let before = cut(&test, 40.0, 0.0, minus).pose;
+    let upright = test.try_posture(&cc(60.0), up, Some(&before.configuration), &mut Hints::default()).unwrap();
+    let of = |x: f64, branch| cut(&test, x, 0.0, branch).pose;
+    let outcomes = vec![Ok(of(0.0, plus)), Ok(of(20.0, plus)), Ok(before), Ok(upright), Ok(of(80.0, minus))];
+    let pass = Pass::new((0..5).map(|k| cc(20.0 * f64::from(k))).collect());
+    let task = LaidTask { pass, uncut_left: true, curve: curve() };
+    let mut left_out = vec![];
+    let pieces = split(&test, &[task], &[Pass::new(outcomes)], 0, &mut left_out);
+    assert_eq!(pieces.iter().map(|p| p.cuts.len()).collect::<Vec<_>>(), [2, 3]);
+    assert!(left_out.is_empty());
+}
+
+const ROUNDING: RoundingBound = RoundingBound { linear: 0.0005, rotary: 1e-5 };
+
+fn linearity(tolerance: f64) -> Linearity {
+    Linearity { tolerance, rounding: ROUNDING, law: CuttingLaw::AxesLinear }
+}
+
+/// Pieces of two cuts 20 mm apart that turn the axis by 40° about the normal, over a bump that the cutter touches between
+/// the two only; the number of pieces, and of inserted poses that are lifted.
+fn filled_over(out: f64, branch: Branch) -> (usize, usize) {
+    let (machine, tool) = (Machine::head_b_table_c().unwrap(), tool());
+    let tree = MeshTree::new(&plane_with_bump(Point3::new(12.0, 4.0, 0.0), out));
+    let cell = cell(&machine, &tool, &tree);
+    let test = PoseTest::new(&cell);
+    let cuts = vec![cut(&test, 0.0, -80.0, branch), cut(&test, 20.0, -20.0, branch)];
+    // A curve that ends at the posture of the cuts: nothing larger can be searched.
+    let end = cuts[0].pose.posture;
+    let start = Posture { tilt: end.tilt, rotate: 0.0 };
+    let curve = SearchCurve::new(start, end, SearchOrder::TiltFirst, 1.0).unwrap();
+    let piece = Piece { copy: 0, pass: 0, cuts, uncut_left: true, curve };
+    let settings = SearchSettings { u_step: 1.0, u_tolerance: 0.01 };
+    let pieces = filled(&test, &linearity(0.05), &settings, vec![piece], &Silent).unwrap();
+    let mut lifted = 0;
+    for cuts in pieces.iter().map(|p| &p.cuts) {
+        for pair in cuts.windows(2) {
+            let [a, b] = [0, 1].map(|k| pair[k].pose.configuration.axes);
+            assert!(!linearity(0.05).judge(&test, &a, &b).1, "still too far apart");
+        }
+        for cut in cuts.iter().filter(|c| c.inserted) {
+            let (cl, axes) = (cut.pose.cl, cut.pose.configuration.axes);
+            assert!(test.gouge(&cl, &mut Hints::default()).is_none() && machine.branch_of(&axes) == branch);
+            assert!(test.collision(&axes, &mut Hints::default()).is_none());
+            let r = tool.cutter().corner_radius();
+            // Lowest point of the cutter over the plane.
+            let sin = (1.0 - cl.axis.z.powi(2)).sqrt();
+            let low = cl.tip.z + r * cl.axis.z - (tool.cutter().radius() - r) * sin - r;
+            assert!((-1e-6..=cell.max_lift + 1e-6).contains(&low), "{low}");
+            lifted += usize::from(low > 1e-3);
+        }
+    }
+    if pieces.len() == 1 {
+        assert!(pieces[0].cuts.len() > 5 && pieces[0].points() == 2);
+    }
+    (pieces.len(), lifted)
+}
+
+#[test]
+fn poses_between_cuts_are_seated_over_a_small_bump_and_the_piece_ends_before_a_large_one() {
+    for branch in [Branch::Positive, Branch::Negative] {
+        assert_eq!(filled_over(-0.5, branch), (1, 0));
+        let (pieces, lifted) = filled_over(0.12, branch);
+        assert!(pieces == 1 && lifted > 0, "{pieces} {lifted}");
+        assert_eq!(filled_over(0.6, branch).0, 2);
+    }
+}
+
+fn move_settings() -> MoveSettings {
+    let shape = ApproachShape::TangentialArc { radius: 60.0, angle: 0.3 };
+    let approach = ApproachSettings { shape, step: 2.0, test_step: 0.5, rapid_clearance: 5.0, max_retract: 300.0 };
+    let clearance = ClearanceSurface::Plane { origin: Point3::new(0.0, 0.0, 60.0), normal: Vector3::z_axis() };
+    MoveSettings {
+        entry: approach,
+        exit: approach,
+        link: LinkSettings { clearance, rapid_clearance: 5.0 },
+        linearity: linearity(0.05),
+        rapid_linearity: linearity(2.5),
+    }
+}
+
+#[test]
+fn every_move_is_driven_where_it_was_tested_and_a_branch_changes_above_the_clearance_surface_only() {
+    let (machine, tool) = (Machine::head_b_table_c().unwrap(), tool());
+    let tree = MeshTree::new(&plane_with_bump(Point3::new(250.0, 250.0, 0.0), 0.0));
+    let cell = cell(&machine, &tool, &tree);
+    let test = PoseTest::new(&cell);
+    let branches = [Branch::Positive, Branch::Negative, Branch::Negative, Branch::Positive];
+    let pieces = |branches: [Branch; 4]| -> Vec<Piece> {
+        let piece = |(pass, branch): (usize, &Branch)| {
+            let at = |k: i32| cut(&test, -60.0 + 20.0 * f64::from(k), -60.0 + 5.0 * f64::from(k), *branch);
+            Piece { copy: 0, pass, cuts: (0..6).map(at).collect(), uncut_left: true, curve: curve() }
+        };
+        branches.iter().enumerate().map(piece).collect()
+    };
+    let settings = move_settings();
+    let mut left_out = vec![];
+    // Cuts as they come from the search are too far apart for the control: as planned, they are filled first.
+    let search = SearchSettings::default();
+    let pieces = |branches| filled(&test, &settings.linearity, &search, pieces(branches), &Silent).unwrap();
+    let done = operation_moves(&test, &settings, pieces(branches), None, &mut left_out, &Silent).unwrap();
+    assert!(left_out.is_empty() && done.pieces.len() == 4 && done.linearisation <= settings.linearity.tolerance);
+    let on = |m: &Move| machine.branch_of(&m.axes);
+    let mut changes = 0;
+    let mut at: Option<Move> = None;
+    for (piece, branch) in done.pieces.iter().zip(branches) {
+        for m in &piece.moves {
+            let length = tool.gauge_length();
+            let reached = machine.cl_point(&m.axes, length).transformed(test.work_from_table());
+            assert!((reached.tip - m.cl.tip).norm() < 1e-8 && (*reached.axis - *m.cl.axis).norm() < 1e-11);
+            assert!(m.kind == MoveKind::Rapid || on(m) == branch, "{:?} off its branch", m.kind);
+            assert!(test.gouge(&m.cl, &mut Hints::default()).is_none());
+            assert!(test.collision(&m.axes, &mut Hints::default()).is_none());
+            if let Some(before) = at.filter(|before| on(before) != on(m)) {
+                assert!(m.kind == MoveKind::Rapid);
+                for cl in [before.cl, m.cl] {
+                    assert!(settings.link.clearance.height(&cl.tip) >= test.clearance_margin() - 1e-6);
+                }
+                changes += 1;
+            }
+            at = Some(*m);
+        }
+        assert!(piece.moves.iter().filter(|m| m.kind == MoveKind::Cut).count() >= 5);
+    }
+    assert_eq!(changes, 2);
+    assert!(done.retract.iter().all(|m| on(m) == branches[3]));
+    let one = operation_moves(&test, &settings, pieces([Branch::Negative; 4]), None, &mut left_out, &Silent).unwrap();
+    assert!(one.pieces.iter().flat_map(|p| &p.moves).chain(&one.retract).all(|m| on(m) == Branch::Negative));
+}
