@@ -3,12 +3,17 @@
 use facemill_cl_data::{RoundBox, RoundFrustum, Solid};
 use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
 
+use crate::lanes::{Lanes, Lanes3, N};
+
 /// A closed convex body. Its distance f is convex and 1-Lipschitz, so f(p) + g·(q − p) bounds f(q) from below for every
 /// q.
 pub(crate) trait Body {
     /// Distance f from `p` (0 inside) and its gradient g there: the unit vector away from the nearest point of the
     /// body, zero inside.
     fn distance(&self, p: &Point3<f64>) -> (f64, Vector3<f64>);
+
+    /// The same at eight points: distances, and the components of the gradients along `normal`.
+    fn distances(&self, p: &Lanes3, normal: &Lanes3) -> (Lanes, Lanes);
 
     /// A point of the body farthest in the direction `along`, which need not be of unit length.
     fn support(&self, along: &Vector3<f64>) -> Point3<f64>;
@@ -54,7 +59,7 @@ impl Cylinder {
 }
 
 impl Body for Cylinder {
-    #[inline]
+    #[inline(always)]
     fn distance(&self, p: &Point3<f64>) -> (f64, Vector3<f64>) {
         let from_base = p - self.base;
         let z = from_base.dot(&self.axis);
@@ -72,6 +77,27 @@ impl Body for Cylinder {
         } else {
             (distance, Vector3::zeros())
         }
+    }
+
+    #[inline(always)]
+    fn distances(&self, p: &Lanes3, normal: &Lanes3) -> (Lanes, Lanes) {
+        let (b, a) = (&self.base, &self.axis);
+        let (mut distances, mut along) = ([0.0; N], [0.0; N]);
+        for k in 0..N {
+            let (x, y, z) = (p.x[k] - b.x, p.y[k] - b.y, p.z[k] - b.z);
+            let height = x * a.x + y * a.y + z * a.z;
+            let (u, v, w) = (x - a.x * height, y - a.y * height, z - a.z * height);
+            let radial = (u * u + v * v + w * w).sqrt();
+            let out = positive(radial - self.radius);
+            let above = positive(height - self.height) - positive(-height);
+            let distance = (out * out + above * above).sqrt();
+            let (nx, ny, nz) = (normal.x[k], normal.y[k], normal.z[k]);
+            let beside = u * nx + v * ny + w * nz;
+            let up = a.x * nx + a.y * ny + a.z * nz;
+            distances[k] = distance;
+            along[k] = slope(beside, out, radial, up * above, distance);
+        }
+        (distances, along)
     }
 
     fn support(&self, along: &Vector3<f64>) -> Point3<f64> {
@@ -111,7 +137,7 @@ impl Frustum {
     }
 
     /// Offset (radial, along the axis) of a point of the half plane from its nearest point of the trapezoid.
-    #[inline]
+    #[inline(always)]
     fn offset(&self, radial: f64, z: f64) -> (f64, f64) {
         if z < 0.0 && radial <= self.radius_low {
             return (0.0, z);
@@ -127,10 +153,32 @@ impl Frustum {
         let along = (out * self.slant_radial + up * self.slant_axial).clamp(0.0, self.slant);
         (out - along * self.slant_radial, up - along * self.slant_axial)
     }
+
+    /// The same, all cases computed and one chosen.
+    #[inline(always)]
+    fn offset_without_branches(&self, radial: f64, z: f64) -> (f64, f64) {
+        let (out, up) = (radial - self.radius_low, z);
+        let beyond = out * self.slant_axial - up * self.slant_radial;
+        let along = (out * self.slant_radial + up * self.slant_axial).max(0.0).min(self.slant);
+        let side = (out - along * self.slant_radial, up - along * self.slant_axial);
+        let is_below = (z < 0.0) & (radial <= self.radius_low);
+        let is_above = (z > self.height) & (radial <= self.radius_high);
+        let is_inside = (beyond <= 0.0) & (z >= 0.0) & (z <= self.height);
+        let out = if is_below | is_above | is_inside { 0.0 } else { side.0 };
+        let end = if is_below { z } else { z - self.height };
+        let up = if is_inside {
+            0.0
+        } else if is_below | is_above {
+            end
+        } else {
+            side.1
+        };
+        (out, up)
+    }
 }
 
 impl Body for Frustum {
-    #[inline]
+    #[inline(always)]
     fn distance(&self, p: &Point3<f64>) -> (f64, Vector3<f64>) {
         let from_base = p - self.base;
         let z = from_base.dot(&self.axis);
@@ -143,6 +191,26 @@ impl Body for Frustum {
         }
         let outward = if radial > 0.0 { beside * (out / radial) } else { Vector3::zeros() };
         (distance, (outward + self.axis * up) / distance)
+    }
+
+    #[inline(always)]
+    fn distances(&self, p: &Lanes3, normal: &Lanes3) -> (Lanes, Lanes) {
+        let (b, a) = (&self.base, &self.axis);
+        let (mut distances, mut along) = ([0.0; N], [0.0; N]);
+        for k in 0..N {
+            let (x, y, z) = (p.x[k] - b.x, p.y[k] - b.y, p.z[k] - b.z);
+            let height = x * a.x + y * a.y + z * a.z;
+            let (u, v, w) = (x - a.x * height, y - a.y * height, z - a.z * height);
+            let radial = (u * u + v * v + w * w).sqrt();
+            let (out, above) = self.offset_without_branches(radial, height);
+            let distance = (out * out + above * above).sqrt();
+            let (nx, ny, nz) = (normal.x[k], normal.y[k], normal.z[k]);
+            let beside = u * nx + v * ny + w * nz;
+            let up = a.x * nx + a.y * ny + a.z * nz;
+            distances[k] = distance;
+            along[k] = slope(beside, out, radial, up * above, distance);
+        }
+        (distances, along)
     }
 
     fn support(&self, along: &Vector3<f64>) -> Point3<f64> {
@@ -176,7 +244,7 @@ impl Block {
 }
 
 impl Body for Block {
-    #[inline]
+    #[inline(always)]
     fn distance(&self, p: &Point3<f64>) -> (f64, Vector3<f64>) {
         let local = self.axes.tr_mul(&(p - self.center));
         let out = local.zip_map(&self.half, |x, h| x - x.clamp(-h.abs(), h.abs()));
@@ -184,10 +252,46 @@ impl Body for Block {
         if distance > 0.0 { (distance, self.axes * out / distance) } else { (distance, Vector3::zeros()) }
     }
 
+    #[inline(always)]
+    fn distances(&self, p: &Lanes3, normal: &Lanes3) -> (Lanes, Lanes) {
+        let (c, m) = (&self.center, &self.axes);
+        let half = self.half.abs();
+        let (mut distances, mut along) = ([0.0; N], [0.0; N]);
+        for k in 0..N {
+            let (x, y, z) = (p.x[k] - c.x, p.y[k] - c.y, p.z[k] - c.z);
+            let (nx, ny, nz) = (normal.x[k], normal.y[k], normal.z[k]);
+            let (mut sum, mut dot) = (0.0, 0.0);
+            for i in 0..3 {
+                let local = x * m[(0, i)] + y * m[(1, i)] + z * m[(2, i)];
+                let out = positive(local - half[i]) - positive(-local - half[i]);
+                sum += out * out;
+                dot += out * (nx * m[(0, i)] + ny * m[(1, i)] + nz * m[(2, i)]);
+            }
+            let distance = sum.sqrt();
+            distances[k] = distance;
+            along[k] = if distance > 0.0 { dot / distance } else { 0.0 };
+        }
+        (distances, along)
+    }
+
     fn support(&self, along: &Vector3<f64>) -> Point3<f64> {
         let local = self.axes.tr_mul(along);
         self.center + self.axes * local.zip_map(&self.half, |x, h| if x < 0.0 { -h } else { h })
     }
+}
+
+/// The number where it is positive, else 0; NaN stays NaN.
+#[inline(always)]
+fn positive(x: f64) -> f64 {
+    if x < 0.0 { 0.0 } else { x }
+}
+
+/// Component along a direction of the gradient that points `out` beside the axis and along it: `beside` is the component of
+/// the vector from the axis, `radial` long, and `up` what the axial part adds. 0 where the distance is.
+#[inline(always)]
+fn slope(beside: f64, out: f64, radial: f64, up: f64, distance: f64) -> f64 {
+    let share = if radial > 0.0 { out / radial } else { 0.0 };
+    if distance > 0.0 { (beside * share + up) / distance } else { 0.0 }
 }
 
 #[inline]
@@ -255,6 +359,42 @@ pub(crate) mod tests {
                     let p = pose * lcg.point(80.0);
                     let (f, g) = distance(&body, &p);
                     assert!(along.dot(&(p - g * f - s)) < 1e-11, "{solid:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn eight_distances_are_those_of_one_at_a_time() {
+        let mut lcg = Lcg::new(13);
+        for solid in sample_solids() {
+            for k in 0..300 {
+                let pose = lcg.pose(40.0);
+                let body = Placed::new(&solid, &pose);
+                let (mut points, mut normals) = (Lanes3::ZERO, Lanes3::ZERO);
+                for lane in 0..N {
+                    // On the axis, in the body, level with an end, and anywhere.
+                    let q = match (k + lane) % 4 {
+                        0 => Point3::new(0.0, 0.0, lcg.range(-60.0, 60.0)),
+                        1 => solid.interior_point(),
+                        2 => Point3::new(lcg.range(-60.0, 60.0), 0.0, solid.aabb().min.z),
+                        _ => lcg.point(60.0),
+                    };
+                    points.set(lane, &(pose * q).coords);
+                    normals.set(lane, &lcg.unit());
+                }
+                let (f, along) = match &body {
+                    Placed::Cylinder(b) => b.distances(&points, &normals),
+                    Placed::Frustum(b) => b.distances(&points, &normals),
+                    Placed::Block(b) => b.distances(&points, &normals),
+                };
+                for lane in 0..N {
+                    let (expected, g) = distance(&body, &points.get(lane).into());
+                    assert!((f[lane] - expected).abs() < 1e-12, "{solid:?}: {} for {expected}", f[lane]);
+                    // Where the distance is rounding only, its slope is, too.
+                    if expected > 1e-9 {
+                        assert!((along[lane] - g.dot(&normals.get(lane))).abs() < 1e-6, "{solid:?}");
+                    }
                 }
             }
         }

@@ -8,6 +8,7 @@
 use nalgebra::{Matrix3, Point3, Vector3};
 
 use crate::body::Body;
+use crate::lanes::{Lanes, Lanes3, N};
 
 /// Every point within `radius` of the axis through `center` along `normal` and within `half_thickness` of `center`
 /// along it.
@@ -19,18 +20,85 @@ pub(crate) struct Slab {
     pub(crate) half_thickness: f64,
 }
 
+/// Eight slabs.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Slabs {
+    pub(crate) center: Lanes3,
+    pub(crate) normal: Lanes3,
+    pub(crate) radius: Lanes,
+    pub(crate) half_thickness: Lanes,
+}
+
+impl Slabs {
+    /// Slabs that are points at the origin.
+    pub(crate) const NONE: Self =
+        Self { center: Lanes3::ZERO, normal: Lanes3::ZERO, radius: [0.0; N], half_thickness: [0.0; N] };
+
+    pub(crate) fn set(&mut self, lane: usize, slab: &Slab) {
+        self.center.set(lane, &slab.center.coords);
+        self.normal.set(lane, &slab.normal);
+        (self.radius[lane], self.half_thickness[lane]) = (slab.radius, slab.half_thickness);
+    }
+
+    /// Lower bounds of the body's distance over each slab; below 0 where the body reaches into it.
+    ///
+    /// With the distance f and its slope g at the centre, f + g·(q − c) bounds the distance at q from below, and over the
+    /// slab g·(q − c) is at least −(radius·sin + half thickness·|cos|) of the angle between slope and normal.
+    #[inline(always)]
+    pub(crate) fn least_distances(&self, body: &impl Body) -> Lanes {
+        let (distances, cosines) = body.distances(&self.center, &self.normal);
+        let mut bounds = [0.0; N];
+        for k in 0..N {
+            let cos = cosines[k];
+            let rest = 1.0 - cos * cos;
+            let sin = (if rest < 0.0 { 0.0 } else { rest } + SINE_SQ_SLACK).sqrt();
+            bounds[k] = distances[k] - (self.radius[k] * sin + self.half_thickness[k] * cos.abs());
+        }
+        bounds
+    }
+
+    pub(crate) fn get(&self, lane: usize) -> Slab {
+        Slab {
+            center: self.center.get(lane).into(),
+            normal: self.normal.get(lane),
+            radius: self.radius[lane],
+            half_thickness: self.half_thickness[lane],
+        }
+    }
+}
+
 /// Relative inflation of a slab: covers the rounding of its own computation (some 1e-16 of the coordinates), and costs
 /// nothing measurable in tightness.
 const INFLATION: f64 = 1e-13;
+
+/// Part of the area that the sum of the normals must have for the triangles to face one way. Smaller: thin blades get slabs
+/// across directions that mean nothing; larger: more nodes pay for their least spread.
+const FACING: f64 = 0.5;
 
 /// Added to the squared sine of the angle between slope and slab: covers the rounding of 1 − cos², which near 0 would
 /// otherwise make the sine too small by up to 1.5e-8.
 const SINE_SQ_SLACK: f64 = 4e-16;
 
 impl Slab {
-    /// A slab around the points, in the plane of their least spread.
-    pub(crate) fn around<'a>(points: impl Iterator<Item = &'a Point3<f64>> + Clone) -> Self {
-        let normal = least_spread(points.clone());
+    /// A slab around triangles: in the plane across their mean normal, or, where they face both ways, of their least spread.
+    pub(crate) fn around(corners: &[[Point3<f64>; 3]], run: &[u32]) -> Self {
+        let points = || run.iter().flat_map(|&t| &corners[t as usize]);
+        let (mut sum, mut area) = (Vector3::zeros(), 0.0);
+        for [a, b, c] in run.iter().map(|&t| &corners[t as usize]) {
+            let scaled = (b - a).cross(&(c - a));
+            sum += scaled;
+            area += scaled.norm();
+        }
+        let mean = sum.norm();
+        if mean > FACING * area {
+            Self::across(sum / mean, points())
+        } else {
+            Self::across(least_spread(points()), points())
+        }
+    }
+
+    /// A slab across a unit vector around points.
+    fn across<'a>(normal: Vector3<f64>, points: impl Iterator<Item = &'a Point3<f64>> + Clone) -> Self {
         let u = normal.cross(&least_axis(&normal)).normalize();
         let v = normal.cross(&u);
         let (mut min, mut max) = (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
@@ -50,15 +118,6 @@ impl Slab {
         }
         let slack = INFLATION * size;
         Self { center, normal, radius: radius_sq.sqrt() + slack, half_thickness: half_thickness + slack }
-    }
-
-    /// Lower bound of the body's distance over the slab; below 0 where the body reaches into it.
-    #[inline]
-    pub(crate) fn least_distance(&self, body: &impl Body) -> f64 {
-        let (distance, slope) = body.distance(&self.center);
-        let cos = slope.dot(&self.normal);
-        let sin = ((1.0 - cos * cos).max(0.0) + SINE_SQ_SLACK).sqrt();
-        distance - (self.radius * sin + self.half_thickness * cos.abs())
     }
 
     /// Whether the half line from `origin` in the unit direction `along` may meet the slab.
@@ -109,11 +168,13 @@ mod tests {
                 let points: Vec<_> = (0..12)
                     .map(|_| flat * Point3::new(lcg.range(-9.0, 9.0), lcg.range(-9.0, 9.0), lcg.range(0.0, thickness)))
                     .collect();
-                let slab = Slab::around(points.iter());
+                let slab = Slab::across(least_spread(points.iter()), points.iter());
+                let mut slabs = Slabs::NONE;
+                slabs.set(3, &slab);
                 let bound = match Placed::new(&solid, &pose) {
-                    Placed::Cylinder(b) => slab.least_distance(&b),
-                    Placed::Frustum(b) => slab.least_distance(&b),
-                    Placed::Block(b) => slab.least_distance(&b),
+                    Placed::Cylinder(b) => slabs.least_distances(&b)[3],
+                    Placed::Frustum(b) => slabs.least_distances(&b)[3],
+                    Placed::Block(b) => slabs.least_distances(&b)[3],
                 };
                 for p in &points {
                     let distance = solid.core_distance(&pose.inverse_transform_point(p));
@@ -130,7 +191,7 @@ mod tests {
             let flat = lcg.pose(50.0);
             let points: Vec<_> =
                 (0..20).map(|_| flat * Point3::new(lcg.range(-9.0, 9.0), lcg.range(-9.0, 9.0), 0.0)).collect();
-            let slab = Slab::around(points.iter());
+            let slab = Slab::across(least_spread(points.iter()), points.iter());
             assert!(slab.half_thickness < 1e-6 && slab.radius < 14.0);
         }
     }
@@ -139,7 +200,7 @@ mod tests {
     fn single_and_repeated_points_have_a_slab() {
         for n in 1..4 {
             let points = vec![Point3::new(1.0, 2.0, 3.0); n];
-            let slab = Slab::around(points.iter());
+            let slab = Slab::across(least_spread(points.iter()), points.iter());
             assert!((slab.center - points[0]).norm() < 1e-12 && slab.radius < 1e-10);
         }
     }

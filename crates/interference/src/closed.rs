@@ -1,8 +1,8 @@
 //! Closed components of a mesh, and whether a point is inside one.
 
+use facemill_surface_model::TriMesh;
 use nalgebra::{Point3, Vector3};
-
-use crate::tree_build::Node;
+use rayon::prelude::*;
 
 /// How the inside of a closed component is told.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,17 +34,19 @@ struct Edge {
 }
 
 impl ClosedParts {
-    /// The closed components of the triangles with these corners; vertices with equal coordinates are one vertex.
-    pub(crate) fn new(corners: &[[Point3<f64>; 3]], order: &[u32]) -> Self {
-        let edges = sorted_edges(&welded(corners));
-        let mut sets = Sets::new(corners.len());
+    /// The closed components of a mesh, its triangles named by their place in `order`; vertices with equal coordinates are
+    /// one vertex.
+    pub(crate) fn new(mesh: &TriMesh, order: &[u32]) -> Self {
+        let n_triangles = mesh.triangles().len();
+        let edges = grouped_edges(&welded(mesh), mesh.vertices().len());
+        let mut sets = Sets::new(n_triangles);
         for pair in edges.windows(2) {
             if pair[0].ends == pair[1].ends {
                 sets.join(pair[0].triangle, pair[1].triangle);
             }
         }
         // Triangles without edges (two equal corners) are in no run of edges and so stay open.
-        let mut rule = vec![None; corners.len()];
+        let mut rule = vec![None; n_triangles];
         for run in edges.chunk_by(|a, b| a.ends == b.ends) {
             let root = sets.root(run[0].triangle) as usize;
             let n_reversed = run.iter().filter(|e| e.reversed).count();
@@ -57,7 +59,7 @@ impl ClosedParts {
             };
             rule[root] = rule[root].max(Some(here));
         }
-        let mut number = vec![OPEN; corners.len()];
+        let mut number = vec![OPEN; n_triangles];
         let mut rules = Vec::new();
         for (root, whole) in rule.iter().enumerate() {
             let kind = match whole {
@@ -83,19 +85,27 @@ impl ClosedParts {
     }
 
     /// Whether `origin` is inside a closed component; if so, the nearest place (in the order of the leaves) and point
-    /// where the half line along the unit vector `along` leaves a component that `origin` is inside of.
+    /// where the half line along the unit vector `along` leaves a component that `origin` is inside of. `candidates` are the
+    /// places of all triangles that the half line may meet.
     ///
     /// Crossings are counted by a rule that gives every half line through an edge or corner to exactly one side, so a
     /// closed surface is never crossed a wrong number of times. `origin` on the surface may count either way.
     pub(crate) fn way_out(
         &self,
-        nodes: &[Node],
+        candidates: impl IntoIterator<Item = usize>,
         corners: &[[Point3<f64>; 3]],
         origin: &Point3<f64>,
         along: &Vector3<f64>,
     ) -> Option<(usize, Point3<f64>)> {
         let ray = Ray::new(origin, along);
-        let mut crossings = self.crossings(nodes, corners, &ray);
+        let mut crossings: Vec<Crossing> = candidates
+            .into_iter()
+            .filter(|&place| self.component[place] != OPEN)
+            .filter_map(|place| {
+                let (turns, depth) = ray.crossing(&corners[place])?;
+                Some(Crossing { component: self.component[place], place, turns, depth })
+            })
+            .collect();
         crossings.sort_by_key(|c| (c.component, c.place));
         crossings
             .chunk_by(|a, b| a.component == b.component)
@@ -106,31 +116,6 @@ impl ClosedParts {
             .flatten()
             .min_by(|a, b| a.depth.total_cmp(&b.depth))
             .map(|c| (c.place, origin + along * c.depth))
-    }
-
-    fn crossings(&self, nodes: &[Node], corners: &[[Point3<f64>; 3]], ray: &Ray) -> Vec<Crossing> {
-        let mut found = Vec::new();
-        let mut pending = vec![0u32];
-        while let Some(node) = pending.pop() {
-            let Some(node) = nodes.get(node as usize) else { continue };
-            if !node.slab.may_meet_ray(&ray.origin, &ray.along) {
-                continue;
-            }
-            if node.n_triangles == 0 {
-                pending.extend([node.first, node.first + 1]);
-                continue;
-            }
-            let first = node.first as usize;
-            for (k, facet) in corners[first..].iter().take(node.n_triangles as usize).enumerate() {
-                let component = self.component[first + k];
-                if component != OPEN
-                    && let Some((turns, depth)) = ray.crossing(facet)
-                {
-                    found.push(Crossing { component, place: first + k, turns, depth });
-                }
-            }
-        }
-        found
     }
 }
 
@@ -201,36 +186,54 @@ impl Ray {
 }
 
 /// Vertex numbers of the triangles, the same for equal coordinates.
-fn welded(corners: &[[Point3<f64>; 3]]) -> Vec<[u32; 3]> {
+fn welded(mesh: &TriMesh) -> Vec<[u32; 3]> {
     // Adding 0 makes −0 the same vertex as 0.
-    let key = |i: u32| corners[i as usize / 3][i as usize % 3].coords.map(|c| c + 0.0);
+    let key = |i: u32| mesh.vertices()[i as usize].coords.map(|c| c + 0.0);
     let order = |a: u32, b: u32| {
         let (p, q) = (key(a), key(b));
         p.x.total_cmp(&q.x).then(p.y.total_cmp(&q.y)).then(p.z.total_cmp(&q.z))
     };
-    let mut all: Vec<u32> = (0..3 * corners.len() as u32).collect();
-    all.sort_unstable_by(|&a, &b| order(a, b));
-    let mut numbers = vec![[0; 3]; corners.len()];
-    for (number, run) in all.chunk_by(|&a, &b| order(a, b).is_eq()).enumerate() {
+    let mut all: Vec<u32> = (0..mesh.vertices().len() as u32).collect();
+    all.par_sort_unstable_by(|&a, &b| order(a, b));
+    let mut number = vec![0; all.len()];
+    for run in all.chunk_by(|&a, &b| order(a, b).is_eq()) {
+        // Any of them may stand for all: how edges are ordered changes nothing.
         for &i in run {
-            numbers[i as usize / 3][i as usize % 3] = number as u32;
+            number[i as usize] = run[0];
         }
     }
-    numbers
+    mesh.triangles().iter().map(|t| t.map(|v| number[v as usize])).collect()
 }
 
-fn sorted_edges(triangles: &[[u32; 3]]) -> Vec<Edge> {
-    let mut edges = Vec::with_capacity(3 * triangles.len());
-    for (t, &[a, b, c]) in triangles.iter().enumerate() {
-        // A triangle with two equal corners is an edge there and back: it bounds nothing.
-        if a == b || b == c || c == a {
-            continue;
-        }
-        for (from, to) in [(a, b), (b, c), (c, a)] {
-            edges.push(Edge { ends: [from.min(to), from.max(to)], triangle: t as u32, reversed: from > to });
-        }
+/// The edges of the triangles, those with the same ends next to each other.
+fn grouped_edges(triangles: &[[u32; 3]], n_vertices: usize) -> Vec<Edge> {
+    // A triangle with two equal corners is an edge there and back: it bounds nothing.
+    let proper = || triangles.iter().enumerate().filter(|(_, [a, b, c])| a != b && b != c && c != a);
+    let all = || {
+        proper().flat_map(|(t, &[a, b, c])| {
+            [(a, b), (b, c), (c, a)].map(|(from, to)| Edge {
+                ends: [from.min(to), from.max(to)],
+                triangle: t as u32,
+                reversed: from > to,
+            })
+        })
+    };
+    // Counted into place by the smaller end; what is left to sort are the few edges of one vertex.
+    let mut start = vec![0usize; n_vertices + 1];
+    all().for_each(|e| start[e.ends[0] as usize + 1] += 1);
+    for k in 0..n_vertices {
+        start[k + 1] += start[k];
     }
-    edges.sort_unstable();
+    let mut free = start.clone();
+    let mut edges = vec![Edge { ends: [0; 2], triangle: 0, reversed: false }; start[n_vertices]];
+    for edge in all() {
+        let place = &mut free[edge.ends[0] as usize];
+        edges[*place] = edge;
+        *place += 1;
+    }
+    for k in 0..n_vertices {
+        edges[start[k]..start[k + 1]].sort_unstable();
+    }
     edges
 }
 

@@ -22,7 +22,7 @@ pub(crate) struct Sample {
 }
 
 impl Sample {
-    #[inline]
+    #[inline(always)]
     pub(crate) fn at(body: &impl Body, point: Point3<f64>) -> Self {
         let (distance, gradient) = body.distance(&point);
         Self { point, distance, gradient }
@@ -41,7 +41,7 @@ const MAX_STEPS: usize = 200;
 ///
 /// The distance is convex on the edge, so two slopes of opposite sign bracket its least value, and the crossing of the
 /// two tangents bounds it from below.
-#[inline]
+#[inline(always)]
 pub(crate) fn least_within_edge(body: &impl Body, a: &Sample, b: &Sample, goal: Goal) -> Option<Sample> {
     let along = b.point - a.point;
     let (mut low, mut high) = (Tangent::new(0.0, a, &along), Tangent::new(1.0, b, &along));
@@ -93,13 +93,13 @@ struct Tangent {
 }
 
 impl Tangent {
-    #[inline]
+    #[inline(always)]
     fn new(t: f64, sample: &Sample, along: &Vector3<f64>) -> Self {
         Self { t, distance: sample.distance, slope: sample.gradient.dot(along) }
     }
 
     /// Where this falling tangent meets a rising one farther on, and the value there.
-    #[inline]
+    #[inline(always)]
     fn crossing(&self, rising: &Self) -> (f64, f64) {
         let rise = rising.distance - self.distance - rising.slope * (rising.t - self.t);
         let step = rise / (self.slope - rising.slope);

@@ -15,7 +15,7 @@ use crate::edge::{GAP, Goal, Sample, least_within_edge};
 /// `None` where the least distance is proven larger than `goal.beyond`.
 ///
 /// With `enough == beyond` this is the verdict: `None` says proven farther.
-#[inline]
+#[inline(always)]
 pub(crate) fn nearest_on_triangle(body: &impl Body, corners: &[Point3<f64>; 3], goal: Goal) -> Option<Sample> {
     let center = Point3::from((corners[0].coords + corners[1].coords + corners[2].coords) / 3.0);
     let center = Sample::at(body, center);
@@ -56,13 +56,13 @@ pub(crate) fn nearest_on_triangle(body: &impl Body, corners: &[Point3<f64>; 3], 
     if best.distance > goal.beyond { None } else { Some(best) }
 }
 
-#[inline]
+#[inline(always)]
 fn nearer(a: Sample, b: Sample) -> Sample {
     if b.distance < a.distance { b } else { a }
 }
 
 /// What the distance on the triangle cannot fall below, by its slope at a point.
-#[inline]
+#[inline(always)]
 fn lower_bound(sample: &Sample, corners: &[Point3<f64>; 3]) -> f64 {
     let slope = |p: &Point3<f64>| sample.gradient.dot(&(p - sample.point));
     sample.distance + slope(&corners[0]).min(slope(&corners[1])).min(slope(&corners[2]))
@@ -81,7 +81,7 @@ enum Inside {
 }
 
 /// The point of the triangle opposite the body's support point, or where the body passes through.
-#[inline]
+#[inline(always)]
 fn nearest_inside(body: &impl Body, corners: &[Point3<f64>; 3], goal: Goal) -> Inside {
     let (u, v) = (corners[1] - corners[0], corners[2] - corners[0]);
     let scaled = u.cross(&v);
@@ -116,14 +116,14 @@ fn nearest_inside(body: &impl Body, corners: &[Point3<f64>; 3], goal: Goal) -> I
 }
 
 /// Width of the slab across `along` between the corners (below) and the body, whose support point is `support`.
-#[inline]
+#[inline(always)]
 fn separation(along: &Vector3<f64>, support: &Point3<f64>, corners: &[Point3<f64>; 3]) -> f64 {
     let reach = |p: &Point3<f64>| along.dot(&(support - p));
     reach(&corners[0]).min(reach(&corners[1])).min(reach(&corners[2]))
 }
 
 /// Projection of a vector from corner 0 onto the triangle spanned by `u` and `v`; `None` where it falls outside.
-#[inline]
+#[inline(always)]
 fn projected(w: &Vector3<f64>, u: &Vector3<f64>, v: &Vector3<f64>, scaled: &Vector3<f64>) -> Option<Vector3<f64>> {
     let area_sq = scaled.norm_squared();
     let beta = w.cross(v).dot(scaled) / area_sq;

@@ -40,6 +40,7 @@ mod bound;
 mod closed;
 mod edge;
 mod facet;
+mod lanes;
 #[cfg(test)]
 mod laws;
 mod lift;

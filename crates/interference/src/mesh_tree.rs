@@ -1,19 +1,21 @@
 use facemill_cl_data::Solid;
 use facemill_surface_model::TriMesh;
 use nalgebra::{Isometry3, Point3, Vector3};
+use pulp::Arch;
+use rayon::prelude::*;
 
 use crate::body::{Body, Placed};
 use crate::closed::ClosedParts;
 use crate::edge::{Goal, Sample};
 use crate::facet::nearest_on_triangle;
 use crate::query::{Interference, Separation, Verdict, Witness};
-use crate::tree_build::{Node, Tree};
+use crate::tree_build::{Child, Node, Tree};
 
 /// Exact interference against a mesh by a tree of flat slabs.
 ///
-/// Each node's slab lies in the plane of its piece of the surface, and one evaluation of the body's (convex) distance
-/// at its centre bounds the distance of the whole piece; at the leaves the least distance over each triangle is found
-/// exactly. Verdicts are exact but for a band of 1e-9 mm in the rounding, distances to 1e-9 mm, for coordinates up to
+/// Each child's slab lies in the plane of its piece of the surface, and one evaluation of the body's (convex) distance
+/// at its centre bounds the distance of the whole piece, for eight children at once; over a triangle the least distance
+/// is found exactly. Verdicts are exact but for a band of 1e-9 mm in the rounding, distances to 1e-9 mm, for coordinates up to
 /// some metres.
 ///
 /// A body whose pose or size is not finite counts as a hit, and as distance 0; against an empty mesh everything is
@@ -28,6 +30,8 @@ pub struct MeshTree {
     /// Place in the order of the leaves of the mesh's triangles.
     place: Vec<u32>,
     closed: ClosedParts,
+    /// The vector instructions that the processor has.
+    arch: Arch,
 }
 
 /// Distance at which the body counts as touching, mm. A point computed to be on the body is off it by the rounding of
@@ -35,20 +39,21 @@ pub struct MeshTree {
 /// missed; larger, poses that are free would be refused.
 const TOUCH: f64 = 1e-10;
 
-/// Median splits of 2^32 triangles are 32 deep; one node waits per level.
-const STACK: usize = 64;
+/// Splits of 2^31 triangles into eight are 11 deep; all but one child wait per level.
+const STACK: usize = 96;
 
 impl MeshTree {
     /// The tree of a mesh; some 2 µs and 150 bytes per triangle.
     pub fn new(mesh: &TriMesh) -> Self {
-        let all: Vec<_> = (0..mesh.triangles().len()).map(|t| mesh.corners(t)).collect();
+        let all: Vec<_> = (0..mesh.triangles().len()).into_par_iter().map(|t| mesh.corners(t)).collect();
         let Tree { nodes, order: triangles } = Tree::build(&all);
-        let corners = triangles.iter().map(|&t| all[t as usize]).collect();
+        let corners = triangles.par_iter().map(|&t| all[t as usize]).collect();
         let mut place = vec![0; triangles.len()];
         for (k, &t) in triangles.iter().enumerate() {
             place[t as usize] = k as u32;
         }
-        Self { nodes, corners, closed: ClosedParts::new(&all, &triangles), triangles, place }
+        let closed = ClosedParts::new(mesh, &triangles);
+        Self { nodes, corners, closed, triangles, place, arch: Arch::new() }
     }
 
     /// Number of the mesh's components that are closed, so that a body can be inside them.
@@ -56,6 +61,7 @@ impl MeshTree {
         self.closed.len()
     }
 
+    #[inline(always)]
     fn surface_verdict(&self, body: &impl Body, rounding: f64, hint: Option<u32>) -> Verdict {
         let goal = Goal { enough: rounding + TOUCH, beyond: rounding + TOUCH };
         let test = |place: usize| {
@@ -66,29 +72,29 @@ impl MeshTree {
             return Verdict::Hit(witness);
         }
         let mut stack = Pending::new();
-        stack.push_root(&self.nodes, body);
-        while let Some((_, node)) = stack.pop() {
-            let node = &self.nodes[node as usize];
-            if node.n_triangles == 0 {
-                stack.push_children(&self.nodes, node.first, body, goal.beyond);
-                continue;
-            }
-            let first = node.first as usize;
-            if let Some(witness) = (first..first + node.n_triangles as usize).find_map(test) {
-                return Verdict::Hit(witness);
+        stack.push_root(&self.nodes);
+        while let Some((_, child)) = stack.pop() {
+            match Child::unpack(child) {
+                Child::Node(node) => stack.push_children(&self.nodes[node as usize], body, goal.beyond),
+                Child::Triangle(place) => {
+                    if let Some(witness) = test(place as usize) {
+                        return Verdict::Hit(witness);
+                    }
+                }
             }
         }
         Verdict::Free
     }
 
+    #[inline(always)]
     fn surface_distance(&self, body: &impl Body, at_most: f64, hint: Option<u32>) -> Option<Separation> {
         let mut nearest = Nearest { beyond: at_most, found: None };
         if let Some(place) = self.hinted(hint) {
             nearest.look(body, &self.corners, place);
         }
         let mut stack = Pending::new();
-        stack.push_root(&self.nodes, body);
-        while let Some((bound, node)) = stack.pop() {
+        stack.push_root(&self.nodes);
+        while let Some((bound, child)) = stack.pop() {
             if nearest.meets() {
                 break;
             }
@@ -96,14 +102,9 @@ impl MeshTree {
             if bound > nearest.beyond {
                 continue;
             }
-            let node = &self.nodes[node as usize];
-            if node.n_triangles == 0 {
-                stack.push_children(&self.nodes, node.first, body, nearest.beyond);
-                continue;
-            }
-            let first = node.first as usize;
-            for place in first..first + node.n_triangles as usize {
-                nearest.look(body, &self.corners, place);
+            match Child::unpack(child) {
+                Child::Node(node) => stack.push_children(&self.nodes[node as usize], body, nearest.beyond),
+                Child::Triangle(place) => nearest.look(body, &self.corners, place as usize),
             }
         }
         let (sample, place) = nearest.found?;
@@ -125,9 +126,9 @@ impl Interference for MeshTree {
         }
         let rounding = solid.rounding();
         let verdict = match Placed::new(solid, mesh_from_solid) {
-            Placed::Cylinder(body) => self.surface_verdict(&body, rounding, hint),
-            Placed::Frustum(body) => self.surface_verdict(&body, rounding, hint),
-            Placed::Block(body) => self.surface_verdict(&body, rounding, hint),
+            Placed::Cylinder(body) => self.arch.dispatch(|| self.surface_verdict(&body, rounding, hint)),
+            Placed::Frustum(body) => self.arch.dispatch(|| self.surface_verdict(&body, rounding, hint)),
+            Placed::Block(body) => self.arch.dispatch(|| self.surface_verdict(&body, rounding, hint)),
         };
         if !verdict.is_free() {
             return verdict;
@@ -147,9 +148,9 @@ impl Interference for MeshTree {
             return self.first_corner().map(|(triangle, point)| Separation { distance: 0.0, triangle, point });
         }
         match Placed::new(solid, mesh_from_solid) {
-            Placed::Cylinder(body) => self.surface_distance(&body, at_most, hint),
-            Placed::Frustum(body) => self.surface_distance(&body, at_most, hint),
-            Placed::Block(body) => self.surface_distance(&body, at_most, hint),
+            Placed::Cylinder(body) => self.arch.dispatch(|| self.surface_distance(&body, at_most, hint)),
+            Placed::Frustum(body) => self.arch.dispatch(|| self.surface_distance(&body, at_most, hint)),
+            Placed::Block(body) => self.arch.dispatch(|| self.surface_distance(&body, at_most, hint)),
         }
     }
 }
@@ -167,8 +168,28 @@ impl MeshTree {
             return None;
         }
         let (origin, along) = (mesh_from_solid * solid.interior_point(), mesh_from_solid * Vector3::z());
-        let (place, point) = self.closed.way_out(&self.nodes, &self.corners, &origin, &along)?;
+        let candidates = self.along_ray(&origin, &along);
+        let (place, point) = self.closed.way_out(candidates, &self.corners, &origin, &along)?;
         Some(Witness { triangle: self.triangles[place], point })
+    }
+
+    /// Places of the triangles that a half line may meet.
+    fn along_ray(&self, origin: &Point3<f64>, along: &Vector3<f64>) -> Vec<usize> {
+        let mut found = Vec::new();
+        let mut pending = vec![0u32];
+        while let Some(node) = pending.pop() {
+            let Some(node) = self.nodes.get(node as usize) else { continue };
+            for (lane, child) in node.packed_children() {
+                if !node.slabs.get(lane).may_meet_ray(origin, along) {
+                    continue;
+                }
+                match Child::unpack(child) {
+                    Child::Node(node) => pending.push(node),
+                    Child::Triangle(place) => found.push(place as usize),
+                }
+            }
+        }
+        found
     }
 
     /// A triangle and a point of it to name where nothing can be computed; `None` for an empty mesh.
@@ -194,7 +215,7 @@ struct Nearest {
 }
 
 impl Nearest {
-    #[inline]
+    #[inline(always)]
     fn look(&mut self, body: &impl Body, corners: &[[Point3<f64>; 3]], place: usize) {
         let goal = Goal { enough: TOUCH, beyond: self.beyond };
         let Some(mut sample) = nearest_on_triangle(body, &corners[place], goal) else { return };
@@ -213,47 +234,50 @@ impl Nearest {
     }
 }
 
-/// Nodes still to be looked at with their bounds, the nearer of two children on top.
+/// Children still to be looked at with their bounds, the nearest of a node's children on top.
 struct Pending {
-    nodes: [(f64, u32); STACK],
+    children: [(f64, u32); STACK],
     n: usize,
 }
 
 impl Pending {
+    #[inline(always)]
     fn new() -> Self {
-        Self { nodes: [(0.0, 0); STACK], n: 0 }
+        Self { children: [(0.0, 0); STACK], n: 0 }
     }
 
-    fn push_root(&mut self, nodes: &[Node], body: &impl Body) {
-        if let Some(root) = nodes.first() {
-            self.push(root.slab.least_distance(body), 0);
+    #[inline(always)]
+    fn push_root(&mut self, nodes: &[Node]) {
+        if !nodes.is_empty() {
+            self.children[0] = (f64::NEG_INFINITY, Child::Node(0).pack());
+            self.n = 1;
         }
     }
 
-    #[inline]
-    fn push(&mut self, bound: f64, node: u32) {
-        self.nodes[self.n] = (bound, node);
-        self.n += 1;
-    }
-
-    /// Both children unless proven farther than `beyond`.
-    #[inline]
-    fn push_children(&mut self, nodes: &[Node], first: u32, body: &impl Body, beyond: f64) {
-        let bound = |k: u32| nodes[(first + k) as usize].slab.least_distance(body);
-        let (left, right) = ((bound(0), first), (bound(1), first + 1));
-        let (near, far) = if right.0 < left.0 { (right, left) } else { (left, right) };
-        for (bound, node) in [far, near] {
+    /// All children unless proven farther than `beyond`.
+    #[inline(always)]
+    fn push_children(&mut self, node: &Node, body: &impl Body, beyond: f64) {
+        let bounds = node.slabs.least_distances(body);
+        let first = self.n;
+        for (lane, child) in node.packed_children() {
+            let bound = bounds[lane];
             // A bound that is not a number proves nothing.
-            let proven = bound > beyond;
-            if !proven {
-                self.push(bound, node);
+            if bound > beyond {
+                continue;
             }
+            let mut at = self.n;
+            while at > first && self.children[at - 1].0 < bound {
+                self.children[at] = self.children[at - 1];
+                at -= 1;
+            }
+            self.children[at] = (bound, child);
+            self.n += 1;
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn pop(&mut self) -> Option<(f64, u32)> {
         self.n = self.n.checked_sub(1)?;
-        Some(self.nodes[self.n])
+        Some(self.children[self.n])
     }
 }

@@ -10,7 +10,6 @@ use parry3d_f64::shape::{Cuboid, SupportMap, Triangle};
 use crate::closed::ClosedParts;
 use crate::mesh_tree::is_finite;
 use crate::query::{Interference, Separation, Verdict, Witness};
-use crate::tree_build::Tree;
 
 /// The plain reference: parry3d's tree of boxes, and its GJK distance for each triangle whose box the body's meets.
 ///
@@ -21,7 +20,6 @@ use crate::tree_build::Tree;
 pub struct ParryMesh {
     boxes: Bvh,
     corners: Vec<[Point3<f64>; 3]>,
-    all: Tree,
     closed: ClosedParts,
 }
 
@@ -30,9 +28,9 @@ impl ParryMesh {
     pub fn new(mesh: &TriMesh) -> Self {
         let corners: Vec<_> = (0..mesh.triangles().len()).map(|t| mesh.corners(t)).collect();
         let boxes: Vec<_> = corners.iter().map(|c| Aabb::from_points(c.iter().map(vector))).collect();
-        let all = Tree::single_leaf(&corners);
-        let closed = ClosedParts::new(&corners, &all.order);
-        Self { boxes: Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes), corners, all, closed }
+        let order: Vec<u32> = (0..corners.len() as u32).collect();
+        let closed = ClosedParts::new(mesh, &order);
+        Self { boxes: Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes), corners, closed }
     }
 
     /// Triangles whose boxes meet the box around the body dilated by `reach`.
@@ -57,7 +55,7 @@ impl Interference for ParryMesh {
             return Verdict::Hit(Witness { triangle: s.triangle, point: s.point });
         }
         let (origin, along) = (mesh_from_solid * solid.interior_point(), mesh_from_solid * Vector3::z());
-        let way_out = self.closed.way_out(&self.all.nodes, &self.corners, &origin, &along);
+        let way_out = self.closed.way_out(0..self.corners.len(), &self.corners, &origin, &along);
         way_out.map_or(Verdict::Free, |(place, point)| Verdict::Hit(Witness { triangle: place as u32, point }))
     }
 
