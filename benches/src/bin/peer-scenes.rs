@@ -1,0 +1,131 @@
+//! Rates of the interference tests on the scenes and postures of the peer harness, as the harness' own drivers print and
+//! write them: one JSON line per rate, verdicts as bytes.
+//!
+//! `PEER_DATA=… PEER_OUT=… cargo run --release -p facemill-benches --bin peer-scenes -- [SCENE] [RUNS]`
+
+use std::fs;
+use std::hint::black_box;
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+use facemill_cl_data::{RoundBox, RoundFrustum, Solid};
+use facemill_interference::{Interference, MeshTree};
+use facemill_surface_model::TriMesh;
+use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
+
+/// What the harness calls us in its tables.
+const NAME: &str = "facemill";
+
+fn main() {
+    let mut arguments = std::env::args().skip(1);
+    let scene = arguments.next().unwrap_or_else(|| "patch_200k".to_owned());
+    let runs = arguments.next().and_then(|n| n.parse().ok()).unwrap_or(5);
+    let mesh = load_mesh(&scene);
+    let start = Instant::now();
+    let tree = MeshTree::new(&mesh);
+    println!(
+        r#"{{"peer":"{NAME}","scene":"{scene}","test":"build","seconds_wall":{:.3}}}"#,
+        start.elapsed().as_secs_f64()
+    );
+    let family = scene.split('_').next().unwrap_or("");
+    let poses = load_poses(family);
+    let cutter = [cutter()];
+    let holder = [holder(), head()];
+    let all = [cutter[0], holder[0], holder[1]];
+    for (test, bodies) in [("gouge_round", &cutter[..]), ("holder", &holder[..]), ("full", &all[..])] {
+        let hits = |pose: &Isometry3<f64>| {
+            bodies
+                .iter()
+                .any(|(solid, at)| !tree.verdict(solid, &(pose * Translation3::new(0.0, 0.0, *at)), None).is_free())
+        };
+        let verdicts: Vec<u8> = poses.iter().map(|p| u8::from(hits(p))).collect();
+        let file = folder("PEER_OUT").join(format!("{NAME}_{scene}_{test}.u8"));
+        fs::write(file, &verdicts).expect("PEER_OUT names the output folder");
+        for (kind, want) in [("free", 0u8), ("hit", 1)] {
+            let some: Vec<Isometry3<f64>> =
+                poses.iter().zip(&verdicts).filter(|(_, v)| **v == want).map(|(p, _)| *p).take(4000).collect();
+            measure(&scene, &format!("{test}_{kind}"), &some, runs, |p| {
+                black_box(hits(black_box(p)));
+            });
+        }
+    }
+}
+
+fn cutter() -> (Solid, f64) {
+    let body = RoundFrustum { z_low: 2.0, z_high: 48.0, radius_low: 23.0, radius_high: 23.0, rounding: 2.0 };
+    (Solid::Frustum(body), 0.0)
+}
+
+fn holder() -> (Solid, f64) {
+    let body = RoundFrustum { z_low: 50.0, z_high: 150.0, radius_low: 31.5, radius_high: 31.5, rounding: 0.0 };
+    (Solid::Frustum(body), 0.0)
+}
+
+fn head() -> (Solid, f64) {
+    (Solid::Box(RoundBox { half_extents: Vector3::new(100.0, 100.0, 150.0), rounding: 0.0 }), 300.0)
+}
+
+/// Median rate by processor time of this thread.
+fn measure(scene: &str, test: &str, poses: &[Isometry3<f64>], runs: usize, f: impl Fn(&Isometry3<f64>)) {
+    if poses.is_empty() {
+        return;
+    }
+    // The kernel counts in ticks of some milliseconds.
+    let rounds = 1 + 400_000 / poses.len();
+    let mut seconds: Vec<f64> = (0..runs)
+        .map(|_| {
+            let start = cpu_time();
+            (0..rounds).for_each(|_| poses.iter().for_each(&f));
+            (cpu_time() - start).as_secs_f64() / rounds as f64
+        })
+        .collect();
+    seconds.sort_by(f64::total_cmp);
+    let median = seconds[seconds.len() / 2];
+    println!(
+        r#"{{"peer":"{NAME}","scene":"{scene}","test":"{test}","threads":1,"n":{},"per_s_cpu":{:.4e},"us_cpu":{:.3}}}"#,
+        poses.len(),
+        poses.len() as f64 / median,
+        1e6 * median / poses.len() as f64
+    );
+}
+
+/// Time that this process has run, from the kernel's own count.
+fn cpu_time() -> Duration {
+    let stat = fs::read_to_string("/proc/self/schedstat").unwrap_or_default();
+    Duration::from_nanos(stat.split_whitespace().next().and_then(|ns| ns.parse().ok()).unwrap_or(0))
+}
+
+fn folder(variable: &str) -> PathBuf {
+    std::env::var_os(variable).map(PathBuf::from).unwrap_or_else(|| panic!("{variable} names a folder"))
+}
+
+fn load_mesh(scene: &str) -> TriMesh {
+    let bytes = fs::read(folder("PEER_DATA").join(format!("{scene}.mesh"))).expect("the scene is there");
+    let count = |at: usize| u64::from_le_bytes(bytes[at..at + 8].try_into().expect("eight bytes")) as usize;
+    let (n_vertices, n_triangles) = (count(0), count(8));
+    let (vertices, rest) = bytes[16..].split_at(24 * n_vertices);
+    let vertices = vertices.chunks_exact(24).map(|c| Point3::from(numbers::<3>(c))).collect();
+    let index = |c: &[u8]| u32::from_le_bytes(c.try_into().expect("four bytes"));
+    let triangles =
+        rest.chunks_exact(12).take(n_triangles).map(|c| [index(&c[..4]), index(&c[4..8]), index(&c[8..])]).collect();
+    TriMesh::new(vertices, triangles).expect("the scene is a mesh")
+}
+
+/// Tool frames: origin at the tip, z along the axis, x along the box.
+fn load_poses(family: &str) -> Vec<Isometry3<f64>> {
+    let bytes = fs::read(folder("PEER_DATA").join(format!("{family}_poses.bin"))).expect("the poses are there");
+    bytes
+        .chunks_exact(120)
+        .map(|c| {
+            let d = numbers::<15>(c);
+            let (axis, x) = (Vector3::new(d[6], d[7], d[8]), Vector3::new(d[9], d[10], d[11]));
+            let rotation = Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[x, axis.cross(&x), axis]));
+            let rotation = UnitQuaternion::from_rotation_matrix(&rotation);
+            Isometry3::from_parts(Translation3::new(d[3], d[4], d[5]), rotation)
+        })
+        .collect()
+}
+
+fn numbers<const N: usize>(bytes: &[u8]) -> [f64; N] {
+    std::array::from_fn(|k| f64::from_le_bytes(bytes[8 * k..8 * k + 8].try_into().expect("eight bytes")))
+}
