@@ -120,6 +120,13 @@ impl Slab {
         Self { center, normal, radius: radius_sq.sqrt() + slack, half_thickness: half_thickness + slack }
     }
 
+    /// Lower bound of the body's distance over the slab from its distance and slope at the centre.
+    pub(crate) fn least_along(&self, distance: f64, slope: &Vector3<f64>) -> f64 {
+        let cos = slope.dot(&self.normal);
+        let sin = ((1.0 - cos * cos).max(0.0) + SINE_SQ_SLACK).sqrt();
+        distance - (self.radius * sin + self.half_thickness * cos.abs())
+    }
+
     /// Whether the half line from `origin` in the unit direction `along` may meet the slab.
     pub(crate) fn may_meet_ray(&self, origin: &Point3<f64>, along: &Vector3<f64>) -> bool {
         // A half line through the slab's outermost corner must not pass it by for a rounding error.

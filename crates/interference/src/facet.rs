@@ -63,7 +63,7 @@ fn nearer(a: Sample, b: Sample) -> Sample {
 
 /// What the distance on the triangle cannot fall below, by its slope at a point.
 #[inline(always)]
-fn lower_bound(sample: &Sample, corners: &[Point3<f64>; 3]) -> f64 {
+pub(crate) fn lower_bound(sample: &Sample, corners: &[Point3<f64>; 3]) -> f64 {
     let slope = |p: &Point3<f64>| sample.gradient.dot(&(p - sample.point));
     sample.distance + slope(&corners[0]).min(slope(&corners[1])).min(slope(&corners[2]))
 }

@@ -22,11 +22,11 @@ use crate::tree_build::{Child, Node, Tree};
 /// free.
 #[derive(Clone, Debug)]
 pub struct MeshTree {
-    nodes: Vec<Node>,
+    pub(crate) nodes: Vec<Node>,
     /// Corners of the triangles in the order of the leaves.
-    corners: Vec<[Point3<f64>; 3]>,
+    pub(crate) corners: Vec<[Point3<f64>; 3]>,
     /// Index in the mesh of the triangles in the order of the leaves.
-    triangles: Vec<u32>,
+    pub(crate) triangles: Vec<u32>,
     /// Place in the order of the leaves of the mesh's triangles.
     place: Vec<u32>,
     closed: ClosedParts,
@@ -37,10 +37,10 @@ pub struct MeshTree {
 /// Distance at which the body counts as touching, mm. A point computed to be on the body is off it by the rounding of
 /// its coordinates (1e-12 mm at 4 m): smaller than that, a body of rounding 0 that a triangle passes through would be
 /// missed; larger, poses that are free would be refused.
-const TOUCH: f64 = 1e-10;
+pub(crate) const TOUCH: f64 = 1e-10;
 
 /// Splits of 2^31 triangles into eight are 11 deep; all but one child wait per level.
-const STACK: usize = 96;
+pub(crate) const STACK: usize = 96;
 
 impl MeshTree {
     /// The tree of a mesh; some 2 µs and 150 bytes per triangle.
@@ -112,7 +112,7 @@ impl MeshTree {
     }
 
     /// Place of the hinted triangle.
-    fn hinted(&self, hint: Option<u32>) -> Option<usize> {
+    pub(crate) fn hinted(&self, hint: Option<u32>) -> Option<usize> {
         self.place.get(hint? as usize).map(|&p| p as usize)
     }
 }
@@ -163,7 +163,7 @@ impl MeshTree {
     }
 
     /// Where the half line from inside the body leaves a closed component that it starts in.
-    fn way_out(&self, solid: &Solid, mesh_from_solid: &Isometry3<f64>) -> Option<Witness> {
+    pub(crate) fn way_out(&self, solid: &Solid, mesh_from_solid: &Isometry3<f64>) -> Option<Witness> {
         if self.closed.is_empty() {
             return None;
         }
