@@ -14,7 +14,7 @@ use facemill_nc_program::{Dialect, read_program};
 const TOOL_LENGTH: f64 = 300.0;
 
 fn plan_of(job: &Job, verify: bool) -> Planned {
-    plan_setup(job, 0, PlanSettings { verify }, &SilentStages).unwrap_or_else(|e| panic!("{e}"))
+    plan_setup(job, 0, PlanSettings { verify, certificates: false }, &SilentStages).unwrap_or_else(|e| panic!("{e}"))
 }
 
 fn propeller(c: &mut Criterion) {

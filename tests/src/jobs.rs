@@ -78,7 +78,7 @@ impl JobFolder {
     /// # Errors
     /// As [`plan_setup`].
     pub fn try_plan(&self) -> Result<Planned, Failure> {
-        plan_setup(&Job::read(&self.job())?, 0, PlanSettings { verify: true }, &SilentStages)
+        plan_setup(&Job::read(&self.job())?, 0, PlanSettings { verify: true, certificates: false }, &SilentStages)
     }
 
     /// Plans the job's first setup.

@@ -6,7 +6,7 @@ use facemill_tests::program::{code_and_errors, run};
 use facemill_tests::shared::workspace;
 use serde_json::{Value, json};
 
-const FORMATS: [&str; 5] = ["job", "tool", "machine", "path", "report"];
+const FORMATS: [&str; 6] = ["job", "tool", "machine", "path", "report", "certificates"];
 
 fn schema(format: &str) -> Value {
     let output = run(&["schema", format]);

@@ -47,7 +47,7 @@ impl MeshTree {
     /// Clear is proven, up to the rounding band of [`Interference::verdict`](crate::Interference::verdict). Unproven says
     /// that the solid may touch, that the core does in the middle, or that the interval is too long; a shorter one tells more.
     /// The lack falls with the square of the length where `deviation` does. `hint` is a triangle to look at first.
-    pub fn sweep(&self, solid: &Solid, motion: &MotionInterval, hint: Option<u32>) -> SweepVerdict {
+    pub(crate) fn swept(&self, solid: &Solid, motion: &MotionInterval, hint: Option<u32>) -> SweepVerdict {
         let pose = &motion.mesh_from_solid;
         let numbers = motion.velocity.iter().chain(motion.spin.iter()).chain([&motion.half, &motion.deviation]);
         if !is_finite(solid, pose) || !numbers.into_iter().all(|v| v.is_finite()) {
@@ -55,9 +55,9 @@ impl MeshTree {
         }
         let rounding = solid.rounding();
         let verdict = match Placed::new(solid, pose) {
-            Placed::Cylinder(body) => self.swept(&Sweep::new(&body, solid, motion), rounding, hint),
-            Placed::Frustum(body) => self.swept(&Sweep::new(&body, solid, motion), rounding, hint),
-            Placed::Block(body) => self.swept(&Sweep::new(&body, solid, motion), rounding, hint),
+            Placed::Cylinder(body) => self.swept_surface(&Sweep::new(&body, solid, motion), rounding, hint),
+            Placed::Frustum(body) => self.swept_surface(&Sweep::new(&body, solid, motion), rounding, hint),
+            Placed::Block(body) => self.swept_surface(&Sweep::new(&body, solid, motion), rounding, hint),
         };
         // What never touches the surface is inside at all times or at none.
         match verdict {
@@ -69,7 +69,7 @@ impl MeshTree {
         }
     }
 
-    fn swept<B: Body>(&self, sweep: &Sweep<'_, B>, rounding: f64, hint: Option<u32>) -> SweepVerdict {
+    fn swept_surface<B: Body>(&self, sweep: &Sweep<'_, B>, rounding: f64, hint: Option<u32>) -> SweepVerdict {
         let beyond = rounding + TOUCH;
         let clear = |place: usize| sweep.clears_triangle(&self.corners[place], beyond);
         if let Some(place) = self.hinted(hint)
@@ -151,8 +151,8 @@ impl<'b, B: Body> Sweep<'b, B> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Interference;
     use crate::test_kit::{Lcg, sample_solids};
+    use crate::{Interference, MeshTree};
     use facemill_cl_data::RoundFrustum;
     use facemill_surface_model::TriMesh;
     use nalgebra::{Translation3, UnitQuaternion};

@@ -9,7 +9,7 @@
 //! - [`MeshTree`] is the one to use: a tree of flat pieces of the surface, each bounded by the distance of the body at
 //!   its centre, and an exact test of the body against a triangle.
 //! - [`ParryMesh`] is the plain reference: parry3d's tree and its GJK.
-//! - [`MeshTree::sweep`] proves for a body in motion that it touches nothing at any time of an interval.
+//! - [`Interference::sweep`] proves for a body in motion that it touches nothing at any time of an interval.
 //! - [`solid_mesh`] makes a body itself a mesh for others to be held against.
 //! - [`lift_to_free`] seats a body: the least lift along a direction that frees it.
 //!

@@ -5,6 +5,7 @@ use pulp::Arch;
 use rayon::prelude::*;
 
 use crate::body::{Body, Placed};
+use crate::certify::{MotionInterval, SweepVerdict};
 use crate::closed::ClosedParts;
 use crate::edge::{Goal, Sample};
 use crate::facet::nearest_on_triangle;
@@ -135,6 +136,10 @@ impl Interference for MeshTree {
         }
         // Nothing of the surface is in the body: it is inside as a whole or not at all.
         self.way_out(solid, mesh_from_solid).map_or(Verdict::Free, Verdict::Hit)
+    }
+
+    fn sweep(&self, solid: &Solid, motion: &MotionInterval, hint: Option<u32>) -> SweepVerdict {
+        self.swept(solid, motion, hint)
     }
 
     fn core_distance(

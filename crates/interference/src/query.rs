@@ -1,6 +1,8 @@
 use facemill_cl_data::Solid;
 use nalgebra::{Isometry3, Point3};
 
+use crate::certify::{MotionInterval, SweepVerdict};
+
 /// Where a body touches the mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Witness {
@@ -66,4 +68,13 @@ pub trait Interference: Sync {
         at_most: f64,
         hint: Option<u32>,
     ) -> Option<Separation>;
+
+    /// Whether the dilated solid touches nothing of the mesh at any time of an interval, and is in no closed component.
+    /// Clear is proven; where an implementation proves nothing, everything is unproven. See [`MeshTree::sweep`].
+    ///
+    /// [`MeshTree::sweep`]: crate::MeshTree
+    fn sweep(&self, solid: &Solid, motion: &MotionInterval, hint: Option<u32>) -> SweepVerdict {
+        let _ = (solid, motion, hint);
+        SweepVerdict::Unproven(None)
+    }
 }

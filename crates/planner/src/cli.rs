@@ -7,7 +7,7 @@ use std::process::ExitCode;
 use clap::{CommandFactory, Parser, Subcommand, ValueEnum};
 use facemill::job_file::JobFile;
 use facemill::new_job::{NewJob, Series, new_job};
-use facemill::report::Report;
+use facemill::report::{CertificatesFile, Report};
 use facemill::{Failure, Job, PlanSettings, Stages, files, plan_setup, summary};
 
 use crate::progress::Bar;
@@ -35,6 +35,9 @@ enum Command {
         /// Do not run the written program on the virtual machine (the report says so)
         #[arg(long)]
         no_verify: bool,
+        /// Prove for every block what happens between its ends, and write certificates.json
+        #[arg(long)]
+        certificates: bool,
     },
     /// Reads a job and everything it names, and says what is wrong or what was found
     Check {
@@ -113,6 +116,7 @@ enum Format {
     Machine,
     Path,
     Report,
+    Certificates,
 }
 
 /// Does what the arguments say.
@@ -121,14 +125,14 @@ enum Format {
 /// When it cannot be done; what was done with findings is exit code 1 and no error.
 pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     match arguments.command {
-        Command::Plan { job, out, threads, no_verify } => {
+        Command::Plan { job, out, threads, no_verify, certificates } => {
             if let Some(n) = threads {
                 rayon::ThreadPoolBuilder::new()
                     .num_threads(usize::from(n))
                     .build_global()
                     .map_err(|e| Failure::Internal(e.to_string()))?;
             }
-            plan(&job, out, !no_verify)
+            plan(&job, out, PlanSettings { verify: !no_verify, certificates })
         }
         Command::Check { job } => check(&job),
         Command::New { part } => write_new(part),
@@ -165,7 +169,7 @@ impl Stages for Bars {
     }
 }
 
-fn plan(job_path: &Path, out: Option<PathBuf>, verify: bool) -> Result<ExitCode, Failure> {
+fn plan(job_path: &Path, out: Option<PathBuf>, settings: PlanSettings) -> Result<ExitCode, Failure> {
     crate::progress::watch_interrupts().map_err(Failure::Internal)?;
     let job = Job::read(job_path)?;
     let out = out.unwrap_or_else(|| default_out(job_path));
@@ -174,7 +178,7 @@ fn plan(job_path: &Path, out: Option<PathBuf>, verify: bool) -> Result<ExitCode,
     let mut timings = Vec::new();
     let mut texts = Vec::new();
     for (index, setup) in job.file.setups.iter().enumerate() {
-        let planned = plan_setup(&job, index, PlanSettings { verify }, &Bars)?;
+        let planned = plan_setup(&job, index, settings, &Bars)?;
         clean &= planned.is_clean();
         texts.push(summary(&planned.report));
         timings.push(serde_json::json!({
@@ -252,5 +256,6 @@ fn schema(format: Format) -> String {
         Format::Machine => facemill::inverse_kinematics::machine_schema(),
         Format::Path => facemill::file_format::schema::<facemill::cc_path::PathFile>(),
         Format::Report => facemill::file_format::schema::<Report>(),
+        Format::Certificates => facemill::file_format::schema::<CertificatesFile>(),
     }
 }

@@ -10,7 +10,7 @@
 //! use std::path::Path;
 //!
 //! let job = Job::read(Path::new("assets/propeller/job.json"))?;
-//! let planned = plan_setup(&job, 0, PlanSettings { verify: true }, &SilentStages)?;
+//! let planned = plan_setup(&job, 0, PlanSettings { verify: true, certificates: false }, &SilentStages)?;
 //! assert!(planned.is_clean());
 //! # Ok::<(), facemill::Failure>(())
 //! ```

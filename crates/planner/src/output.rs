@@ -3,10 +3,12 @@
 use facemill_cl_data::ClPoint;
 use facemill_cutter_location::Pieces;
 use facemill_nc_program::{
-    AptCutter, AptMove, AptSpec, Block, WordMap, read_program, write_apt, write_program, write_program_with_lines,
+    AptCutter, AptMove, AptSpec, Block, ReadProgram, WordMap, read_program, write_apt, write_program,
+    write_program_with_lines,
 };
 use facemill_virtual_machine::{
-    GougeSection, ObstacleKind, Verification, VerifyError, VerifySettings, VirtualObstacle, VirtualSetup, verify,
+    Certificates, GougeSection, ObstacleKind, Verification, VerifyError, VerifySettings, VirtualObstacle, VirtualSetup,
+    certify, verify,
 };
 
 use crate::cell::budget;
@@ -14,6 +16,7 @@ use crate::load::{Job, ObstacleRole, Setup};
 use crate::moves::MoveKind;
 use crate::operation::PlannedOperation;
 use crate::program::{BlockWriter, Timed, program_spec, table_from_rtcp_words};
+use crate::report::{CERTIFICATES_FORMAT, CertificatesFile};
 use crate::{Failure, Stages};
 
 /// What a program says of itself that was not run on the virtual machine.
@@ -110,8 +113,47 @@ pub(crate) fn verify_text(
     texts: &Texts,
     stages: &dyn Stages,
 ) -> Result<Verification, Failure> {
-    let program =
-        read_program(&texts.nc, job.post.dialect()).map_err(|e| Failure::Internal(format!("own program: {e}")))?;
+    let program = own_program(job, texts)?;
+    let setting = virtual_setup(job, setup, words)?;
+    let monitor = stages.start("verify program", program.blocks.len());
+    let settings = verify_settings(job, operations, texts);
+    let mut verification = verify(&program, &setting, &settings, &*monitor).map_err(not_verified)?;
+    name_obstacles(&mut verification, setup);
+    Ok(verification)
+}
+
+/// Proves what the blocks of the text do between their ends.
+pub(crate) fn certify_text(
+    job: &Job,
+    setup: &Setup<'_>,
+    operations: &[PlannedOperation<'_>],
+    words: &WordMap,
+    texts: &Texts,
+    stages: &dyn Stages,
+) -> Result<Certificates, Failure> {
+    let program = own_program(job, texts)?;
+    let setting = virtual_setup(job, setup, words)?;
+    let monitor = stages.start("certify program", program.blocks.len());
+    certify(&program, &setting, &verify_settings(job, operations, texts), &*monitor).map_err(not_verified)
+}
+
+/// The file of the certificates.
+pub(crate) fn certificates_json(certificates: Certificates) -> Vec<u8> {
+    facemill_file_format::to_json(&CertificatesFile { format: CERTIFICATES_FORMAT, certificates }).into_bytes()
+}
+
+fn not_verified(e: VerifyError) -> Failure {
+    match e {
+        VerifyError::Cancelled(_) => Failure::Interrupted,
+        other => Failure::Internal(other.to_string()),
+    }
+}
+
+fn own_program(job: &Job, texts: &Texts) -> Result<ReadProgram, Failure> {
+    read_program(&texts.nc, job.post.dialect()).map_err(|e| Failure::Internal(format!("own program: {e}")))
+}
+
+fn virtual_setup<'a>(job: &'a Job, setup: &'a Setup<'_>, words: &'a WordMap) -> Result<VirtualSetup<'a>, Failure> {
     let obstacles = setup
         .obstacles
         .iter()
@@ -133,14 +175,17 @@ pub(crate) fn verify_text(
             },
         })
         .collect();
-    let virtual_setup = VirtualSetup {
+    Ok(VirtualSetup {
         machine: &job.machine,
         table_from_work: setup.table_from_work,
         words,
         table_from_rtcp_words: table_from_rtcp_words(job, words)?,
         tool: &job.tool,
         obstacles,
-    };
+    })
+}
+
+fn verify_settings(job: &Job, operations: &[PlannedOperation<'_>], texts: &Texts) -> VerifySettings {
     let sections: Vec<GougeSection> = operations
         .iter()
         .zip(&texts.operation_lines)
@@ -151,14 +196,7 @@ pub(crate) fn verify_text(
         })
         .collect();
     // Nothing is cut before the first operation.
-    let settings = VerifySettings { gouge_limit: 0.0, sections, ..VerifySettings::default() };
-    let monitor = stages.start("verify program", program.blocks.len());
-    let mut verification = verify(&program, &virtual_setup, &settings, &*monitor).map_err(|e| match e {
-        VerifyError::Cancelled(_) => Failure::Interrupted,
-        other => Failure::Internal(other.to_string()),
-    })?;
-    name_obstacles(&mut verification, setup);
-    Ok(verification)
+    VerifySettings { gouge_limit: 0.0, sections, ..VerifySettings::default() }
 }
 
 /// Says of every obstacle that is several files or groups which of them is meant.

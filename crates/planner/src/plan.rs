@@ -5,7 +5,7 @@ use std::time::Instant;
 use crate::cell::z_map;
 use crate::load::{Job, Setup};
 use crate::operation::{Ground, PlannedOperation};
-use crate::output::{try_template, verify_text, write_texts};
+use crate::output::{certificates_json, certify_text, try_template, verify_text, write_texts};
 use crate::program::word_map;
 use crate::report::Report;
 use crate::reporting::report;
@@ -17,6 +17,8 @@ use crate::{Failure, Stages};
 pub struct PlanSettings {
     /// Run the written program on the virtual machine.
     pub verify: bool,
+    /// Prove what every block does between its ends, and write that, too.
+    pub certificates: bool,
 }
 
 /// A planned setup: files to be written and the report on them.
@@ -63,13 +65,22 @@ pub fn plan_setup(job: &Job, index: usize, settings: PlanSettings, stages: &dyn 
     let verification =
         if settings.verify { Some(verify_text(job, &setup, &operations, &words, &texts, stages)?) } else { None };
     clock.lap("verify");
-    let report = report(job, &setup, &operations, &texts.timed, verification);
+    let certificates = if settings.certificates {
+        Some(certify_text(job, &setup, &operations, &words, &texts, stages)?)
+    } else {
+        None
+    };
+    clock.lap("certify");
+    let report = report(job, &setup, &operations, &texts.timed, verification, certificates.as_ref());
     let suffix = if job.file.setups.len() > 1 { format!("-{}", file_stem(&setup.file.name)) } else { String::new() };
     let mut files = vec![
         (format!("program{suffix}.nc"), texts.nc.into_bytes()),
         (format!("program{suffix}.apt"), texts.apt.into_bytes()),
         (format!("report{suffix}.json"), facemill_file_format::to_json(&report).into_bytes()),
     ];
+    if let Some(certificates) = certificates {
+        files.push((format!("certificates{suffix}.json"), certificates_json(certificates)));
+    }
     files.extend(picture.map(|svg| (format!("solution-space{suffix}.svg"), svg.into_bytes())));
     Ok(Planned { files, report, timings: clock.laps })
 }

@@ -5,12 +5,25 @@ use std::collections::BTreeMap;
 
 use facemill_cl_data::ErrorBudget;
 use facemill_surface_model::RepairReport;
-use facemill_virtual_machine::Finding;
+use facemill_virtual_machine::{Certificates, Finding};
 use schemars::JsonSchema;
 use serde::Serialize;
 
 /// Value of the key `format` in a report.
 pub const REPORT_FORMAT: &str = "facemill-report/1";
+
+/// Value of the key `format` in a file of certificates.
+pub const CERTIFICATES_FORMAT: &str = "facemill-certificates/1";
+
+/// What is proven of each block of a program, as it is written.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct CertificatesFile {
+    /// Always "facemill-certificates/1".
+    pub format: &'static str,
+    /// Sums, and one certificate for each block.
+    #[serde(flatten)]
+    pub certificates: Certificates,
+}
 
 /// The report of one setup's program.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
@@ -23,6 +36,8 @@ pub struct Report {
     pub setup: String,
     /// Whether the program was run on the virtual machine after it was written.
     pub verified: bool,
+    /// What was proven of the motion between positions; `null` where it was not asked for.
+    pub certified: Option<CertifiedReport>,
     /// Sums over the program.
     pub totals: Totals,
     /// Extreme values, each with its place.
@@ -37,6 +52,17 @@ pub struct Report {
     pub meshes: Vec<MeshReport>,
     /// Each pass, in cutting order.
     pub passes: Vec<PassReport>,
+}
+
+/// What is proven of the program's motion at every time.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct CertifiedReport {
+    /// Blocks with a motion.
+    pub blocks: usize,
+    /// Those for which depth and clearances are proven.
+    pub certified: usize,
+    /// Largest proven depth of the cutter; `null` where a block has none.
+    pub largest_depth_mm: Option<f64>,
 }
 
 /// Sums over the program.

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use facemill_cutter_location::cusp::Ridge;
 use facemill_tool_model::Cusp;
-use facemill_virtual_machine::Verification;
+use facemill_virtual_machine::{Certificates, Verification};
 use nalgebra::Point3;
 
 use crate::cell::budget;
@@ -13,7 +13,9 @@ use crate::moves::{MoveKind, PieceMoves};
 use crate::operation::{Along, PlannedOperation};
 use crate::pieces::{Cut, LeftOut, Piece};
 use crate::program::Timed;
-use crate::report::{BudgetReport, InfeasibleReport, PassReport, REPORT_FORMAT, Report, Totals, Worst};
+use crate::report::{
+    BudgetReport, CertifiedReport, InfeasibleReport, PassReport, REPORT_FORMAT, Report, Totals, Worst,
+};
 
 /// Sums, extremes and details of planned operations and of the run of their program.
 pub(crate) fn report(
@@ -22,6 +24,7 @@ pub(crate) fn report(
     operations: &[PlannedOperation<'_>],
     timed: &Timed,
     verification: Option<Verification>,
+    certificates: Option<&Certificates>,
 ) -> Report {
     let (mut totals, mut worst) = (Totals::default(), Worst::default());
     let mut passes = Vec::new();
@@ -77,6 +80,11 @@ pub(crate) fn report(
         job: job.file.name.clone(),
         setup: setup.file.name.clone(),
         verified: verification.is_some(),
+        certified: certificates.map(|c| CertifiedReport {
+            blocks: c.blocks,
+            certified: c.certified,
+            largest_depth_mm: c.largest_depth_mm,
+        }),
         totals,
         worst,
         budgets,

@@ -42,6 +42,14 @@ pub fn summary(report: &Report) -> String {
     } else {
         lines.push("  the written program was not verified".to_owned());
     }
+    if let Some(c) = &report.certified {
+        lines.push(format!(
+            "  certified blocks  {} of {}, cutter never deeper than {}",
+            c.certified,
+            c.blocks,
+            or_none(c.largest_depth_mm, "mm")
+        ));
+    }
     lines.push(format!("  largest cusp      {}", or_none(w.cusp_mm, "mm")));
     if t.uncut_points > 0 {
         lines.push(format!("  uncut strips      at {} points", t.uncut_points));

@@ -57,6 +57,7 @@
 //!
 //! It must not know how the path was planned.
 
+mod certificate;
 mod chunk_result;
 mod cutter_depth;
 mod dead_core;
@@ -74,6 +75,7 @@ mod track;
 mod verify;
 mod walker;
 
+pub use certificate::{Certificate, Certificates, certify};
 pub use finding::{
     AxisReading, ClearancePlace, Finding, FindingKind, GougePlace, Measure, Pose, SectionGouge, Verification,
 };

@@ -1,0 +1,152 @@
+//! Certificates of random blocks against depths at times close together, and what they refuse to say.
+
+mod kit;
+
+use std::fmt::Write;
+
+use facemill_cl_data::{Silent, Solid};
+use facemill_interference::{Interference, MeshTree};
+use facemill_inverse_kinematics::{BlockLaw, Machine, Motion};
+use facemill_nc_program::{AxisLetter, Dialect, read_program};
+use facemill_surface_model::TriMesh;
+use facemill_virtual_machine::{Certificates, ObstacleKind, VerifySettings, VirtualObstacle, VirtualSetup, certify};
+use kit::{Shop, Text};
+use nalgebra::Point3;
+
+struct Lcg(u64);
+
+impl Lcg {
+    fn between(&mut self, low: f64, high: f64) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        low + (high - low) * ((self.0 >> 11) as f64 / (1u64 << 53) as f64)
+    }
+}
+
+fn height(x: f64, y: f64) -> f64 {
+    1.2 * (x / 45.0).sin() * (y / 60.0).cos()
+}
+
+/// A wavy sheet, 400 × 400 mm.
+fn sheet() -> TriMesh {
+    let n = 60u32;
+    let at = |k: u32| -200.0 + 400.0 * f64::from(k) / f64::from(n - 1);
+    let vertices = (0..n * n).map(|k| (at(k / n), at(k % n))).map(|(x, y)| Point3::new(x, y, height(x, y))).collect();
+    let cells = (0..n - 1).flat_map(|i| (0..n - 1).map(move |j| i * n + j));
+    TriMesh::new(vertices, cells.flat_map(|a| [[a, a + n, a + n + 1], [a, a + n + 1, a + 1]]).collect()).unwrap()
+}
+
+fn setup<'a>(shop: &'a Shop, mesh: &'a MeshTree) -> VirtualSetup<'a> {
+    let part = VirtualObstacle { name: "sheet".into(), mesh, kind: ObstacleKind::Part, allowance: 0.0, stock: 0.0 };
+    VirtualSetup { obstacles: vec![part], ..shop.setup() }
+}
+
+fn certified(text: &Text<'_>, setup: &VirtualSetup<'_>, limit: f64) -> Certificates {
+    let program = read_program(&text.text, Dialect::Fanuc).unwrap();
+    certify(&program, setup, &VerifySettings { gouge_limit: limit, ..VerifySettings::default() }, &Silent).unwrap()
+}
+
+/// A walk over the sheet: blocks of some millimetres, the axis turning, the cutter now in the sheet, now over it.
+fn walk<'a>(shop: &'a Shop, lcg: &mut Lcg, n: usize) -> (Text<'a>, Vec<[f64; 5]>) {
+    let mut text = Text::new(shop);
+    let mut joints = Vec::new();
+    let (mut x, mut y) = (0.0, 0.0);
+    for k in 0..=n {
+        x = (x + lcg.between(-6.0, 6.0)).clamp(-120.0, 120.0);
+        y = (y + lcg.between(-6.0, 6.0)).clamp(-120.0, 120.0);
+        let axis = [lcg.between(0.02, 0.2), lcg.between(-0.1, 0.1), 1.0];
+        // The tilted disc's lower rim is below the tip: lift by most of it.
+        let tilt = (axis[0] * axis[0] + axis[1] * axis[1]).sqrt().atan();
+        let z = height(x, y) + 21.0 * tilt.sin() + lcg.between(-0.1, 1.2);
+        let q = shop.axes_at([x, y, z], axis);
+        let words = shop.words.words(q.as_slice()).unwrap();
+        let word = |l: AxisLetter| words.get(l).unwrap();
+        let [a, b, c, d, e] = [AxisLetter::X, AxisLetter::Y, AxisLetter::Z, AxisLetter::B, AxisLetter::C].map(word);
+        let code = if k == 0 { "G0 G43 H7" } else { "G1 F1000." };
+        writeln!(text.text, "{code} X{a:.4} Y{b:.4} Z{c:.4} B{d:.4} C{e:.4}").unwrap();
+        joints.push(std::array::from_fn(|i| q[i]));
+    }
+    (text, joints)
+}
+
+#[test]
+fn no_sampled_depth_of_a_random_block_exceeds_its_certificate() {
+    let shop = Shop::new();
+    let mesh = MeshTree::new(&sheet());
+    let setup = setup(&shop, &mesh);
+    let mut lcg = Lcg(5);
+    let (text, joints) = walk(&shop, &mut lcg, 700);
+    let found = certified(&text, &setup, 5.0);
+    let cuts = &found.certificates[found.certificates.len() - 700..];
+    let (mut touching, mut slacks) = (0, Vec::new());
+    let core = Solid::Frustum(shop.tool.cutter().core());
+    for (k, c) in cuts.iter().enumerate() {
+        let [start, end] = [&joints[k], &joints[k + 1]].map(|q| facemill_inverse_kinematics::AxisValues::from(*q));
+        let law = BlockLaw::Cutting(facemill_cl_data::CuttingLaw::AxesLinear);
+        let motion = Motion::new(&shop.machine, law, &start, &end, shop.tool.gauge_length()).unwrap();
+        let mut deepest = 0.0_f64;
+        for step in 0..=200 {
+            let axes = motion.at(f64::from(step) / 200.0).unwrap();
+            let pose = shop.table_from_work.inverse() * shop.machine.forward(&axes, shop.tool.gauge_length());
+            // Up to the corner radius the depth is what lacks to it from the core.
+            let near = mesh.core_distance(&core, &pose, kit::CORNER, None);
+            deepest = deepest.max(near.map_or(0.0, |s| kit::CORNER - s.distance));
+        }
+        // Where the axes swing past the pole the tip may leave its way by millimetres; as deep as that is not measured here.
+        if deepest > 3.0 {
+            continue;
+        }
+        let depth = c.depth_mm.unwrap_or_else(|| panic!("line {}: {deepest} deep and not certified", c.line));
+        // Words are rounded to a tenth of a micrometre.
+        assert!(deepest <= depth + 2e-3, "line {}: {deepest} deep, certified {depth}", c.line);
+        touching += usize::from(deepest > 0.0);
+        slacks.push(depth - deepest);
+    }
+    slacks.sort_by(f64::total_cmp);
+    assert!(slacks.len() > 650 && touching > 200, "{} judged, {touching} touch", slacks.len());
+    assert!(slacks[slacks.len() / 2] <= 5e-3, "{}", slacks[slacks.len() / 2]);
+}
+
+#[test]
+fn a_bump_between_two_ends_is_in_the_certificate() {
+    let shop = Shop::new();
+    // A pyramid of 0.3 mm half way, narrower than the way between two sampled positions would have to be.
+    let base = |x: f64, y: f64| Point3::new(x, y, -1.0);
+    let bump =
+        vec![base(0.05, -0.05), base(0.05, 0.05), base(-0.05, 0.05), base(-0.05, -0.05), Point3::new(0.0, 0.0, 0.3)];
+    let mesh = MeshTree::new(&TriMesh::new(bump, vec![[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]]).unwrap());
+    let setup = setup(&shop, &mesh);
+    let over = |z: f64| Text::new(&shop).rapid([-60.0, 0.0, 50.0]).cut([-60.0, 0.0, z]).cut([60.0, 0.0, z]);
+    let last = |text: &Text<'_>, limit: f64| certified(text, &setup, limit).certificates.last().unwrap().clone();
+    let deep = last(&over(0.0), 1.0).depth_mm.unwrap();
+    assert!((0.3..0.31).contains(&deep), "{deep}");
+    assert_eq!(last(&over(0.3001), 1.0).depth_mm, Some(0.0));
+    let refused = last(&over(0.0), 0.2);
+    assert!(refused.depth_mm.is_none() && !refused.certified, "{refused:?}");
+}
+
+#[test]
+fn bodies_are_certified_by_their_clearance_and_what_the_law_does_not_tell_is_not() {
+    let shop = Shop::new();
+    let mesh = MeshTree::new(&kit::box_mesh([40.0, -200.0, -80.0], [60.0, 200.0, 100.0]));
+    let setup = setup(&shop, &mesh);
+    // Past a wall: the holder, of radius 40 and 2 mm of clearance, from 60 mm above the tip.
+    let past = |x: f64| Text::new(&shop).rapid([x, -100.0, 20.0]).cut([x, 100.0, 20.0]);
+    let last =
+        |text: &Text<'_>, setup: &VirtualSetup<'_>| certified(text, setup, 0.1).certificates.last().unwrap().clone();
+    let near = last(&past(-5.0), &setup);
+    assert!(near.certified, "{near:?}");
+    let distance = near.clearance_mm.unwrap();
+    // 5 mm of room; four fifths are tried first.
+    assert!((3.9..=5.0).contains(&distance), "{distance}");
+    assert_eq!(near.clearance_between.unwrap(), ["holder section 1".to_owned(), "sheet".to_owned()]);
+    let touching = last(&past(-1.0), &setup);
+    assert!(!touching.certified && touching.clearance_mm.is_none(), "{touching:?}");
+    // A control that goes another way between the ends: nothing is said.
+    let mut file = Machine::head_b_table_c().unwrap().to_file();
+    file.motion.rapid = facemill_inverse_kinematics::RapidLawFile::PerAxis;
+    let shop = Shop::with_machine(Machine::from_file(file).unwrap());
+    let setup = VirtualSetup { obstacles: setup.obstacles.clone(), ..shop.setup() };
+    let rapid = Text::new(&shop).rapid([-150.0, -100.0, 20.0]).rapid([-140.0, 100.0, 30.0]);
+    let c = last(&rapid, &setup);
+    assert!(!c.certified && c.depth_mm.is_none());
+}
