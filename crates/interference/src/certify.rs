@@ -235,7 +235,7 @@ mod tests {
                 let middle = lcg.pose(45.0);
                 let gap =
                     tree.core_distance(&solid, &middle, 100.0, None).map_or(100.0, |s| s.distance) - solid.rounding();
-                if gap < 1e-3 || gap > 20.0 {
+                if !(1e-3..=20.0).contains(&gap) {
                     continue;
                 }
                 let screw = Screw { middle, velocity: lcg.unit() * 5.0, spin: lcg.unit() * 0.3 };
