@@ -80,6 +80,13 @@ impl SearchCurve {
         }
     }
 
+    /// The curve of the same start, order and weight to another end; `None` where that makes no curve.
+    pub fn with_end(&self, end: Posture) -> Option<Self> {
+        let tilt_first = Posture { tilt: self.end.tilt, rotate: self.start.rotate };
+        let order = if self.middle == tilt_first { SearchOrder::TiltFirst } else { SearchOrder::RotateFirst };
+        Self::new(self.start, end, order, self.weight).ok()
+    }
+
     /// The largest tilt and rotate of the curve.
     pub fn end(&self) -> Posture {
         self.end

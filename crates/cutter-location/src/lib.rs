@@ -20,6 +20,7 @@ pub mod link;
 mod machine_obstacles;
 mod pass_plan;
 mod pose_test;
+mod relief;
 mod search;
 mod solution_space;
 mod stance;
@@ -28,6 +29,7 @@ mod workcell;
 pub use bezier::{SearchCurve, SearchCurveError, SearchOrder, TurnTable};
 pub use pass_plan::{Outcome, PassSettings, PassTask, plan_passes};
 pub use pose_test::PoseTest;
+pub use relief::{Relief, reliefs};
 pub use search::{Found, SearchSettings, search};
 pub use solution_space::{SolutionSpace, solution_space};
 pub use workcell::{

@@ -6,6 +6,7 @@ use facemill_z_map::ZMap;
 use nalgebra::{Isometry3, Point3, Unit, UnitQuaternion, Vector3};
 
 /// Something that must not be cut or hit, as a mesh in the workpiece frame.
+#[derive(Clone)]
 pub struct Obstacle<'a> {
     /// What a finding calls it.
     pub name: String,
@@ -37,6 +38,7 @@ pub struct AxisCone {
 }
 
 /// Everything a pose is judged by.
+#[derive(Clone)]
 pub struct Workcell<'a> {
     /// Machine.
     pub machine: &'a Machine,

@@ -226,7 +226,8 @@ fn reach(test: &PoseTest<'_>, settings: &MoveSettings, mut piece: Piece) -> (Opt
         // Between points of the path nothing is lost that was asked for.
         if !cut.inserted {
             let what = if end == PassEnd::Entry { "entry" } else { "exit" };
-            lost.push(LeftOut { place: cut.cc.position, reason: format!("no {what}: {why}") });
+            let reason = format!("no {what}: {why}");
+            lost.push(LeftOut { place: cut.cc.position, reason, searched: None });
         }
     };
     let mut ways = [None, None];

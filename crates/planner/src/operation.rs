@@ -1,10 +1,13 @@
 //! One operation on its way to the program: poses, moves, ridges and chips.
 
+use std::collections::BTreeMap;
+
 use facemill_cl_data::{CcPoint, Silent};
 use facemill_cutter_location::cusp::{CutPoint, Ridge, ridges};
 use facemill_cutter_location::link::{ClearanceSurface, LinkSettings};
 use facemill_cutter_location::{
-    Hints, PassSettings, PassTask, PoseTest, SearchCurve, SearchSettings, Workcell, plan_passes, search, solution_space,
+    Hints, PassSettings, PassTask, PoseTest, Relief, SearchCurve, SearchSettings, Workcell, plan_passes, reliefs,
+    search, solution_space,
 };
 use facemill_inverse_kinematics::{Branch, BranchPreference};
 use facemill_tool_model::cl_from_cc;
@@ -44,6 +47,8 @@ pub(crate) struct PlannedOperation<'a> {
     pub(crate) dropped_pieces: usize,
     /// CC points without a pose in the program.
     pub(crate) left_out: Vec<LeftOut>,
+    /// What would help at the first point of each reason.
+    pub(crate) reliefs: BTreeMap<String, Vec<Relief>>,
     /// Ridge and chip at every cut of every piece of the first place.
     pub(crate) along: Vec<Vec<Along>>,
 }
@@ -92,7 +97,10 @@ impl<'a> PlannedOperation<'a> {
         if setup.stock_solid.is_some() {
             left_out.iter_mut().for_each(LeftOut::explain_stock);
         }
-        let planned = Self { operation, moves, cc_points, dropped_pieces: laid.dropped_pieces, left_out, along };
+        let reliefs = reliefs_by_reason(&cell, &left_out, &search_settings(operation));
+        clock.lap("what would help");
+        let planned =
+            Self { reliefs, operation, moves, cc_points, dropped_pieces: laid.dropped_pieces, left_out, along };
         planned.check_left_out()?;
         Ok((planned, picture))
     }
@@ -131,6 +139,25 @@ impl<'a> PlannedOperation<'a> {
         }
         Ok(())
     }
+}
+
+/// Reasons for which it is told what would help; the rest are few points each.
+const REASONS: usize = 16;
+
+/// What would help at the first point of each of the first reasons.
+fn reliefs_by_reason(
+    cell: &Workcell<'_>,
+    left_out: &[LeftOut],
+    settings: &SearchSettings,
+) -> BTreeMap<String, Vec<Relief>> {
+    let mut firsts: Vec<(&str, &CcPoint, &SearchCurve)> = Vec::new();
+    for l in left_out {
+        let Some((cc, curve)) = &l.searched else { continue };
+        if firsts.len() < REASONS && !firsts.iter().any(|(reason, ..)| *reason == l.reason) {
+            firsts.push((&l.reason, cc, curve));
+        }
+    }
+    firsts.into_par_iter().map(|(reason, cc, curve)| (reason.to_owned(), reliefs(cell, cc, curve, settings))).collect()
 }
 
 /// Where the job leaves the branch open, takes the one nearest to home at the first CC point for all passes: passes on

@@ -51,6 +51,8 @@ pub(crate) struct LeftOut {
     pub place: Point3<f64>,
     /// Why.
     pub reason: String,
+    /// The point and its search curve, where no posture of it is feasible.
+    pub searched: Option<(CcPoint, SearchCurve)>,
 }
 
 impl LeftOut {
@@ -93,6 +95,7 @@ pub(crate) fn split(
                 left_out.extend(cuts.iter().map(|c| LeftOut {
                     place: c.cc.position,
                     reason: "alone between points that are infeasible".to_owned(),
+                    searched: None,
                 }));
             }
         };
@@ -107,7 +110,8 @@ pub(crate) fn split(
                 }
                 Err(why) => {
                     close(&mut cuts, left_out);
-                    left_out.push(LeftOut { place: cc.position, reason: test.describe(why) });
+                    let searched = Some((*cc, task.curve));
+                    left_out.push(LeftOut { place: cc.position, reason: test.describe(why), searched });
                 }
             }
         }

@@ -178,6 +178,17 @@ pub struct InfeasibleReport {
     pub points: usize,
     /// The first of them, workpiece frame.
     pub first_place_mm: [f64; 3],
+    /// Changes, each alone, with which that point has a posture: with 95 % of the change it has none.
+    pub would_help: Vec<HelpReport>,
+}
+
+/// A change of range or tool.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct HelpReport {
+    /// The field of job or tool file.
+    pub field: &'static str,
+    /// Its value with the change; of a radius with the body narrower, of a stick-out with the body longer in proportion.
+    pub value: f64,
 }
 
 /// What was found in a mesh file.

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use facemill_cutter_location::Relief;
 use facemill_cutter_location::cusp::Ridge;
 use facemill_tool_model::Cusp;
 use facemill_virtual_machine::{Certificates, Verification};
@@ -14,7 +15,7 @@ use crate::operation::{Along, PlannedOperation};
 use crate::pieces::{Cut, LeftOut, Piece};
 use crate::program::Timed;
 use crate::report::{
-    BudgetReport, CertifiedReport, InfeasibleReport, PassReport, REPORT_FORMAT, Report, Totals, Worst,
+    BudgetReport, CertifiedReport, HelpReport, InfeasibleReport, PassReport, REPORT_FORMAT, Report, Totals, Worst,
 };
 
 /// Sums, extremes and details of planned operations and of the run of their program.
@@ -167,6 +168,16 @@ fn pass_report(operation: &str, piece: &Piece, along: Option<&Vec<Along>>, feeds
     }
 }
 
+fn help(relief: &Relief) -> HelpReport {
+    let (field, value) = match *relief {
+        Relief::Tilt(tilt) => ("search.tilt_deg[1]", tilt.to_degrees()),
+        Relief::Rotate(rotate) => ("search.rotate_deg[1]", rotate.to_degrees().abs()),
+        Relief::Radius(radius) => ("radius_mm", radius),
+        Relief::StickOut(length) => ("stick_out_mm", length),
+    };
+    HelpReport { field, value }
+}
+
 /// Reasons by number of points, the most frequent first; equal ones in alphabetical order.
 fn infeasible_report(operations: &[PlannedOperation<'_>]) -> Vec<InfeasibleReport> {
     let mut reasons: BTreeMap<&str, (usize, Point3<f64>)> = BTreeMap::new();
@@ -180,6 +191,7 @@ fn infeasible_report(operations: &[PlannedOperation<'_>]) -> Vec<InfeasibleRepor
             reason: reason.to_owned(),
             points,
             first_place_mm: [p.x, p.y, p.z],
+            would_help: operations.iter().find_map(|o| o.reliefs.get(reason)).into_iter().flatten().map(help).collect(),
         })
         .collect();
     all.sort_by_key(|r| std::cmp::Reverse(r.points));

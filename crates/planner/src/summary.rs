@@ -65,7 +65,9 @@ pub fn summary(report: &Report) -> String {
         lines.push(format!("    {finding}"));
     }
     for reason in report.infeasible.iter().take(5) {
-        lines.push(format!("    left out: {} points, {}", reason.points, reason.reason));
+        let help: Vec<String> = reason.would_help.iter().map(|h| format!("{} {:.2}", h.field, h.value)).collect();
+        let help = if help.is_empty() { String::new() } else { format!("; would help: {}", help.join(" or ")) };
+        lines.push(format!("    left out: {} points, {}{help}", reason.points, reason.reason));
     }
     lines.join("\n")
 }

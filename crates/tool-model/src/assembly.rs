@@ -72,6 +72,37 @@ impl ToolAssembly {
         Ok(Self { file, cutter })
     }
 
+    /// The tool with a cutter of another radius: its body and dead core in proportion, its corner no larger than fits.
+    ///
+    /// # Errors
+    /// When that makes no tool.
+    pub fn with_radius(&self, radius: f64) -> Result<Self, ToolFileError> {
+        let mut file = self.file.clone();
+        let share = radius / file.radius_mm;
+        file.radius_mm = radius;
+        file.corner_radius_mm = file.corner_radius_mm.min(radius);
+        file.dead_core_radius_mm *= share;
+        for section in &mut file.body.sections {
+            section.diameter_low_mm *= share;
+            section.diameter_high_mm *= share;
+        }
+        Self::new(file)
+    }
+
+    /// The tool sticking out of its holder farther: the topmost section of its body longer by as much.
+    ///
+    /// # Errors
+    /// When that makes no tool.
+    pub fn longer_by(&self, length: f64) -> Result<Self, ToolFileError> {
+        let mut file = self.file.clone();
+        file.stick_out_mm += length;
+        file.gauge_length_mm += length;
+        if let Some(section) = file.body.sections.last_mut() {
+            section.length_mm += length;
+        }
+        Self::new(file)
+    }
+
     /// The tool as a file; reading it gives the same tool.
     pub fn to_file(&self) -> ToolFile {
         self.file.clone()

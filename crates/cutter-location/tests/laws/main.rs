@@ -7,4 +7,5 @@ mod link;
 mod machine_bodies;
 mod passes;
 mod reasons;
+mod relief;
 mod search;
