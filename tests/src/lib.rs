@@ -2,6 +2,7 @@
 //!
 //! Independent of the crates under test, from the papers alone:
 //! - [`brute`]: how deep a cutter is in a mesh and how far a turned body is from it, over all triangles;
+//! - [`touch`]: whether a body touches a mesh, by subdividing triangles; [`sweep`] compares it with the mesh tree;
 //! - [`interpreter`]: what a FANUC program does to its axes;
 //! - [`paper_machine`]: FEED (9), from axis values of the head-B, table-C mill to the tool;
 //! - [`read_back`]: a written program against the meshes of its job, by these three.
@@ -18,4 +19,6 @@ pub mod program;
 pub mod random;
 pub mod read_back;
 pub mod shared;
+pub mod sweep;
+pub mod touch;
 pub mod variants;
