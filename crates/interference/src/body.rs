@@ -17,6 +17,9 @@ pub(crate) trait Body {
 
     /// A point of the body farthest in the direction `along`, which need not be of unit length.
     fn support(&self, along: &Vector3<f64>) -> Point3<f64>;
+
+    /// The body moved.
+    fn moved(&self, by: &Vector3<f64>) -> Self;
 }
 
 /// A solid's core as the body kind that fits it.
@@ -39,6 +42,7 @@ impl Placed {
 }
 
 /// Solid cylinder, or disc where its height is 0.
+#[derive(Clone, Copy)]
 pub(crate) struct Cylinder {
     /// Centre of the lower end.
     base: Point3<f64>,
@@ -100,6 +104,11 @@ impl Body for Cylinder {
         (distances, along)
     }
 
+    #[inline(always)]
+    fn moved(&self, by: &Vector3<f64>) -> Self {
+        Self { base: self.base + by, ..*self }
+    }
+
     fn support(&self, along: &Vector3<f64>) -> Point3<f64> {
         let up = along.dot(&self.axis);
         let end = if up > 0.0 { self.height } else { 0.0 };
@@ -108,6 +117,7 @@ impl Body for Cylinder {
 }
 
 /// Solid frustum with different radii and a positive height.
+#[derive(Clone, Copy)]
 pub(crate) struct Frustum {
     base: Point3<f64>,
     axis: Vector3<f64>,
@@ -213,6 +223,11 @@ impl Body for Frustum {
         (distances, along)
     }
 
+    #[inline(always)]
+    fn moved(&self, by: &Vector3<f64>) -> Self {
+        Self { base: self.base + by, ..*self }
+    }
+
     fn support(&self, along: &Vector3<f64>) -> Point3<f64> {
         let up = along.dot(&self.axis);
         let outward = unit_across(along, &self.axis);
@@ -226,6 +241,7 @@ impl Body for Frustum {
 }
 
 /// Solid box.
+#[derive(Clone, Copy)]
 pub(crate) struct Block {
     center: Point3<f64>,
     /// Columns are the box's axes.
@@ -272,6 +288,11 @@ impl Body for Block {
             along[k] = if distance > 0.0 { dot / distance } else { 0.0 };
         }
         (distances, along)
+    }
+
+    #[inline(always)]
+    fn moved(&self, by: &Vector3<f64>) -> Self {
+        Self { center: self.center + by, ..*self }
     }
 
     fn support(&self, along: &Vector3<f64>) -> Point3<f64> {

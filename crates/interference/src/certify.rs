@@ -61,7 +61,7 @@ impl MeshTree {
         };
         // What never touches the surface is inside at all times or at none.
         match verdict {
-            SweepVerdict::Clear => match self.way_out(solid, pose) {
+            SweepVerdict::Clear => match self.way_out(solid, pose, &(pose * Vector3::z())) {
                 None => SweepVerdict::Clear,
                 Some(witness) => SweepVerdict::Unproven(Some(witness.triangle)),
             },

@@ -4,6 +4,7 @@ use facemill_cl_data::{RoundFrustum, Solid};
 use facemill_surface_model::TriMesh;
 use nalgebra::{Isometry3, Point3, Translation3, Unit, UnitQuaternion, Vector3};
 
+use crate::lift::stepped_lift;
 use crate::test_kit::{Lcg, brute_distance, cube, frustum, patch, sample_solids, soup};
 use crate::{Interference, MeshTree, ParryMesh, Verdict, lift_to_free};
 
@@ -341,4 +342,42 @@ fn empty_mesh_is_free_everywhere() {
         assert!(check.verdict(&mill, &Isometry3::identity(), Some(0)).is_free());
         assert_eq!(check.core_distance(&mill, &Isometry3::identity(), f64::INFINITY, None), None);
     }
+}
+
+#[test]
+fn lift_is_the_first_free_one_of_brute_force() {
+    // Both are found without passing over a window: by exits of triangles, and by stepping over the intervals in which
+    // golden sections find a triangle touched.
+    let mut lcg = Lcg::new(14);
+    let (mut n_lifted, mut n_windows) = (0, 0);
+    for mesh in meshes() {
+        let tree = MeshTree::new(&mesh);
+        for solid in sample_solids() {
+            for _ in 0..6 {
+                let pose = pose(&mut lcg);
+                let along = Unit::new_normalize(lcg.unit());
+                let at = |lift: f64| Translation3::from(along.into_inner() * lift) * pose;
+                let lift = lift_to_free(&tree, &solid, &pose, along, 90.0, 1e-6);
+                // No lift below is free: 300 of them, but for those within the resolution.
+                let end = lift.unwrap_or(90.0);
+                for k in 0..300 {
+                    let below = (end - 1e-6) * (f64::from(k) + lcg.range(0.0, 1.0)) / 300.0;
+                    if below >= 0.0 {
+                        assert!(
+                            !tree.verdict(&solid, &at(below), None).is_free(),
+                            "{solid:?} {pose} {below} of {lift:?}"
+                        );
+                    }
+                }
+                let Some(lift) = lift else { continue };
+                n_lifted += usize::from(lift > 0.0);
+                // The steps for any mesh may pass over windows, but find nothing that is lower.
+                if let Some(stepped) = stepped_lift(&tree, &solid, &pose, along, 90.0, 1e-6) {
+                    assert!(stepped > lift - 2e-6, "{solid:?} {pose}: {stepped} and {lift}");
+                    n_windows += usize::from(stepped > lift + 1e-3);
+                }
+            }
+        }
+    }
+    assert!(n_lifted > 60 && n_windows > 0, "{n_lifted} lifted, {n_windows} windows");
 }

@@ -12,6 +12,7 @@
 //! - [`Interference::sweep`] proves for a body in motion that it touches nothing at any time of an interval.
 //! - [`solid_mesh`] makes a body itself a mesh for others to be held against.
 //! - [`lift_to_free`] seats a body: the least lift along a direction that frees it.
+//! - [`penetration`]: how deep the surface is in a body, measured across the surface.
 //!
 //! ```
 //! use facemill_cl_data::{RoundFrustum, Solid};
@@ -40,6 +41,9 @@ mod body;
 mod bound;
 mod certify;
 mod closed;
+mod depth;
+#[cfg(test)]
+mod depth_laws;
 mod edge;
 mod facet;
 mod lanes;
@@ -55,6 +59,7 @@ mod test_kit;
 mod tree_build;
 
 pub use certify::{MotionInterval, SweepVerdict};
+pub use depth::{Penetration, penetration};
 pub use lift::lift_to_free;
 pub use mesh_tree::MeshTree;
 pub use parry_mesh::ParryMesh;

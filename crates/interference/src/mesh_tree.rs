@@ -1,6 +1,6 @@
 use facemill_cl_data::Solid;
 use facemill_surface_model::TriMesh;
-use nalgebra::{Isometry3, Point3, Vector3};
+use nalgebra::{Isometry3, Point3, Translation3, Unit, Vector3};
 use pulp::Arch;
 use rayon::prelude::*;
 
@@ -9,6 +9,7 @@ use crate::certify::{MotionInterval, SweepVerdict};
 use crate::closed::ClosedParts;
 use crate::edge::{Goal, Sample};
 use crate::facet::nearest_on_triangle;
+use crate::lift::Rising;
 use crate::query::{Interference, Separation, Verdict, Witness};
 use crate::tree_build::{Child, Node, Tree};
 
@@ -112,6 +113,56 @@ impl MeshTree {
         Some(Separation { distance: sample.distance, triangle: self.triangles[place], point: sample.point })
     }
 
+    /// The first lift at which the body touches nothing and is inside nothing, but for windows narrower than the resolution.
+    fn first_free(&self, body: &impl Body, way: &Way) -> Option<f64> {
+        // A little more than a verdict's, which rounds the pose in another way.
+        let reach = way.solid.rounding() + 2.0 * TOUCH;
+        let rising = Rising { body, direction: way.direction, reach, accuracy: 0.5 * way.resolution };
+        let mut lift = 0.0;
+        loop {
+            lift = self.arch.dispatch(|| self.risen(&rising, lift, way.max_lift))?;
+            let pose = Translation3::from(way.direction * lift) * way.mesh_from_solid;
+            let Some(out) = self.way_out(way.solid, &pose, &way.direction) else { return Some(lift) };
+            // Inside until the half line leaves.
+            let depth = way.direction.dot(&(out.point - pose * way.solid.interior_point()));
+            lift += depth.max(way.resolution);
+            if lift > way.max_lift {
+                return None;
+            }
+        }
+    }
+
+    /// The first lift not below `lift` at which the body touches nothing; `None` where it is above `max_lift`.
+    #[inline(always)]
+    fn risen<B: Body>(&self, rising: &Rising<B>, mut lift: f64, max_lift: f64) -> Option<f64> {
+        let goal = Goal { enough: rising.reach, beyond: rising.reach };
+        let mut stack = Pending::new();
+        loop {
+            let mut body = rising.at(lift);
+            let before = lift;
+            stack.push_root(&self.nodes);
+            while let Some((_, child)) = stack.pop() {
+                match Child::unpack(child) {
+                    Child::Node(node) => stack.push_children(&self.nodes[node as usize], &body, goal.beyond),
+                    Child::Triangle(place) => {
+                        let corners = &self.corners[place as usize];
+                        if nearest_on_triangle(&body, corners, goal).is_some() {
+                            lift = rising.exit(corners, lift);
+                            if lift > max_lift {
+                                return None;
+                            }
+                            body = rising.at(lift);
+                        }
+                    }
+                }
+            }
+            // What was passed by at smaller lifts may be in the way now.
+            if lift == before {
+                return Some(lift);
+            }
+        }
+    }
+
     /// Place of the hinted triangle.
     pub(crate) fn hinted(&self, hint: Option<u32>) -> Option<usize> {
         self.place.get(hint? as usize).map(|&p| p as usize)
@@ -135,7 +186,7 @@ impl Interference for MeshTree {
             return verdict;
         }
         // Nothing of the surface is in the body: it is inside as a whole or not at all.
-        self.way_out(solid, mesh_from_solid).map_or(Verdict::Free, Verdict::Hit)
+        self.way_out(solid, mesh_from_solid, &(mesh_from_solid * Vector3::z())).map_or(Verdict::Free, Verdict::Hit)
     }
 
     fn sweep(&self, solid: &Solid, motion: &MotionInterval, hint: Option<u32>) -> SweepVerdict {
@@ -158,23 +209,57 @@ impl Interference for MeshTree {
             Placed::Block(body) => self.arch.dispatch(|| self.surface_distance(&body, at_most, hint)),
         }
     }
+
+    fn least_lift(
+        &self,
+        solid: &Solid,
+        mesh_from_solid: &Isometry3<f64>,
+        direction: Unit<Vector3<f64>>,
+        max_lift: f64,
+        resolution: f64,
+    ) -> Option<f64> {
+        if !is_finite(solid, mesh_from_solid) || !direction.iter().all(|v| v.is_finite()) {
+            return self.triangles.is_empty().then_some(0.0);
+        }
+        let max_lift = if max_lift.is_nan() { 0.0 } else { max_lift };
+        let way = Way { solid, mesh_from_solid, direction: direction.into_inner(), max_lift, resolution };
+        match Placed::new(solid, mesh_from_solid) {
+            Placed::Cylinder(body) => self.first_free(&body, &way),
+            Placed::Frustum(body) => self.first_free(&body, &way),
+            Placed::Block(body) => self.first_free(&body, &way),
+        }
+    }
+}
+
+/// A solid to be lifted.
+struct Way<'a> {
+    solid: &'a Solid,
+    mesh_from_solid: &'a Isometry3<f64>,
+    direction: Vector3<f64>,
+    max_lift: f64,
+    resolution: f64,
 }
 
 impl MeshTree {
     /// Whether a body that touches nothing of the surface is inside a closed component.
     #[cfg(test)]
     pub(crate) fn closed_contains(&self, solid: &Solid, pose: &Isometry3<f64>) -> bool {
-        self.way_out(solid, pose).is_some()
+        self.way_out(solid, pose, &(pose * Vector3::z())).is_some()
     }
 
-    /// Where the half line from inside the body leaves a closed component that it starts in.
-    pub(crate) fn way_out(&self, solid: &Solid, mesh_from_solid: &Isometry3<f64>) -> Option<Witness> {
+    /// Where the half line from inside the body along a unit vector leaves a closed component that it starts in.
+    pub(crate) fn way_out(
+        &self,
+        solid: &Solid,
+        mesh_from_solid: &Isometry3<f64>,
+        along: &Vector3<f64>,
+    ) -> Option<Witness> {
         if self.closed.is_empty() {
             return None;
         }
-        let (origin, along) = (mesh_from_solid * solid.interior_point(), mesh_from_solid * Vector3::z());
-        let candidates = self.along_ray(&origin, &along);
-        let (place, point) = self.closed.way_out(candidates, &self.corners, &origin, &along)?;
+        let origin = mesh_from_solid * solid.interior_point();
+        let candidates = self.along_ray(&origin, along);
+        let (place, point) = self.closed.way_out(candidates, &self.corners, &origin, along)?;
         Some(Witness { triangle: self.triangles[place], point })
     }
 

@@ -1,7 +1,8 @@
 use facemill_cl_data::Solid;
-use nalgebra::{Isometry3, Point3};
+use nalgebra::{Isometry3, Point3, Unit, Vector3};
 
 use crate::certify::{MotionInterval, SweepVerdict};
+use crate::lift::stepped_lift;
 
 /// Where a body touches the mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -76,5 +77,17 @@ pub trait Interference: Sync {
     fn sweep(&self, solid: &Solid, motion: &MotionInterval, hint: Option<u32>) -> SweepVerdict {
         let _ = (solid, motion, hint);
         SweepVerdict::Unproven(None)
+    }
+
+    /// What [`lift_to_free`](crate::lift_to_free) returns, for a positive resolution; in steps unless the mesh knows better.
+    fn least_lift(
+        &self,
+        solid: &Solid,
+        mesh_from_solid: &Isometry3<f64>,
+        direction: Unit<Vector3<f64>>,
+        max_lift: f64,
+        resolution: f64,
+    ) -> Option<f64> {
+        stepped_lift(self, solid, mesh_from_solid, direction, max_lift, resolution)
     }
 }

@@ -76,7 +76,7 @@ pub(crate) fn brute_triangle_distance(solid: &Solid, pose: &Isometry3<f64>, corn
 }
 
 /// Least value of a convex function on [0, 1], ends included.
-fn golden(f: impl Fn(f64) -> f64) -> f64 {
+pub(crate) fn golden(f: impl Fn(f64) -> f64) -> f64 {
     let ratio = 0.5 * (5f64.sqrt() - 1.0);
     let (mut low, mut high) = (0.0, 1.0);
     let (mut x, mut y) = (1.0 - ratio, ratio);
