@@ -6,6 +6,8 @@
 //! pyramid of maxima over them. [`certainly_free`] answers from those alone: "free" is proven, anything else means that
 //! the mesh has to decide.
 //!
+//! [`NodeHeights`] has the heights alone, where no proof is asked for.
+//!
 //! ```
 //! use facemill_cl_data::{RoundFrustum, Solid};
 //! use facemill_surface_model::TriMesh;
@@ -30,6 +32,7 @@
 
 mod certain;
 mod estimate;
+mod heights;
 mod map;
 mod pyramid;
 mod raster;
@@ -37,4 +40,5 @@ mod separation;
 
 pub use certain::certainly_free;
 pub use estimate::{PointClearance, Ring, corners_estimate, gouge_estimate, ring_estimate};
+pub use heights::NodeHeights;
 pub use map::{ZMap, ZMapError, ZMapSettings};

@@ -5,6 +5,7 @@ use facemill_surface_model::TriMesh;
 use nalgebra::{Isometry3, Point3};
 use rayon::prelude::*;
 
+use crate::heights;
 use crate::pyramid::{Block, Pyramid};
 use crate::raster::{Band, Grid};
 
@@ -90,16 +91,12 @@ impl ZMap {
     /// When the mesh is empty, a length or the frame is no number to work with, or the grid would have more than
     /// [`ZMap::MAX_CELLS`] cells.
     pub fn build(mesh: &TriMesh, map_from_mesh: &Isometry3<f64>, settings: &ZMapSettings) -> Result<Self, ZMapError> {
-        let vertices: Vec<Point3<f64>> = mesh.vertices().par_iter().map(|p| map_from_mesh * p).collect();
+        let vertices = heights::moved(mesh, map_from_mesh);
+        let grid = grid_over(mesh, &vertices, map_from_mesh, settings)?;
+        let nodes = heights::rasterised(&grid, &vertices, mesh.triangles());
         let triangles: Vec<[Point3<f64>; 3]> =
             mesh.triangles().par_iter().map(|t| t.map(|v| vertices[v as usize])).collect();
-        let bounds = Aabb::of_points(triangles.iter().flatten());
-        // Rounding of the motion grows with the coordinates on both sides of it.
-        let before = mesh.aabb();
-        let size = [before.min, before.max, bounds.min, bounds.max].map(|p| p.coords.amax());
-        let largest = size.into_iter().fold(map_from_mesh.translation.vector.amax(), f64::max);
-        let grid = grid_over(&bounds, largest, settings)?;
-        let (nodes, cells) = rasterised(&grid, &triangles);
+        let cells = cell_maxima(&grid, &triangles);
         Ok(Self { grid, map_from_work: *map_from_mesh, nodes, pyramid: Pyramid::new(grid.nx, grid.ny, cells) })
     }
 
@@ -207,7 +204,31 @@ impl ZMap {
     }
 }
 
-fn grid_over(bounds: &Aabb, largest: f64, settings: &ZMapSettings) -> Result<Grid, ZMapError> {
+/// The grid over a mesh whose vertices in the map's frame are given.
+pub(crate) fn grid_over(
+    mesh: &TriMesh,
+    vertices: &[Point3<f64>],
+    map_from_mesh: &Isometry3<f64>,
+    settings: &ZMapSettings,
+) -> Result<Grid, ZMapError> {
+    // Of the vertices that triangles have, chunk by chunk.
+    let of_chunk = |chunk: &[[u32; 3]]| {
+        let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+        for &v in chunk.iter().flatten() {
+            let p = &vertices[v as usize];
+            for k in 0..3 {
+                (low[k], high[k]) = (low[k].min(p[k]), high[k].max(p[k]));
+            }
+        }
+        [Point3::from(low), Point3::from(high)]
+    };
+    let chunks: Vec<[Point3<f64>; 2]> = mesh.triangles().par_chunks(1 << 14).map(of_chunk).collect();
+    let bounds = Aabb::of_points(chunks.iter().flatten());
+    // Rounding of the motion grows with the coordinates on both sides of it.
+    let amax = |chunk: &[Point3<f64>]| chunk.iter().flat_map(|p| p.iter()).fold(0.0, |m: f64, c| m.max(c.abs()));
+    let before: Vec<f64> = mesh.vertices().par_chunks(1 << 14).map(amax).collect();
+    let after = bounds.min.coords.amax().max(bounds.max.coords.amax());
+    let largest = before.into_iter().chain([after]).fold(map_from_mesh.translation.vector.amax(), f64::max);
     let ZMapSettings { cell, margin } = *settings;
     if !(cell > 0.0 && cell.is_finite()) {
         return Err(ZMapError::BadCell { cell });
@@ -245,22 +266,18 @@ fn coarse_enough(width: f64, height: f64) -> f64 {
     (cell / digit).ceil() * digit
 }
 
-/// Node heights and cell maxima.
-fn rasterised(grid: &Grid, triangles: &[[Point3<f64>; 3]]) -> (Vec<f64>, Vec<f64>) {
-    let (nx, rows) = (grid.nx, grid.ny + 1);
+/// Maxima of the cells, row by row.
+fn cell_maxima(grid: &Grid, triangles: &[[Point3<f64>; 3]]) -> Vec<f64> {
+    let nx = grid.nx;
     let bins = Bins::new(grid, triangles);
-    let mut nodes = vec![f64::NEG_INFINITY; (nx + 1) * rows];
-    // One row of cells too many, so that both grids fall into the same bands.
-    let mut cells = vec![f64::NEG_INFINITY; nx * rows];
-    let bands = nodes.par_chunks_mut(BAND * (nx + 1)).zip(cells.par_chunks_mut(BAND * nx)).enumerate();
-    bands.for_each(|(k, (nodes, cells))| {
-        let mut band = Band { grid: *grid, first_row: k * BAND, nodes, cells };
+    let mut cells = vec![f64::NEG_INFINITY; nx * grid.ny];
+    cells.par_chunks_mut(BAND * nx).enumerate().for_each(|(k, cells)| {
+        let mut band = Band { grid: *grid, first_row: k * BAND, cells };
         for &t in bins.of(k) {
             band.add(&triangles[t as usize]);
         }
     });
-    cells.truncate(nx * grid.ny);
-    (nodes, cells)
+    cells
 }
 
 /// The triangles of each band of rows, in the order of the mesh.
@@ -271,12 +288,11 @@ struct Bins {
 
 impl Bins {
     fn new(grid: &Grid, triangles: &[[Point3<f64>; 3]]) -> Self {
-        // The nodes of the row above a triangle's last row of cells are on the border of that row.
         let bands = |t: &[Point3<f64>; 3]| {
             let [low, high] = grid.rows(t);
-            low / BAND..=(high + 1) / BAND
+            low / BAND..=high / BAND
         };
-        let mut starts = vec![0; (grid.ny + 1).div_ceil(BAND) + 1];
+        let mut starts = vec![0; grid.ny.div_ceil(BAND) + 1];
         for t in triangles {
             bands(t).for_each(|k| starts[k + 1] += 1);
         }

@@ -40,45 +40,17 @@ impl Grid {
     }
 }
 
-/// Some rows of nodes and cells, from `first_row` on, to be raised by triangles.
+/// Some rows of cells, from `first_row` on, to be raised by triangles.
 pub(crate) struct Band<'a> {
     pub(crate) grid: Grid,
     pub(crate) first_row: usize,
-    /// Heights of the nodes, row by row.
-    pub(crate) nodes: &'a mut [f64],
     /// Maxima of the cells, row by row.
     pub(crate) cells: &'a mut [f64],
 }
 
 impl Band<'_> {
-    /// Raises nodes and cells to the triangle where they are below it.
+    /// Raises cells to the triangle where they are below it.
     pub(crate) fn add(&mut self, triangle: &[Point3<f64>; 3]) {
-        self.raise_nodes(triangle);
-        self.raise_cells(triangle);
-    }
-
-    fn raise_nodes(&mut self, triangle: &[Point3<f64>; 3]) {
-        let n = self.grid.nx + 1;
-        let [low, high] = extent(triangle, 1);
-        // One row more on either side than rounding could need; the test of the node decides.
-        let rows = [self.grid.row(low - self.grid.cell), self.grid.row(high + self.grid.cell) + 1];
-        for j in rows[0].max(self.first_row)..=rows[1] {
-            let Some(row) = self.nodes.get_mut((j - self.first_row) * n..(j - self.first_row + 1) * n) else { break };
-            let y = self.grid.node_y(j);
-            if !(low <= y && y <= high) {
-                continue;
-            }
-            let [left, right] = width_at(triangle, y);
-            let columns = [self.grid.column(left - self.grid.cell), self.grid.column(right + self.grid.cell) + 1];
-            for (i, height) in row.iter_mut().enumerate().take(columns[1] + 1).skip(columns[0]) {
-                if let Some(z) = height_over(triangle, self.grid.node_x(i), y) {
-                    *height = height.max(z);
-                }
-            }
-        }
-    }
-
-    fn raise_cells(&mut self, triangle: &[Point3<f64>; 3]) {
         let (grid, n) = (self.grid, self.grid.nx);
         let rows = grid.rows(triangle);
         for j in rows[0].max(self.first_row)..=rows[1] {
@@ -98,12 +70,12 @@ impl Band<'_> {
     }
 }
 
-fn extent(points: &[Point3<f64>], axis: usize) -> [f64; 2] {
+pub(crate) fn extent(points: &[Point3<f64>], axis: usize) -> [f64; 2] {
     points.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], p| [low.min(p[axis]), high.max(p[axis])])
 }
 
 /// Smallest and largest x of the triangle's projection at y, up to rounding.
-fn width_at(triangle: &[Point3<f64>; 3], y: f64) -> [f64; 2] {
+pub(crate) fn width_at(triangle: &[Point3<f64>; 3], y: f64) -> [f64; 2] {
     edges(triangle).fold([f64::INFINITY, f64::NEG_INFINITY], |[left, right], (a, b)| {
         if (a.y < y && b.y < y) || (a.y > y && b.y > y) {
             return [left, right];
@@ -123,7 +95,7 @@ fn edges(t: &[Point3<f64>; 3]) -> impl Iterator<Item = (Point3<f64>, Point3<f64>
 }
 
 /// Height of a triangle over (x, y), its border included; the largest one where it is vertical.
-fn height_over(t: &[Point3<f64>; 3], x: f64, y: f64) -> Option<f64> {
+pub(crate) fn height_over(t: &[Point3<f64>; 3], x: f64, y: f64) -> Option<f64> {
     let weights = [side(&t[1], &t[2], x, y), side(&t[2], &t[0], x, y), side(&t[0], &t[1], x, y)];
     if !(weights.iter().all(|&w| w >= 0.0) || weights.iter().all(|&w| w <= 0.0)) {
         return None;
