@@ -119,7 +119,7 @@ pub fn sweep(mesh: &TriMesh, kind: Kind, n: usize, threads: usize) -> Tally {
 
 fn compare(tree: &MeshTree, brute: &Touchable, kind: Kind, random: &mut Random, tally: &mut Tally) {
     // One in eight is so small that it has room inside a blade.
-    let part = if random.below(8) == 0 { 0.02 * size(brute) } else { size(brute) };
+    let part = if random.below(8) == 0 { 0.02 * brute.size() } else { brute.size() };
     let solid = kind.solid(part, random);
     let (pose, is_grazing) = posture(tree, brute, &solid, random);
     let found = !tree.verdict(&solid, &pose, None).is_free();
@@ -142,14 +142,6 @@ fn compare(tree: &MeshTree, brute: &Touchable, kind: Kind, random: &mut Random, 
     }
 }
 
-/// Diagonal of the mesh's box.
-fn size(brute: &Touchable) -> f64 {
-    let points = || brute.triangles().iter().flatten();
-    let low = points().fold(Vector3::repeat(f64::INFINITY), |m, p| m.inf(&p.coords));
-    let high = points().fold(Vector3::repeat(f64::NEG_INFINITY), |m, p| m.sup(&p.coords));
-    (high - low).norm()
-}
-
 /// A posture over a random point of the surface, and whether it is within 1e-6 mm of touching.
 ///
 /// Half of them are lifted along the surface's normal until they are free (where they are not, or not within the part's
@@ -162,22 +154,21 @@ fn posture(tree: &MeshTree, brute: &Touchable, solid: &Solid, random: &mut Rando
     let point = a + (b - a) * u + (c - a) * v;
     let normal = Unit::try_new((b - a).cross(&(c - a)), 1e-12).unwrap_or_else(|| random.direction());
     let turn = turn(&normal, random);
-    let beside = turn * Vector3::from([0; 3].map(|_| random.between(-0.1, 0.1))) * size(brute);
+    let beside = turn * Vector3::from([0; 3].map(|_| random.between(-0.1, 0.1))) * brute.size();
     let place = point + beside * f64::from(u8::from(random.below(2) == 0));
     let pose = Isometry3::from_parts(Translation3::from(place.coords), turn);
-    let size = size(brute);
     if random.below(4) == 0 {
-        let reach = [0.3, 0.03][random.below(2)] * size;
+        let reach = [0.3, 0.03][random.below(2)] * brute.size();
         return (Translation3::from(normal.into_inner() * random.between(-reach, reach)) * pose, false);
     }
-    let Some(lift) = lift_to_free(tree, solid, &pose, normal, size, 1e-9) else { return (pose, false) };
+    let Some(lift) = lift_to_free(tree, solid, &pose, normal, brute.size(), 1e-9) else { return (pose, false) };
     let offset = match random.below(6) {
         // Brute force cannot tell of a sharp body that just touches.
         0 if solid.rounding() > 0.0 => 0.0,
         0..=2 => random.between(-1e-6, 1e-6),
         3 => random.between(-1e-7, 1e-7),
         4 => random.between(-1e-2, 1e-2),
-        _ => random.between(-1e-2, 1e-2) * size,
+        _ => random.between(-1e-2, 1e-2) * brute.size(),
     };
     let is_grazing = lift > 0.0 && offset.abs() <= 1e-6;
     (Translation3::from(normal.into_inner() * (lift + offset)) * pose, is_grazing)

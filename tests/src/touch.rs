@@ -3,7 +3,7 @@
 //! Nothing here comes from the crate under test: own formulas for the nearest point of a body, and one argument. The
 //! distance f of a convex body is convex, so that over a triangle it is at least f(c) + g·(q − c), where g is the unit
 //! vector from the nearest point to the centre c. A triangle whose bound is beyond the limit is out, one whose centre
-//! is within the limit touches, any other is cut in four.
+//! is within the limit touches, any other is cut in four. Before, planes along the triangle may part it from the body.
 
 use std::collections::HashMap;
 
@@ -30,6 +30,7 @@ pub struct Touchable {
     triangles: Vec<Corners>,
     balls: Vec<(Point3<f64>, f64)>,
     closed: Vec<ClosedComponent>,
+    size: f64,
 }
 
 /// Triangles whose every edge belongs to an even number of them.
@@ -44,7 +45,16 @@ impl Touchable {
     /// Of a mesh.
     pub fn new(mesh: &TriMesh) -> Self {
         let triangles: Vec<Corners> = (0..mesh.triangles().len()).map(|t| mesh.corners(t)).collect();
-        Self { balls: balls(&triangles), closed: closed_components(&triangles), triangles }
+        let points = || triangles.iter().flatten();
+        let low = points().fold(Vector3::repeat(f64::INFINITY), |m, p| m.inf(&p.coords));
+        let high = points().fold(Vector3::repeat(f64::NEG_INFINITY), |m, p| m.sup(&p.coords));
+        let size = (high - low).norm();
+        Self { balls: balls(&triangles), closed: closed_components(&triangles), size, triangles }
+    }
+
+    /// Diagonal of the mesh's box, mm.
+    pub fn size(&self) -> f64 {
+        self.size
     }
 
     /// Corners of the triangles.
@@ -88,6 +98,9 @@ impl Touchable {
 /// Whether some point of a triangle (the solid's frame) is within `limit` of the core; `None` where [`MOST_PIECES`] do not
 /// tell.
 fn piece_touches(core: &Core, triangle: Corners, limit: f64) -> Option<bool> {
+    if is_apart_along_normal(core, &triangle, limit) {
+        return Some(false);
+    }
     let mut pieces = vec![triangle];
     let mut n_pieces = 0;
     while let Some(t) = pieces.pop() {
@@ -117,6 +130,22 @@ fn piece_touches(core: &Core, triangle: Corners, limit: f64) -> Option<bool> {
         pieces.extend(four);
     }
     Some(false)
+}
+
+/// Whether planes along the triangle are more than `limit` apart, the body on one side and the triangle on the other.
+fn is_apart_along_normal(core: &Core, t: &Corners, limit: f64) -> bool {
+    let scaled = (t[1] - t[0]).cross(&(t[2] - t[0]));
+    let area = scaled.norm();
+    [scaled / area, -scaled / area].iter().any(|n| {
+        let reach = match core {
+            Core::Box(half) => n.abs().dot(half),
+            Core::Turned(section) => {
+                let across = (n.x * n.x + n.y * n.y).sqrt();
+                section.iter().map(|(rho, z)| rho * across + z * n.z).fold(f64::NEG_INFINITY, f64::max)
+            }
+        };
+        t.iter().all(|p| n.dot(&p.coords) - reach > limit)
+    })
 }
 
 /// An undilated body in its own frame.
