@@ -53,6 +53,7 @@ mod lift;
 mod mesh_tree;
 mod parry_mesh;
 mod query;
+mod rise;
 mod solid_mesh;
 #[cfg(test)]
 mod test_kit;

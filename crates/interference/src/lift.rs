@@ -151,6 +151,13 @@ impl<B: Body> Rising<'_, B> {
         high
     }
 
+    /// Whether the body touches a triangle at a lift.
+    #[inline(always)]
+    pub(crate) fn touches(&self, corners: &[Point3<f64>; 3], lift: f64) -> bool {
+        let goal = Goal { enough: self.reach, beyond: self.reach };
+        nearest_on_triangle(&self.at(lift), corners, goal).is_some()
+    }
+
     /// What the distance at a lift is more than the reach, and its slope there; `None` where the triangle is touched.
     #[inline(always)]
     fn beyond(&self, corners: &[Point3<f64>; 3], lift: f64) -> Option<(f64, f64)> {

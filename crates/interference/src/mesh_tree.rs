@@ -1,6 +1,6 @@
 use facemill_cl_data::Solid;
 use facemill_surface_model::TriMesh;
-use nalgebra::{Isometry3, Point3, Translation3, Unit, Vector3};
+use nalgebra::{Isometry3, Point3, Unit, Vector3};
 use pulp::Arch;
 use rayon::prelude::*;
 
@@ -9,8 +9,8 @@ use crate::certify::{MotionInterval, SweepVerdict};
 use crate::closed::ClosedParts;
 use crate::edge::{Goal, Sample};
 use crate::facet::nearest_on_triangle;
-use crate::lift::Rising;
 use crate::query::{Interference, Separation, Verdict, Witness};
+use crate::rise::Way;
 use crate::tree_build::{Child, Node, Tree};
 
 /// Exact interference against a mesh by a tree of flat slabs.
@@ -31,9 +31,9 @@ pub struct MeshTree {
     pub(crate) triangles: Vec<u32>,
     /// Place in the order of the leaves of the mesh's triangles.
     place: Vec<u32>,
-    closed: ClosedParts,
+    pub(crate) closed: ClosedParts,
     /// The vector instructions that the processor has.
-    arch: Arch,
+    pub(crate) arch: Arch,
 }
 
 /// Distance at which the body counts as touching, mm. A point computed to be on the body is off it by the rounding of
@@ -113,56 +113,6 @@ impl MeshTree {
         Some(Separation { distance: sample.distance, triangle: self.triangles[place], point: sample.point })
     }
 
-    /// The first lift at which the body touches nothing and is inside nothing, but for windows narrower than the resolution.
-    fn first_free(&self, body: &impl Body, way: &Way) -> Option<f64> {
-        // A little more than a verdict's, which rounds the pose in another way.
-        let reach = way.solid.rounding() + 2.0 * TOUCH;
-        let rising = Rising { body, direction: way.direction, reach, accuracy: 0.5 * way.resolution };
-        let mut lift = 0.0;
-        loop {
-            lift = self.arch.dispatch(|| self.risen(&rising, lift, way.max_lift))?;
-            let pose = Translation3::from(way.direction * lift) * way.mesh_from_solid;
-            let Some(out) = self.way_out(way.solid, &pose, &way.direction) else { return Some(lift) };
-            // Inside until the half line leaves.
-            let depth = way.direction.dot(&(out.point - pose * way.solid.interior_point()));
-            lift += depth.max(way.resolution);
-            if lift > way.max_lift {
-                return None;
-            }
-        }
-    }
-
-    /// The first lift not below `lift` at which the body touches nothing; `None` where it is above `max_lift`.
-    #[inline(always)]
-    fn risen<B: Body>(&self, rising: &Rising<B>, mut lift: f64, max_lift: f64) -> Option<f64> {
-        let goal = Goal { enough: rising.reach, beyond: rising.reach };
-        let mut stack = Pending::new();
-        loop {
-            let mut body = rising.at(lift);
-            let before = lift;
-            stack.push_root(&self.nodes);
-            while let Some((_, child)) = stack.pop() {
-                match Child::unpack(child) {
-                    Child::Node(node) => stack.push_children(&self.nodes[node as usize], &body, goal.beyond),
-                    Child::Triangle(place) => {
-                        let corners = &self.corners[place as usize];
-                        if nearest_on_triangle(&body, corners, goal).is_some() {
-                            lift = rising.exit(corners, lift);
-                            if lift > max_lift {
-                                return None;
-                            }
-                            body = rising.at(lift);
-                        }
-                    }
-                }
-            }
-            // What was passed by at smaller lifts may be in the way now.
-            if lift == before {
-                return Some(lift);
-            }
-        }
-    }
-
     /// Place of the hinted triangle.
     pub(crate) fn hinted(&self, hint: Option<u32>) -> Option<usize> {
         self.place.get(hint? as usize).map(|&p| p as usize)
@@ -229,15 +179,6 @@ impl Interference for MeshTree {
             Placed::Block(body) => self.first_free(&body, &way),
         }
     }
-}
-
-/// A solid to be lifted.
-struct Way<'a> {
-    solid: &'a Solid,
-    mesh_from_solid: &'a Isometry3<f64>,
-    direction: Vector3<f64>,
-    max_lift: f64,
-    resolution: f64,
 }
 
 impl MeshTree {
@@ -325,19 +266,19 @@ impl Nearest {
 }
 
 /// Children still to be looked at with their bounds, the nearest of a node's children on top.
-struct Pending {
+pub(crate) struct Pending {
     children: [(f64, u32); STACK],
     n: usize,
 }
 
 impl Pending {
     #[inline(always)]
-    fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self { children: [(0.0, 0); STACK], n: 0 }
     }
 
     #[inline(always)]
-    fn push_root(&mut self, nodes: &[Node]) {
+    pub(crate) fn push_root(&mut self, nodes: &[Node]) {
         if !nodes.is_empty() {
             self.children[0] = (f64::NEG_INFINITY, Child::Node(0).pack());
             self.n = 1;
@@ -346,7 +287,7 @@ impl Pending {
 
     /// All children unless proven farther than `beyond`.
     #[inline(always)]
-    fn push_children(&mut self, node: &Node, body: &impl Body, beyond: f64) {
+    pub(crate) fn push_children(&mut self, node: &Node, body: &impl Body, beyond: f64) {
         let bounds = node.slabs.least_distances(body);
         let first = self.n;
         for (lane, child) in node.packed_children() {
@@ -366,7 +307,7 @@ impl Pending {
     }
 
     #[inline(always)]
-    fn pop(&mut self) -> Option<(f64, u32)> {
+    pub(crate) fn pop(&mut self) -> Option<(f64, u32)> {
         self.n = self.n.checked_sub(1)?;
         Some(self.children[self.n])
     }

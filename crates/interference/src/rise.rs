@@ -1,0 +1,126 @@
+//! The first free lift of a body: from the end of one triangle's interval of lifts to the next.
+
+use facemill_cl_data::Solid;
+use nalgebra::{Isometry3, Translation3, Vector3};
+
+use crate::body::Body;
+use crate::edge::Goal;
+use crate::facet::nearest_on_triangle;
+use crate::lift::Rising;
+use crate::mesh_tree::{MeshTree, Pending, TOUCH};
+use crate::tree_build::Child;
+
+/// Most trials of a leap: 20 halvings take 100 mm to [`LEAST_LEAP`].
+const MAX_LEAPS: usize = 24;
+
+/// Distance (mm) from a free trial at which leaping ends: smaller costs trials, larger leaves more triangles to climb over.
+const LEAST_LEAP: f64 = 5e-4;
+
+/// A solid to be lifted.
+pub(crate) struct Way<'a> {
+    pub(crate) solid: &'a Solid,
+    pub(crate) mesh_from_solid: &'a Isometry3<f64>,
+    pub(crate) direction: Vector3<f64>,
+    pub(crate) max_lift: f64,
+    pub(crate) resolution: f64,
+}
+
+impl MeshTree {
+    /// The first lift at which the body touches nothing and is inside nothing, but for windows narrower than the resolution.
+    pub(crate) fn first_free(&self, body: &impl Body, way: &Way) -> Option<f64> {
+        // A little more than a verdict's, which rounds the pose in another way.
+        let reach = way.solid.rounding() + 2.0 * TOUCH;
+        let rising = Rising { body, direction: way.direction, reach, accuracy: 0.5 * way.resolution };
+        let mut lift = 0.0;
+        loop {
+            lift = self.arch.dispatch(|| self.risen(&rising, lift, way.max_lift))?;
+            let pose = Translation3::from(way.direction * lift) * way.mesh_from_solid;
+            let Some(out) = self.way_out(way.solid, &pose, &way.direction) else { return Some(lift) };
+            // Inside until the half line leaves.
+            let depth = way.direction.dot(&(out.point - pose * way.solid.interior_point()));
+            lift += depth.max(way.resolution);
+            if lift > way.max_lift {
+                return None;
+            }
+        }
+    }
+
+    /// The first lift not below `lift` at which the body touches nothing; `None` where it is above `max_lift`.
+    #[inline(always)]
+    fn risen<B: Body>(&self, rising: &Rising<B>, lift: f64, max_lift: f64) -> Option<f64> {
+        let mut lift = self.leapt(rising, lift);
+        if lift > max_lift {
+            return None;
+        }
+        let goal = Goal { enough: rising.reach, beyond: rising.reach };
+        let mut stack = Pending::new();
+        loop {
+            let mut body = rising.at(lift);
+            let before = lift;
+            stack.push_root(&self.nodes);
+            while let Some((_, child)) = stack.pop() {
+                match Child::unpack(child) {
+                    Child::Node(node) => stack.push_children(&self.nodes[node as usize], &body, goal.beyond),
+                    Child::Triangle(place) => {
+                        let corners = &self.corners[place as usize];
+                        if nearest_on_triangle(&body, corners, goal).is_some() {
+                            lift = rising.exit(corners, lift);
+                            if lift > max_lift {
+                                return None;
+                            }
+                            body = rising.at(lift);
+                        }
+                    }
+                }
+            }
+            // What was passed by at smaller lifts may be in the way now.
+            if lift == before {
+                return Some(lift);
+            }
+        }
+    }
+
+    /// A lift from which the first free one is near: no lift from `lift` up to it is free.
+    ///
+    /// A triangle that is touched at a trial lift and at the present one is touched at all between. Trials grow until one is
+    /// free, and then halve.
+    #[inline(always)]
+    fn leapt<B: Body>(&self, rising: &Rising<B>, mut lift: f64) -> f64 {
+        let (mut free, mut step) = (f64::INFINITY, 0.0);
+        for _ in 0..MAX_LEAPS {
+            let trial = if free.is_finite() { 0.5 * (lift + free) } else { lift + step };
+            let touched = self.touched(&rising.at(trial), rising.reach).map(|place| &self.corners[place]);
+            match touched.filter(|c| step == 0.0 || rising.touches(c, lift)) {
+                Some(corners) => {
+                    let end = rising.exit(corners, trial);
+                    (step, lift) = (2.0 * (end - lift), end);
+                }
+                None if step == 0.0 => return lift,
+                None => free = trial,
+            }
+            if free - lift < LEAST_LEAP {
+                break;
+            }
+        }
+        lift
+    }
+
+    /// Place of a triangle within `reach` of the body.
+    #[inline(always)]
+    fn touched(&self, body: &impl Body, reach: f64) -> Option<usize> {
+        let goal = Goal { enough: reach, beyond: reach };
+        let mut stack = Pending::new();
+        stack.push_root(&self.nodes);
+        while let Some((_, child)) = stack.pop() {
+            match Child::unpack(child) {
+                Child::Node(node) => stack.push_children(&self.nodes[node as usize], body, reach),
+                Child::Triangle(place) => {
+                    if nearest_on_triangle(body, &self.corners[place as usize], goal).is_some() {
+                        return Some(place as usize);
+                    }
+                }
+            }
+        }
+        None
+    }
+}
