@@ -3,15 +3,17 @@
 //!
 //! `PEER_DATA=… PEER_OUT=… cargo run --release -p facemill-benches --bin peer-scenes -- [SCENE] [RUNS]`
 
+use rustix::time::{ClockId, clock_gettime};
 use std::fs;
 use std::hint::black_box;
 use std::path::PathBuf;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use facemill_cl_data::{RoundBox, RoundFrustum, Solid};
-use facemill_interference::{Interference, MeshTree};
+use facemill_interference::{Interference, MeshTree, lift_to_free, penetration};
 use facemill_surface_model::TriMesh;
-use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
+use facemill_z_map::{NodeHeights, ZMap, ZMapSettings};
+use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, Translation3, Unit, UnitQuaternion, Vector3};
 
 /// What the harness calls us in its tables.
 const NAME: &str = "facemill";
@@ -27,8 +29,9 @@ fn main() {
         r#"{{"peer":"{NAME}","scene":"{scene}","test":"build","seconds_wall":{:.3}}}"#,
         start.elapsed().as_secs_f64()
     );
+    measure_z_map(&scene, &mesh, runs);
     let family = scene.split('_').next().unwrap_or("");
-    let poses = load_poses(family);
+    let (poses, normals) = load_poses(family);
     let cutter = [cutter()];
     let holder = [holder(), head()];
     let all = [cutter[0], holder[0], holder[1]];
@@ -48,6 +51,43 @@ fn main() {
                 black_box(hits(black_box(p)));
             });
         }
+        if test == "gouge_round" {
+            let hit = (0..poses.len()).filter(|&k| verdicts[k] == 1).map(|k| (poses[k], normals[k]));
+            measure_depths(&scene, &tree, &hit.take(4000).collect::<Vec<_>>(), runs);
+        }
+    }
+}
+
+/// The cutter's depth at postures that hit: the lift along the CC point's normal, and the penetration across the surface.
+fn measure_depths(scene: &str, tree: &MeshTree, hit: &[(Isometry3<f64>, Unit<Vector3<f64>>)], runs: usize) {
+    let (solid, _) = cutter();
+    measure(scene, "lift_to_1e-6_hit", hit, runs, |(pose, normal)| {
+        black_box(lift_to_free(tree, &solid, black_box(pose), *normal, 1e3, 1e-6));
+    });
+    measure(scene, "penetration_to_1e-6_hit", hit, runs, |(pose, _)| {
+        black_box(penetration(tree, &solid, black_box(pose)));
+    });
+}
+
+/// Nodes of a Z-map of 0.25 mm per second of wall time on all threads, build included.
+fn measure_z_map(scene: &str, mesh: &TriMesh, runs: usize) {
+    let settings = ZMapSettings { cell: 0.25, margin: 0.0 };
+    let frame = Isometry3::identity();
+    let nodes = |build: &dyn Fn() -> usize| {
+        let mut rates: Vec<f64> = (0..runs.max(1))
+            .map(|_| {
+                let start = Instant::now();
+                build() as f64 / start.elapsed().as_secs_f64()
+            })
+            .collect();
+        rates.sort_by(f64::total_cmp);
+        rates[rates.len() / 2]
+    };
+    let heights = || NodeHeights::build(mesh, &frame, &settings).map_or(0, |h| h.n_nodes().iter().product());
+    let with_maxima =
+        || ZMap::build(mesh, &frame, &settings).map_or(0, |m| m.n_cells().iter().map(|n| n + 1).product());
+    for (test, rate) in [("zmap_heights", nodes(&heights)), ("zmap_with_maxima", nodes(&with_maxima))] {
+        println!(r#"{{"peer":"{NAME}","scene":"{scene}","test":"{test}","threads":2,"per_s_wall":{rate:.4e}}}"#);
     }
 }
 
@@ -66,17 +106,16 @@ fn head() -> (Solid, f64) {
 }
 
 /// Median rate by processor time of this thread.
-fn measure(scene: &str, test: &str, poses: &[Isometry3<f64>], runs: usize, f: impl Fn(&Isometry3<f64>)) {
+fn measure<P>(scene: &str, test: &str, poses: &[P], runs: usize, f: impl Fn(&P)) {
     if poses.is_empty() {
         return;
     }
-    // The kernel counts in ticks of some milliseconds.
-    let rounds = 1 + 400_000 / poses.len();
+    let rounds = 1 + 40_000 / poses.len();
     let mut seconds: Vec<f64> = (0..runs)
         .map(|_| {
             let start = cpu_time();
             (0..rounds).for_each(|_| poses.iter().for_each(&f));
-            (cpu_time() - start).as_secs_f64() / rounds as f64
+            (cpu_time() - start) / rounds as f64
         })
         .collect();
     seconds.sort_by(f64::total_cmp);
@@ -89,10 +128,10 @@ fn measure(scene: &str, test: &str, poses: &[Isometry3<f64>], runs: usize, f: im
     );
 }
 
-/// Time that this process has run, from the kernel's own count.
-fn cpu_time() -> Duration {
-    let stat = fs::read_to_string("/proc/self/schedstat").unwrap_or_default();
-    Duration::from_nanos(stat.split_whitespace().next().and_then(|ns| ns.parse().ok()).unwrap_or(0))
+/// Seconds that this thread has run, to the nanosecond.
+fn cpu_time() -> f64 {
+    let time = clock_gettime(ClockId::ThreadCPUTime);
+    time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
 }
 
 fn folder(variable: &str) -> PathBuf {
@@ -111,19 +150,23 @@ fn load_mesh(scene: &str) -> TriMesh {
     TriMesh::new(vertices, triangles).expect("the scene is a mesh")
 }
 
-/// Tool frames: origin at the tip, z along the axis, x along the box.
-fn load_poses(family: &str) -> Vec<Isometry3<f64>> {
-    let bytes = fs::read(folder("PEER_DATA").join(format!("{family}_poses.bin"))).expect("the poses are there");
-    bytes
-        .chunks_exact(120)
-        .map(|c| {
-            let d = numbers::<15>(c);
-            let (axis, x) = (Vector3::new(d[6], d[7], d[8]), Vector3::new(d[9], d[10], d[11]));
-            let rotation = Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[x, axis.cross(&x), axis]));
-            let rotation = UnitQuaternion::from_rotation_matrix(&rotation);
-            Isometry3::from_parts(Translation3::new(d[3], d[4], d[5]), rotation)
-        })
-        .collect()
+/// Tool frames (origin at the tip, z along the axis, x along the box) and the normals of their CC points.
+fn load_poses(family: &str) -> (Vec<Isometry3<f64>>, Vec<Unit<Vector3<f64>>>) {
+    let read =
+        |name: &str| fs::read(folder("PEER_DATA").join(format!("{family}_{name}.bin"))).expect("the poses are there");
+    let normals: Vec<_> = read("cc")
+        .chunks_exact(48)
+        .map(numbers::<6>)
+        .map(|d| Unit::new_normalize(Vector3::new(d[3], d[4], d[5])))
+        .collect();
+    let pose = |c: &[u8]| {
+        let d = numbers::<15>(c);
+        let (axis, x) = (Vector3::new(d[6], d[7], d[8]), Vector3::new(d[9], d[10], d[11]));
+        let rotation = Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[x, axis.cross(&x), axis]));
+        let rotation = UnitQuaternion::from_rotation_matrix(&rotation);
+        (Isometry3::from_parts(Translation3::new(d[3], d[4], d[5]), rotation), normals[d[0] as usize])
+    };
+    read("poses").chunks_exact(120).map(pose).unzip()
 }
 
 fn numbers<const N: usize>(bytes: &[u8]) -> [f64; N] {
