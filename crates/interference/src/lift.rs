@@ -20,7 +20,7 @@ const FINEST: f64 = 1e-9;
 /// Of a [`crate::MeshTree`] it is the *first* free lift but for free windows narrower than the resolution: the lifts at
 /// which a convex body touches a triangle are an interval, and from each triangle that is met the lift goes to the end of
 /// its interval; inside a closed component it goes to where the component ends. Of other meshes it is found by
-/// [`stepped_lift`], which may pass over windows.
+/// steps and bisection, which may pass over windows.
 pub fn lift_to_free(
     mesh: &(impl Interference + ?Sized),
     solid: &Solid,
