@@ -37,7 +37,7 @@ fn no_block_is_deeper_or_nearer_at_any_sampled_time_than_its_certificate_says() 
         };
         let Some(depth) = c["depth_mm"].as_f64() else { continue };
         let mut deepest = 0.0_f64;
-        for place in w.back.places(m, 0.1) {
+        for place in w.back.places(m, 0.25) {
             deepest = deepest.max(w.back.depth(&place));
             let room = w.back.room(&place, 0.0);
             assert!(c["certified"] == false || room >= -0.1 - ROUNDING, "line {}: {room}", m.line);
