@@ -57,6 +57,15 @@ impl CcPoint {
         Unit::new_normalize(axis)
     }
 
+    /// The posture with this tool axis: the inverse of [`CcPoint::tool_axis`]. Tilt is in 0..=π, rotate in −π..=π, and 0
+    /// where the axis lies along the normal.
+    pub fn posture_of(&self, axis: &Unit<Vector3<f64>>) -> Posture {
+        let (along, left, up) = (self.feed.dot(axis), self.left().dot(axis), self.normal.dot(axis));
+        let across = along.hypot(left);
+        let rotate = if across == 0.0 { 0.0 } else { left.atan2(along) };
+        Posture { tilt: across.atan2(up), rotate }
+    }
+
     /// The direction across the feed in the tangent plane, to the left of the feed seen from outside: N × Et.
     pub fn left(&self) -> Unit<Vector3<f64>> {
         Unit::new_normalize(self.normal.cross(&self.feed))
@@ -126,5 +135,24 @@ impl Posture {
             tilt: along.hypot(across).atan(),
             rotate: if along == 0.0 && across == 0.0 { 0.0 } else { across.atan2(along) },
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn posture_of_undoes_tool_axis() {
+        let cc = CcPoint::new(Point3::origin(), Vector3::new(0.3, -0.2, 0.9), Vector3::new(1.0, 0.4, 0.1)).unwrap();
+        for tilt in [1e-9, 0.02, 0.7, 1.5, 3.0] {
+            for rotate in [-3.1, -1.0, 0.0, 0.4, 3.1] {
+                let found = cc.posture_of(&cc.tool_axis(Posture { tilt, rotate }));
+                assert!((found.tilt - tilt).abs() < 1e-14, "{tilt} {rotate}: {found:?}");
+                // The direction of a small tilt is known as well as the axis is.
+                assert!((found.rotate - rotate).abs() < 1e-15 / tilt.sin() + 1e-14, "{tilt} {rotate}: {found:?}");
+            }
+        }
+        assert_eq!(cc.posture_of(&cc.normal).rotate, 0.0);
     }
 }
