@@ -39,6 +39,7 @@ mod machine_file;
 mod motion;
 mod preset;
 mod screw_chain;
+mod windings;
 mod work_frame;
 
 pub use axis::{Axis, AxisKind, AxisLetter, Carrier};
