@@ -5,9 +5,10 @@ use std::time::Duration;
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use facemill_benches::{Scene, blade_scene, machine, patch_scene, tool};
 use facemill_cl_data::{Pass, Posture, Silent};
+use facemill_cutter_location::cusp::Strip;
 use facemill_cutter_location::{
-    Hints, Obstacle, PassSettings, PassTask, PoseTest, SearchCurve, SearchOrder, SearchSettings, Workcell, plan_passes,
-    search,
+    Hints, Obstacle, PassSettings, PassTask, PoseTest, PostureMode, SearchCurve, SearchOrder, SearchSettings,
+    SmoothSettings, Workcell, plan_passes, search,
 };
 use facemill_interference::MeshTree;
 use facemill_inverse_kinematics::BranchPreference;
@@ -50,9 +51,13 @@ fn scene(c: &mut Criterion, scene: &Scene, tool: &ToolAssembly) {
             scene.cc.iter().filter(|cc| search(&test, cc, &curve, &settings, 0.0, None, &mut hints).is_ok()).count()
         });
     });
-    let tasks = [PassTask { pass: Pass::new(scene.cc.clone()), curve }];
-    let pass_settings = PassSettings { search: settings, max_turn_per_mm: 0.1f64.to_radians() };
-    group.bench_function("pass", |b| b.iter(|| plan_passes(&test, &tasks, &pass_settings, &Silent)));
+    let tasks = [PassTask { pass: Pass::new(scene.cc.clone()), curve, strips: Vec::new() }];
+    let pass_settings = |mode| PassSettings { search: settings, mode, max_turn_per_mm: 0.1f64.to_radians() };
+    let smooth = SmoothSettings { feed: 20.0, cusp: 0.1, strip: Strip { step_over: 20.0, curvature: 0.0 } };
+    for (name, mode) in [("pass", PostureMode::Smallest), ("smooth pass", PostureMode::Smooth(smooth))] {
+        let settings = pass_settings(mode);
+        group.bench_function(name, |b| b.iter(|| plan_passes(&test, &tasks, &settings, &Silent)));
+    }
     group.finish();
 }
 

@@ -4,8 +4,8 @@ use std::f64::consts::TAU;
 
 use facemill::cl_data::{CcPoint, ClPoint, Pass, Posture, RoundFrustum, Silent, Solid};
 use facemill::cutter_location::{
-    Hints, Obstacle, PassSettings, PassTask, PoseTest, SearchCurve, SearchOrder, SearchSettings, Workcell, plan_passes,
-    search, tool_frame,
+    Hints, Obstacle, PassSettings, PassTask, PoseTest, PostureMode, SearchCurve, SearchOrder, SearchSettings, Workcell,
+    plan_passes, search, tool_frame,
 };
 use facemill::interference::{Interference, MeshTree};
 use facemill::inverse_kinematics::{BranchPreference, Machine};
@@ -182,7 +182,8 @@ fn a_rigid_motion_of_part_and_mounting_moves_the_plan_with_it() {
                 .collect()
         })
         .collect();
-    let settings = PassSettings { search: SearchSettings::default(), max_turn_per_mm: 0.02 };
+    let settings =
+        PassSettings { search: SearchSettings::default(), mode: PostureMode::Smallest, max_turn_per_mm: 0.02 };
     let curve = curve([10.0, 20.0], [0.0, -60.0], SearchOrder::TiltFirst);
     let table_from_work = Isometry3::translation(0.0, 0.0, MOUNT);
     let plan = |moved: &Isometry3<f64>| {
@@ -190,12 +191,16 @@ fn a_rigid_motion_of_part_and_mounting_moves_the_plan_with_it() {
         let cell = workcell(&machine, &tool, &tree, table_from_work * moved.inverse(), 0.06);
         let tasks: Vec<PassTask> = passes
             .iter()
-            .map(|p| PassTask { pass: Pass::new(p.iter().map(|cc| cc.transformed(moved)).collect()), curve })
+            .map(|p| PassTask {
+                pass: Pass::new(p.iter().map(|cc| cc.transformed(moved)).collect()),
+                curve,
+                strips: Vec::new(),
+            })
             .collect();
         plan_passes(&PoseTest::new(&cell), &tasks, &settings, &Silent).unwrap()
     };
     let still = plan(&Isometry3::identity());
-    let planned = still.iter().flat_map(|p| &p.points).filter(|o| o.is_ok()).count();
+    let planned = still.iter().flat_map(|p| &p.outcomes.points).filter(|o| o.is_ok()).count();
     assert!(planned > 80, "only {planned} planned");
     let mut random = Random::new(13);
     for _ in 0..3 {
@@ -203,7 +208,7 @@ fn a_rigid_motion_of_part_and_mounting_moves_the_plan_with_it() {
         for (a, b) in still
             .iter()
             .zip(plan(&motion))
-            .flat_map(|(a, b)| a.points.iter().copied().zip(b.points).collect::<Vec<_>>())
+            .flat_map(|(a, b)| a.outcomes.points.iter().copied().zip(b.outcomes.points).collect::<Vec<_>>())
         {
             let (Ok(a), Ok(b)) = (&a, &b) else {
                 assert!(a.is_err() && b.is_err(), "planned in one place only: {a:?} {b:?}");

@@ -37,17 +37,37 @@ pub struct Ridge {
 /// The surface between the two is taken as a circle through both CC points with their normals, which is exact to the
 /// third order of the step; postures between two points of the neighbour are those of the nearer one.
 pub fn ridges(cutter: &Cutter, pass: &[CutPoint], neighbour: &[CutPoint], reach: f64) -> Vec<Option<Ridge>> {
-    let boxes: Vec<Aabb> =
-        neighbour.windows(2).map(|w| Aabb::of_points([&w[0].cc.position, &w[1].cc.position])).collect();
-    let tree = Tree::build(&boxes);
+    let tree = tree_over(neighbour);
     pass.iter().map(|p| ridge(cutter, p, neighbour, &tree, reach)).collect()
 }
 
-fn ridge(cutter: &Cutter, p: &CutPoint, neighbour: &[CutPoint], tree: &Tree, reach: f64) -> Option<Ridge> {
-    let around = Aabb::of_points([&p.cc.position]).dilated(reach);
+/// The surface between a CC point and the neighbouring pass.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Strip {
+    /// Arc length to the neighbouring pass across the feed, mm.
+    pub step_over: f64,
+    /// Curvature of the surface across the feed between the two, 1/mm, positive where the part is convex.
+    pub curvature: f64,
+}
+
+/// The strip between every point of `pass` and `neighbour`: as [`ridges`], without the cutter.
+pub fn strips(pass: &[CcPoint], neighbour: &[CcPoint], reach: f64) -> Vec<Option<Strip>> {
+    let neighbour: Vec<CutPoint> = neighbour.iter().map(|&cc| CutPoint { cc, posture: Posture::default() }).collect();
+    let tree = tree_over(&neighbour);
+    pass.iter().map(|cc| Some(crossing(cc, &neighbour, &tree, reach)?.1)).collect()
+}
+
+fn tree_over(points: &[CutPoint]) -> Tree {
+    let boxes: Vec<Aabb> = points.windows(2).map(|w| Aabb::of_points([&w[0].cc.position, &w[1].cc.position])).collect();
+    Tree::build(&boxes)
+}
+
+/// Where the plane across the feed meets the neighbour, and the surface on the way there.
+fn crossing(cc: &CcPoint, neighbour: &[CutPoint], tree: &Tree, reach: f64) -> Option<(CutPoint, Strip)> {
+    let around = Aabb::of_points([&cc.position]).dilated(reach);
     let mut nearest: Option<(f64, CutPoint)> = None;
     tree.for_each_overlapping(&around, |k| {
-        let crossing = section_crossing(&p.cc, &neighbour[k as usize], &neighbour[k as usize + 1]);
+        let crossing = section_crossing(cc, &neighbour[k as usize], &neighbour[k as usize + 1]);
         if let Some((distance, q)) = crossing.filter(|(d, _)| *d <= reach) {
             // Of equal distances the first segment, whatever order the tree visits them in.
             let better = nearest.is_none_or(|(d, best)| {
@@ -59,20 +79,25 @@ fn ridge(cutter: &Cutter, p: &CutPoint, neighbour: &[CutPoint], tree: &Tree, rea
         }
     });
     let (_, q) = nearest?;
-    let between = q.cc.position - p.cc.position;
+    let between = q.cc.position - cc.position;
     let chord_sq = between.norm_squared();
     if chord_sq == 0.0 {
         return None;
     }
     // Normals of a convex surface spread apart.
-    let curvature = (q.cc.normal.into_inner() - p.cc.normal.into_inner()).dot(&between) / chord_sq;
+    let curvature = (q.cc.normal.into_inner() - cc.normal.into_inner()).dot(&between) / chord_sq;
     let chord = chord_sq.sqrt();
     let half_turn = 0.5 * chord * curvature;
     let step_over = if half_turn.abs() < 1e-6 { chord } else { 2.0 * half_turn.clamp(-1.0, 1.0).asin() / curvature };
+    Some((q, Strip { step_over, curvature }))
+}
+
+fn ridge(cutter: &Cutter, p: &CutPoint, neighbour: &[CutPoint], tree: &Tree, reach: f64) -> Option<Ridge> {
+    let (q, Strip { step_over, curvature }) = crossing(&p.cc, neighbour, tree, reach)?;
     let own = Outline::new(cutter, p.posture);
     let others = Outline::new(cutter, q.posture);
     let others = if p.cc.feed.dot(&q.cc.feed) < 0.0 { others.mirrored() } else { others };
-    let neighbour_is_left = p.cc.left().dot(&between) > 0.0;
+    let neighbour_is_left = p.cc.left().dot(&(q.cc.position - p.cc.position)) > 0.0;
     let (right, left) = if neighbour_is_left { (own, others) } else { (others, own) };
     let cusp = cusp_height_between(&right, &left, step_over, curvature);
     // This point lies to the right of a left neighbour.

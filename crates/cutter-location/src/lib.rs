@@ -14,20 +14,28 @@
 //! It must not know NC text or job files.
 
 pub mod approach;
+mod band;
 mod bezier;
 pub mod cusp;
+mod lattice;
+mod layers;
 pub mod link;
 mod machine_obstacles;
+mod pass_cost;
 mod pass_plan;
 mod pose_test;
 mod relief;
 mod search;
+mod smooth_band;
+mod smooth_pass;
 mod solution_space;
 mod stance;
 mod workcell;
 
 pub use bezier::{SearchCurve, SearchCurveError, SearchOrder, TurnTable};
-pub use pass_plan::{Outcome, PassSettings, PassTask, plan_passes};
+pub use pass_plan::{
+    AxisTarget, Optimum, Outcome, PassSettings, PassTask, PlannedPass, PostureMode, SmoothSettings, plan_passes,
+};
 pub use pose_test::PoseTest;
 pub use relief::{Relief, reliefs};
 pub use search::{Found, SearchSettings, search};

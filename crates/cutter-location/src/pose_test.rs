@@ -74,6 +74,7 @@ impl<'a> PoseTest<'a> {
             Infeasible::OtherBranch(_) => {
                 "the pose can only be reached with the head turned to its other side".to_owned()
             }
+            Infeasible::FromBelow => "the tool axis does not point out of the surface there".to_owned(),
             Infeasible::TooLong => "the way is too long to be tested".to_owned(),
             Infeasible::Gouge { obstacle, place } => format!("cutter gouges {}", self.obstacle_name(*obstacle, place)),
             Infeasible::Ramp { angle } => format!("ramp of {:.2} deg into stock", angle.to_degrees()),
@@ -98,12 +99,7 @@ impl<'a> PoseTest<'a> {
         hints: &mut Hints,
     ) -> Result<FeasiblePose, Infeasible> {
         let cl = cl_from_cc(self.cell.tool.cutter(), cc, posture);
-        if let Some(cone) = &self.cell.axis_cone {
-            let excess = angle_between(&cl.axis, &cone.axis) - cone.half_angle;
-            if excess > 0.0 {
-                return Err(Infeasible::OutsideCone { excess });
-            }
-        }
+        self.within_cone(&cl)?;
         // Limits before gouge: they cost a microsecond, and a lift of hundredths of a millimetre hardly changes them.
         let _ = self.configurations(&cl, near)?;
         let lift = self.seat(&cl, &cc.normal, hints)?;
@@ -116,6 +112,42 @@ impl<'a> PoseTest<'a> {
             }
         }
         Err(reason.expect("configurations() gives at least one"))
+    }
+
+    /// Ways for the machine to stand, in which a posture at a CC point is free at the largest lift: with cone, limits and
+    /// collision judged there, a millimetre's hundredths above where [`PoseTest::try_posture`] would seat it. For choosing
+    /// among postures; what is chosen is tested as it stands.
+    ///
+    /// # Errors
+    /// The first reason found, in the order of the tests.
+    pub(crate) fn stances_of(
+        &self,
+        cc: &CcPoint,
+        posture: Posture,
+        hints: &mut Hints,
+    ) -> Result<Vec<Configuration>, Infeasible> {
+        let cl = cl_from_cc(self.cell.tool.cutter(), cc, posture);
+        self.within_cone(&cl)?;
+        let cl = cl.translated(cc.normal.into_inner() * self.cell.max_lift);
+        let configurations = self.configurations(&cl, None)?;
+        if let Some((obstacle, place)) = self.gouge(&cl, hints) {
+            return Err(Infeasible::Gouge { obstacle, place });
+        }
+        let mut free = Vec::new();
+        let mut reason = None;
+        for configuration in configurations {
+            match self.collision(&configuration.axes, hints) {
+                None => free.push(configuration),
+                Some(hit) => reason = reason.or(Some(hit)),
+            }
+        }
+        if free.is_empty() { Err(reason.expect("configurations() gives at least one")) } else { Ok(free) }
+    }
+
+    fn within_cone(&self, cl: &ClPoint) -> Result<(), Infeasible> {
+        let Some(cone) = &self.cell.axis_cone else { return Ok(()) };
+        let excess = angle_between(&cl.axis, &cone.axis) - cone.half_angle;
+        if excess > 0.0 { Err(Infeasible::OutsideCone { excess }) } else { Ok(()) }
     }
 
     fn inverse(&self, cl: &ClPoint, reference: &AxisValues) -> Result<InverseSolutions, Infeasible> {

@@ -94,6 +94,8 @@ pub enum Infeasible {
         /// Angle outside the cone, rad.
         excess: f64,
     },
+    /// The posture asked for has the tool axis 90° or more from the surface's normal, or no direction at all.
+    FromBelow,
     /// No axis values within the limits give this pose.
     Unreachable(Unreachable),
     /// The pose can be reached, but only on the other branch, and it belongs to a way on this one.

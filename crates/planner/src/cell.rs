@@ -1,14 +1,18 @@
 //! The workcell of an operation: what its poses are judged by.
 
-use facemill_cl_data::{Aabb, ErrorBudget};
-use facemill_cutter_location::{AxisCone, Obstacle, SearchCurve, SearchOrder, SearchSettings, Workcell};
+use facemill_cl_data::{Aabb, ErrorBudget, Posture};
+use facemill_cutter_location::cusp::Strip;
+use facemill_cutter_location::{
+    AxisCone, AxisTarget, Obstacle, PassSettings, PostureMode, SearchCurve, SearchOrder, SearchSettings,
+    SmoothSettings, Workcell,
+};
 use facemill_inverse_kinematics::BranchPreference;
 use facemill_tool_model::SpindleRotation;
 use facemill_z_map::{ZMap, ZMapSettings};
-use nalgebra::Isometry3;
+use nalgebra::{Isometry3, Point3};
 
 use crate::Failure;
-use crate::job_file::{BranchFile, DirectionFile, OperationFile, OrderFile};
+use crate::job_file::{AxisTargetFile, BranchFile, DirectionFile, OperationFile, OrderFile, PostureModeFile};
 use crate::load::{Job, ObstacleRole, Setup, direction};
 
 /// Cells along the longer side of the Z-map: fine enough to follow a part, coarse enough to cost nothing.
@@ -106,6 +110,34 @@ pub(crate) fn search_curve(job: &Job, operation: &OperationFile, uncut_left: boo
         OrderFile::RotateFirst => SearchOrder::RotateFirst,
     };
     SearchCurve::new(posture(0), posture(1), order, s.weight).map_err(|e| job.wrong(format!("search: {e}")))
+}
+
+/// How the postures of the operation's passes are chosen.
+pub(crate) fn pass_settings(operation: &OperationFile) -> PassSettings {
+    let tolerances = &operation.tolerances;
+    let mode = match &operation.search.mode {
+        PostureModeFile::Smallest => PostureMode::Smallest,
+        PostureModeFile::Smooth => PostureMode::Smooth(SmoothSettings {
+            feed: operation.feeds.cutting_mm_min / 60.0,
+            cusp: tolerances.cusp_mm,
+            strip: Strip { step_over: tolerances.max_step_over_mm, curvature: 0.0 },
+        }),
+        PostureModeFile::Fixed(f) => {
+            PostureMode::Fixed(Posture::from_lead_lean(f.lead_deg.to_radians(), f.lean_deg.to_radians()))
+        }
+        PostureModeFile::Toward(AxisTargetFile::Point(p)) => {
+            PostureMode::Toward(AxisTarget::Point(Point3::from(p.position_mm)))
+        }
+        PostureModeFile::Toward(AxisTargetFile::Line(l)) => PostureMode::Toward(AxisTarget::Line {
+            origin: Point3::from(l.origin_mm),
+            direction: direction(&l.direction),
+        }),
+    };
+    PassSettings {
+        search: search_settings(operation),
+        mode,
+        max_turn_per_mm: operation.search.max_turn_deg_per_mm.to_radians(),
+    }
 }
 
 /// How the curve is walked.

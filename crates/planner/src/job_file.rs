@@ -448,6 +448,9 @@ pub struct SearchFile {
     /// Smallest and largest amount of rotate, 0 to 180, toward the uncut stock. The paper's sign follows from direction,
     /// spindle sense and the side of the uncut stock.
     pub rotate_deg: [f64; 2],
+    /// How the postures of a pass are chosen.
+    #[serde(default)]
+    pub mode: PostureModeFile,
     /// Which grows first.
     #[serde(default)]
     pub order: OrderFile,
@@ -482,6 +485,60 @@ fn default_u_tolerance() -> f64 {
 }
 fn default_turn() -> f64 {
     0.1
+}
+
+/// How the postures of a pass are chosen.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum PostureModeFile {
+    /// At every point the smallest feasible posture of the search curve.
+    Smallest,
+    /// Over the whole pass the sequence with the least of cusps and of motion of the axes, within the ranges.
+    #[default]
+    Smooth,
+    /// The same posture at every point; points where it is not feasible are left out.
+    Fixed(FixedPostureFile),
+    /// The tool axis toward a point or line; points where that is not feasible are left out.
+    Toward(AxisTargetFile),
+}
+
+/// A posture in terms of lead and lean.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FixedPostureFile {
+    /// Lean of the tool axis along the feed.
+    pub lead_deg: f64,
+    /// Lean of the tool axis across the feed, toward the uncut stock.
+    #[serde(default)]
+    pub lean_deg: f64,
+}
+
+/// What the tool axis points to: the spindle is on its side of the surface. Workpiece frame.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum AxisTargetFile {
+    /// A point.
+    Point(TargetPointFile),
+    /// The nearest point of a line.
+    Line(TargetLineFile),
+}
+
+/// A point that the tool axis points to.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TargetPointFile {
+    /// Where it is.
+    pub position_mm: [f64; 3],
+}
+
+/// A line that the tool axis points to.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TargetLineFile {
+    /// A point of the line.
+    pub origin_mm: [f64; 3],
+    /// Its direction.
+    pub direction: [f64; 3],
 }
 
 /// Which angle grows first along the search curve.

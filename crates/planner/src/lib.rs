@@ -43,6 +43,7 @@ mod plan;
 mod program;
 pub mod report;
 mod reporting;
+mod rotary_motion;
 mod sequencer;
 mod solution_svg;
 mod stock;

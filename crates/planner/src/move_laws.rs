@@ -131,7 +131,7 @@ fn filled_over(out: f64, branch: Branch) -> (usize, usize) {
     let curve = SearchCurve::new(start, end, SearchOrder::TiltFirst, 1.0).unwrap();
     let piece = Piece { copy: 0, pass: 0, cuts, uncut_left: true, curve };
     let settings = SearchSettings { u_step: 1.0, u_tolerance: 0.01 };
-    let pieces = filled(&test, &linearity(0.05), &settings, vec![piece], &Silent).unwrap();
+    let pieces = filled(&test, &linearity(0.05), Some(&settings), vec![piece], &Silent).unwrap();
     let mut lifted = 0;
     for cuts in pieces.iter().map(|p| &p.cuts) {
         for pair in cuts.windows(2) {
@@ -197,7 +197,7 @@ fn every_move_is_driven_where_it_was_tested_and_a_branch_changes_above_the_clear
     let mut left_out = vec![];
     // Cuts as they come from the search are too far apart for the control: as planned, they are filled first.
     let search = SearchSettings::default();
-    let pieces = |branches| filled(&test, &settings.linearity, &search, pieces(branches), &Silent).unwrap();
+    let pieces = |branches| filled(&test, &settings.linearity, Some(&search), pieces(branches), &Silent).unwrap();
     let done = operation_moves(&test, &settings, pieces(branches), None, &mut left_out, &Silent).unwrap();
     assert!(left_out.is_empty() && done.pieces.len() == 4 && done.linearisation <= settings.linearity.tolerance);
     let on = |m: &Move| machine.branch_of(&m.axes);

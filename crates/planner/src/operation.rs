@@ -2,11 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use facemill_cl_data::{CcPoint, Silent};
-use facemill_cutter_location::cusp::{CutPoint, Ridge, ridges};
+use facemill_cl_data::{CcPoint, Pass, Silent};
+use facemill_cutter_location::cusp::{CutPoint, Ridge, Strip, ridges, strips};
 use facemill_cutter_location::link::{ClearanceSurface, LinkSettings};
 use facemill_cutter_location::{
-    Hints, PassSettings, PassTask, PoseTest, Relief, SearchCurve, SearchSettings, Workcell, plan_passes, reliefs,
+    Hints, Optimum, Outcome, PassTask, PoseTest, Relief, SearchCurve, SearchSettings, Workcell, plan_passes, reliefs,
     search, solution_space,
 };
 use facemill_inverse_kinematics::{Branch, BranchPreference};
@@ -15,7 +15,7 @@ use facemill_z_map::ZMap;
 use nalgebra::Point3;
 use rayon::prelude::*;
 
-use crate::cell::{diagonal, search_settings, workcell};
+use crate::cell::{diagonal, pass_settings, search_settings, workcell};
 use crate::chips::chip_area_at;
 use crate::job_file::{ClearanceFile, InfeasibleFile, OperationFile};
 use crate::linearity::Linearity;
@@ -49,6 +49,8 @@ pub(crate) struct PlannedOperation<'a> {
     pub(crate) left_out: Vec<LeftOut>,
     /// What would help at the first point of each reason.
     pub(crate) reliefs: BTreeMap<String, Vec<Relief>>,
+    /// How near to the best the postures of the first place are, where that was sought.
+    pub(crate) optimum: Option<Optimum>,
     /// Ridge and chip at every cut of every piece of the first place.
     pub(crate) along: Vec<Vec<Along>>,
 }
@@ -83,9 +85,11 @@ impl<'a> PlannedOperation<'a> {
         clock.lap("path");
         let mut left_out = Vec::new();
         let settings = move_settings(job, setup, operation);
-        let (pieces, cc_points) = place_pieces(&test, operation, &laid.tasks, &mut left_out, stages)?;
-        let search = search_settings(operation);
-        let pieces = filled(&test, &settings.linearity, &search, pieces, &*stages.start("between points", cc_points))?;
+        let Placed { pieces, cc_points, optimum } = place_pieces(&test, operation, &laid.tasks, &mut left_out, stages)?;
+        let passes = pass_settings(operation);
+        let monitor = stages.start("between points", cc_points);
+        let pieces = filled(&test, &settings.linearity, passes.fallback(), pieces, &*monitor)?;
+        drop(monitor);
         clock.lap("search");
         let picture = if picture { picture_of(&test, operation, &laid.tasks, &pieces)? } else { None };
         let monitor = stages.start("entries and links", 2 * pieces.len());
@@ -99,8 +103,8 @@ impl<'a> PlannedOperation<'a> {
         }
         let reliefs = reliefs_by_reason(&cell, &left_out, &search_settings(operation));
         clock.lap("what would help");
-        let planned =
-            Self { reliefs, operation, moves, cc_points, dropped_pieces: laid.dropped_pieces, left_out, along };
+        let dropped_pieces = laid.dropped_pieces;
+        let planned = Self { reliefs, operation, moves, cc_points, dropped_pieces, left_out, optimum, along };
         planned.check_left_out()?;
         Ok((planned, picture))
     }
@@ -174,29 +178,61 @@ fn settle_branch(cell: &mut Workcell<'_>, tasks: &[LaidTask]) {
     }
 }
 
-/// Poses in every place of the pattern, as pieces in cutting order, and the number of CC points of all places.
+/// Poses in every place of the pattern.
+struct Placed {
+    /// In cutting order.
+    pieces: Vec<Piece>,
+    /// CC points of all places.
+    cc_points: usize,
+    /// How near to the best the postures of the first place are, where that was sought.
+    optimum: Option<Optimum>,
+}
+
+/// Poses in every place of the pattern, as pieces in cutting order.
 fn place_pieces(
     test: &PoseTest<'_>,
     operation: &OperationFile,
     tasks: &[LaidTask],
     left_out: &mut Vec<LeftOut>,
     stages: &dyn Stages,
-) -> Result<(Vec<Piece>, usize), Failure> {
+) -> Result<Placed, Failure> {
     let places = places(operation.pattern.as_ref());
     let n_points: usize = tasks.iter().map(|t| t.pass.points.len()).sum();
     let monitor = stages.start("tilt and rotate", n_points * places.len());
-    let settings = PassSettings {
-        search: search_settings(operation),
-        max_turn_per_mm: operation.search.max_turn_deg_per_mm.to_radians(),
-    };
-    let pass_tasks: Vec<PassTask> = tasks.iter().map(|t| PassTask { pass: t.pass.clone(), curve: t.curve }).collect();
-    let outcomes = plan_passes(test, &pass_tasks, &settings, &*monitor)?;
+    let settings = pass_settings(operation);
+    let pass_tasks = pass_tasks(tasks, 3.0 * operation.tolerances.max_step_over_mm);
+    let planned = plan_passes(test, &pass_tasks, &settings, &*monitor)?;
+    let optimum = planned.iter().filter_map(|p| p.optimum).reduce(Optimum::plus);
+    let outcomes: Vec<Pass<Outcome>> = planned.into_iter().map(|p| p.outcomes).collect();
     let mut pieces = split(test, tasks, &outcomes, 0, left_out);
     for (copy, place) in places.iter().enumerate().skip(1) {
-        let (copied, results) = copy_outcomes(test, tasks, &outcomes, place, &settings.search, &*monitor)?;
+        let (copied, results) = copy_outcomes(test, tasks, &outcomes, place, &settings, &*monitor)?;
         pieces.extend(split(test, &copied, &results, copy as u32, left_out));
     }
-    Ok((pieces, n_points * places.len()))
+    Ok(Placed { pieces, cc_points: n_points * places.len(), optimum })
+}
+
+/// Each pass with its search curve and the strip to the pass before; to the one behind it for the first.
+fn pass_tasks(tasks: &[LaidTask], reach: f64) -> Vec<PassTask> {
+    tasks
+        .par_iter()
+        .enumerate()
+        .map(|(k, task)| {
+            let neighbour = tasks.get(if k > 0 { k - 1 } else { 1 }).map(|t| t.pass.points.as_slice());
+            let strips = strips(&task.pass.points, neighbour.unwrap_or_default(), reach);
+            PassTask { pass: task.pass.clone(), curve: task.curve, strips: carried_on(strips) }
+        })
+        .collect()
+}
+
+/// Where the neighbour does not reach, what is known of the nearest point before that, else of the first one after.
+fn carried_on(mut strips: Vec<Option<Strip>>) -> Vec<Option<Strip>> {
+    let mut last = strips.iter().copied().find_map(|s| s);
+    for strip in &mut strips {
+        *strip = strip.or(last);
+        last = *strip;
+    }
+    strips
 }
 
 /// The solution space at the point of the first place that needs the largest tilt, the first of equals: where it is

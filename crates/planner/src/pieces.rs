@@ -2,7 +2,7 @@
 
 use facemill_cl_data::{Cancelled, CcPoint, Monitor, Pass, Posture};
 use facemill_cutter_location::{
-    FeasiblePose, Hints, Infeasible, Outcome, PoseTest, SearchCurve, SearchSettings, search,
+    FeasiblePose, Hints, Infeasible, Outcome, PassSettings, PoseTest, SearchCurve, SearchSettings, search,
 };
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion};
 use rayon::prelude::*;
@@ -121,16 +121,16 @@ pub(crate) fn split(
 }
 
 /// Pieces with tested poses between points where the control would stray too far from one to the next: the CC point between
-/// theirs, with the posture between theirs, seated where it gouges, or else the next feasible one of the search curve: points
-/// that were found with the smallest feasible posture stand at the border of what is feasible. Where none is, the piece ends
-/// and another begins.
+/// theirs, with the posture between theirs, seated where it gouges, or else (with `fallback`) the next feasible one of the
+/// search curve: points that were found with the smallest feasible posture stand at the border of what is feasible. Where none
+/// is, the piece ends and another begins.
 ///
 /// # Errors
 /// When the monitor cancels.
 pub(crate) fn filled(
     test: &PoseTest<'_>,
     linearity: &Linearity,
-    settings: &SearchSettings,
+    fallback: Option<&SearchSettings>,
     pieces: Vec<Piece>,
     monitor: &dyn Monitor,
 ) -> Result<Vec<Piece>, Cancelled> {
@@ -138,15 +138,15 @@ pub(crate) fn filled(
         .into_par_iter()
         .map(|piece| {
             monitor.checkpoint()?;
-            Ok(fill(test, linearity, settings, piece))
+            Ok(fill(test, linearity, fallback, piece))
         })
         .collect::<Result<_, Cancelled>>()?;
     Ok(filled.into_iter().flatten().collect())
 }
 
-fn fill(test: &PoseTest<'_>, linearity: &Linearity, settings: &SearchSettings, piece: Piece) -> Vec<Piece> {
+fn fill(test: &PoseTest<'_>, linearity: &Linearity, fallback: Option<&SearchSettings>, piece: Piece) -> Vec<Piece> {
     let Piece { copy, pass, uncut_left, curve, cuts } = piece;
-    let filler = Filler { test, linearity, settings, curve };
+    let filler = Filler { test, linearity, fallback, curve };
     let mut hints = Hints::default();
     let mut runs: Vec<Vec<Cut>> = vec![Vec::new()];
     for cut in cuts {
@@ -166,7 +166,7 @@ fn fill(test: &PoseTest<'_>, linearity: &Linearity, settings: &SearchSettings, p
 struct Filler<'t, 'a> {
     test: &'t PoseTest<'a>,
     linearity: &'t Linearity,
-    settings: &'t SearchSettings,
+    fallback: Option<&'t SearchSettings>,
     curve: SearchCurve,
 }
 
@@ -179,9 +179,10 @@ impl Filler<'_, '_> {
             return Some(Vec::new());
         }
         let (cc, posture) = middle(from, to)?;
-        let pose = self.test.try_posture(&cc, posture, Some(&start), hints).or_else(|_| {
+        let pose = self.test.try_posture(&cc, posture, Some(&start), hints).or_else(|why| {
+            let settings = self.fallback.ok_or(why)?;
             let from_u = self.u_of(posture);
-            search(self.test, &cc, &self.curve, self.settings, from_u, Some(&start), hints).map(|found| found.pose)
+            search(self.test, &cc, &self.curve, settings, from_u, Some(&start), hints).map(|found| found.pose)
         });
         let pose = pose.ok()?;
         if pose.configuration.branch != start.branch {
@@ -234,8 +235,8 @@ pub(crate) fn places(pattern: Option<&PatternFile>) -> Vec<Isometry3<f64>> {
         .collect()
 }
 
-/// The outcomes of the first place, each tested again in another place of the pattern, and searched anew where its posture
-/// is not feasible there.
+/// The outcomes of the first place, each tested again in another place of the pattern, and (where the mode allows it) searched
+/// anew where its posture is not feasible there.
 ///
 /// # Errors
 /// When the monitor cancels.
@@ -244,7 +245,7 @@ pub(crate) fn copy_outcomes(
     tasks: &[LaidTask],
     outcomes: &[Pass<Outcome>],
     place: &Isometry3<f64>,
-    settings: &SearchSettings,
+    settings: &PassSettings,
     monitor: &dyn Monitor,
 ) -> Result<(Vec<LaidTask>, Vec<Pass<Outcome>>), Cancelled> {
     let copied: Vec<LaidTask> =
@@ -258,11 +259,15 @@ pub(crate) fn copy_outcomes(
             let mut points = Vec::with_capacity(outcome.points.len());
             for (cc, first) in task.pass.points.iter().zip(&outcome.points) {
                 monitor.checkpoint()?;
+                let searched = |why: Infeasible, hints: &mut Hints| {
+                    let settings = settings.fallback().ok_or(why)?;
+                    search(test, cc, &task.curve, settings, 0.0, near.as_ref(), hints).map(|f| f.pose)
+                };
                 let again: Result<FeasiblePose, Infeasible> = match first {
-                    Ok(pose) => test.try_posture(cc, pose.posture, near.as_ref(), &mut hints).or_else(|_| {
-                        search(test, cc, &task.curve, settings, 0.0, near.as_ref(), &mut hints).map(|f| f.pose)
-                    }),
-                    Err(_) => search(test, cc, &task.curve, settings, 0.0, near.as_ref(), &mut hints).map(|f| f.pose),
+                    Ok(pose) => test
+                        .try_posture(cc, pose.posture, near.as_ref(), &mut hints)
+                        .or_else(|why| searched(why, &mut hints)),
+                    Err(why) => searched(*why, &mut hints),
                 };
                 if let Ok(pose) = &again {
                     near = Some(pose.configuration);

@@ -9,6 +9,8 @@ use facemill_virtual_machine::{Certificates, Finding};
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use crate::job_file::PostureModeFile;
+
 /// Value of the key `format` in a report.
 pub const REPORT_FORMAT: &str = "facemill-report/1";
 
@@ -42,6 +44,8 @@ pub struct Report {
     pub totals: Totals,
     /// Extreme values, each with its place.
     pub worst: Worst,
+    /// How the postures of each operation were chosen, and how the rotary axes move with them.
+    pub postures: Vec<PosturesReport>,
     /// Error budget of each operation, and what of it the written program uses up.
     pub budgets: Vec<BudgetReport>,
     /// Faults found in the written program, in program order.
@@ -125,6 +129,48 @@ pub struct Worst {
     pub chip_area_mm2: Option<f64>,
     /// Largest removal rate at the speed that the tip reaches there.
     pub removal_rate_mm3_min: Option<f64>,
+}
+
+/// How postures were chosen, and how the rotary axes move with them.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct PosturesReport {
+    /// Operation.
+    pub operation: String,
+    /// The mode that the job asks for.
+    pub mode: PostureModeFile,
+    /// How near to the best the sequence of postures is; `null` in modes that seek none.
+    pub optimum: Option<OptimumReport>,
+    /// Rotary axes in passes, all places of the pattern, at the programmed feed.
+    pub rotary: Vec<RotaryReport>,
+}
+
+/// What the postures of the first place of the pattern cost: seconds of cutting, weighted with the square of the cusp against
+/// the allowed one, and with the squares of the axes' speeds against speeds that are much for them.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct OptimumReport {
+    /// The cheapest sequence of all in the graph of tested postures.
+    pub graph_s: f64,
+    /// The planned, smoothed sequence, at the same points.
+    pub planned_s: f64,
+    /// How much more the planned one costs, as part of the graph's; below 0 where smoothing has made it cheaper.
+    pub gap: f64,
+    /// Steps on which the tool axis turns against the surface by more than the job's limit.
+    pub jumps: usize,
+}
+
+/// Motion of a rotary axis along passes, at the programmed feed of the tool tip, whatever the axis can do.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct RotaryReport {
+    /// The axis.
+    pub axis: String,
+    /// Turning points within passes; back and forth by less than 0.01 degrees does not count.
+    pub reversals: usize,
+    /// Largest speed.
+    pub largest_velocity_deg_s: f64,
+    /// Largest acceleration, from the positions of three cuts each.
+    pub largest_acceleration_deg_s2: f64,
+    /// Root of the mean square of the acceleration over time.
+    pub mean_acceleration_deg_s2: f64,
 }
 
 /// Error budget of an operation.

@@ -15,8 +15,10 @@ use crate::operation::{Along, PlannedOperation};
 use crate::pieces::{Cut, LeftOut, Piece};
 use crate::program::Timed;
 use crate::report::{
-    BudgetReport, CertifiedReport, HelpReport, InfeasibleReport, PassReport, REPORT_FORMAT, Report, Totals, Worst,
+    BudgetReport, CertifiedReport, HelpReport, InfeasibleReport, OptimumReport, PassReport, PosturesReport,
+    REPORT_FORMAT, Report, Totals, Worst,
 };
+use crate::rotary_motion::rotary_report;
 
 /// Sums, extremes and details of planned operations and of the run of their program.
 pub(crate) fn report(
@@ -88,12 +90,25 @@ pub(crate) fn report(
         }),
         totals,
         worst,
+        postures: operations.iter().map(|o| postures_report(job, o)).collect(),
         budgets,
         findings: verification.map(|v| v.findings).unwrap_or_default(),
         infeasible: infeasible_report(operations),
         meshes: setup.reports.clone(),
         passes,
     }
+}
+
+fn postures_report(job: &Job, o: &PlannedOperation<'_>) -> PosturesReport {
+    let optimum = o.optimum.map(|found| OptimumReport {
+        graph_s: found.graph,
+        planned_s: found.smoothed,
+        gap: found.gap(),
+        jumps: found.jumps,
+    });
+    let passes: Vec<&[Cut]> = o.moves.pieces.iter().map(|p| p.piece.cuts.as_slice()).collect();
+    let rotary = rotary_report(&job.machine, &passes, o.operation.feeds.cutting_mm_min / 60.0);
+    PosturesReport { operation: o.operation.name.clone(), mode: o.operation.search.mode.clone(), optimum, rotary }
 }
 
 fn larger(a: Option<f64>, b: Option<f64>) -> Option<f64> {

@@ -31,7 +31,11 @@ impl Kind {
             Some(Infeasible::Collision { .. }) => Self::Collision,
             // The last three are reasons of ways, not of postures.
             Some(
-                Infeasible::Unreachable(_) | Infeasible::OtherBranch(_) | Infeasible::TooLong | Infeasible::Ramp { .. },
+                Infeasible::Unreachable(_)
+                | Infeasible::OtherBranch(_)
+                | Infeasible::TooLong
+                | Infeasible::FromBelow
+                | Infeasible::Ramp { .. },
             ) => Self::Limits,
             Some(Infeasible::OutsideCone { .. }) => Self::Cone,
         }

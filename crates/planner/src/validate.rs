@@ -4,8 +4,8 @@ use facemill_inverse_kinematics::FeedRange;
 use facemill_nc_program::RoundingBound;
 
 use crate::job_file::{
-    ApproachFile, ClearanceFile, DirectionFile, InfeasibleFile, JOB_FORMAT, JobFile, LinkingFile, OperationFile,
-    PathFile, PatternFile, PoseFile, RoleFile, SetupFile, StockFile, TolerancesFile,
+    ApproachFile, AxisTargetFile, ClearanceFile, DirectionFile, InfeasibleFile, JOB_FORMAT, JobFile, LinkingFile,
+    OperationFile, PathFile, PatternFile, PoseFile, PostureModeFile, RoleFile, SetupFile, StockFile, TolerancesFile,
 };
 
 /// First thing wrong with a job, as `field: what it must be`.
@@ -282,6 +282,23 @@ pub(crate) fn check_rounding(job: &JobFile, rounding: &RoundingBound) -> Result<
     }
 }
 
+fn check_mode(at: &Field, mode: &PostureModeFile) -> Result<(), String> {
+    match mode {
+        PostureModeFile::Smallest | PostureModeFile::Smooth => Ok(()),
+        PostureModeFile::Fixed(f) => {
+            at.within("search.mode.fixed.lead_deg", f.lead_deg, -89.0, 89.0)?;
+            at.within("search.mode.fixed.lean_deg", f.lean_deg, -89.0, 89.0)
+        }
+        PostureModeFile::Toward(AxisTargetFile::Point(p)) => {
+            at.point("search.mode.toward.point.position_mm", &p.position_mm)
+        }
+        PostureModeFile::Toward(AxisTargetFile::Line(l)) => {
+            at.point("search.mode.toward.line.origin_mm", &l.origin_mm)?;
+            at.direction("search.mode.toward.line.direction", &l.direction)
+        }
+    }
+}
+
 fn check_search(at: &Field, o: &OperationFile) -> Result<(), String> {
     let s = &o.search;
     let [from, to] = s.tilt_deg;
@@ -296,6 +313,7 @@ fn check_search(at: &Field, o: &OperationFile) -> Result<(), String> {
         })?;
     }
     at.within("search.rotate_deg[1]", to, from, 180.0)?;
+    check_mode(at, &s.mode)?;
     at.within("search.weight", s.weight, 1e-6, 1e6)?;
     at.within("search.u_step", s.u_step, 0.001, 1.0)?;
     at.within("search.u_tolerance", s.u_tolerance, 1e-6, 1.0)?;

@@ -6,6 +6,7 @@ mod kit;
 mod link;
 mod machine_bodies;
 mod passes;
+mod postures;
 mod reasons;
 mod relief;
 mod search;

@@ -2,7 +2,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use facemill_cl_data::{Cancelled, Monitor, Pass, Posture, Silent};
 use facemill_cutter_location::{
-    Hints, Outcome, PassSettings, PassTask, PoseTest, SearchOrder, SearchSettings, plan_passes, search,
+    Hints, PassSettings, PassTask, PlannedPass, PoseTest, PostureMode, SearchOrder, SearchSettings, plan_passes, search,
 };
 use facemill_interference::MeshTree;
 use facemill_sample_parts::{PatchSpec, patch};
@@ -24,13 +24,20 @@ fn tasks(spec: &PatchSpec, step: f64) -> Vec<PassTask> {
             let y = -70.0 + 20.0 * f64::from(k);
             let n = (160.0 / step) as usize;
             let points = (0..=n).map(|j| cc_on_patch(spec, -80.0 + step * j as f64, y, Vector3::x())).collect();
-            PassTask { pass: Pass::new(points), curve: if k % 2 == 0 { curve } else { curve.mirrored() } }
+            PassTask {
+                pass: Pass::new(points),
+                curve: if k % 2 == 0 { curve } else { curve.mirrored() },
+                strips: Vec::new(),
+            }
         })
         .collect()
 }
 
-const SETTINGS: PassSettings =
-    PassSettings { search: SearchSettings { u_step: 0.1, u_tolerance: 0.001 }, max_turn_per_mm: 0.004 };
+const SETTINGS: PassSettings = PassSettings {
+    search: SearchSettings { u_step: 0.1, u_tolerance: 0.001 },
+    mode: PostureMode::Smallest,
+    max_turn_per_mm: 0.004,
+};
 
 /// Turn of the axis against surface and feed from one posture to another.
 fn turn(a: Posture, b: Posture) -> f64 {
@@ -47,7 +54,7 @@ fn the_turn_between_neighbours_is_bounded_wherever_a_raised_posture_is_feasible(
     let tasks = tasks(&spec, 2.0);
     let planned = plan_passes(&test, &tasks, &SETTINGS, &Silent).unwrap();
     let (mut pairs, mut steep_before, mut excused) = (0, 0, 0);
-    for (task, pass) in tasks.iter().zip(&planned) {
+    for (task, pass) in tasks.iter().zip(planned.iter().map(|p| &p.outcomes)) {
         let smallest: Vec<Option<Posture>> = task
             .pass
             .points
@@ -103,7 +110,7 @@ fn raising_loses_no_point_and_keeps_every_pose_feasible() {
     let tasks = tasks(&spec, 4.0);
     let planned = plan_passes(&test, &tasks, &SETTINGS, &Silent).unwrap();
     let (mut raised, mut refused) = (0, 0);
-    for (task, pass) in tasks.iter().zip(&planned) {
+    for (task, pass) in tasks.iter().zip(planned.iter().map(|p| &p.outcomes)) {
         assert_eq!(pass.points.len(), task.pass.points.len());
         for (cc, outcome) in task.pass.points.iter().zip(&pass.points) {
             let alone = search(&test, cc, &task.curve, &SETTINGS.search, 0.0, None, &mut Hints::default());
@@ -134,7 +141,7 @@ fn the_plan_is_the_same_on_one_and_on_two_threads() {
     let cell = workcell(&machine, &tool, vec![obstacle("part", &tree)]);
     let test = PoseTest::new(&cell);
     let tasks = tasks(&spec, 4.0);
-    let on = |n_threads: usize| -> Vec<Pass<Outcome>> {
+    let on = |n_threads: usize| -> Vec<PlannedPass> {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(n_threads).build().unwrap();
         pool.install(|| plan_passes(&test, &tasks, &SETTINGS, &Silent)).unwrap()
     };
@@ -187,7 +194,7 @@ fn the_plan_moves_with_part_and_mounting() {
         let tree = MeshTree::new(&mesh.transformed(motion));
         let mut cell = workcell(&machine, &tool, vec![obstacle("part", &tree)]);
         cell.table_from_work *= motion.inverse();
-        let moved = |t: &PassTask| PassTask { pass: t.pass.map(|cc| cc.transformed(motion)), curve: t.curve };
+        let moved = |t: &PassTask| PassTask { pass: t.pass.map(|cc| cc.transformed(motion)), ..t.clone() };
         let moved: Vec<PassTask> = still.iter().map(moved).collect();
         plan_passes(&PoseTest::new(&cell), &moved, &SETTINGS, &Silent).unwrap()
     };
@@ -196,7 +203,7 @@ fn the_plan_moves_with_part_and_mounting() {
     let motion = nalgebra::Isometry3::new(random.vector() * 500.0, random.vector() * 2.0);
     let there = plan(&motion);
     let mut planned = 0;
-    for (a, b) in here.iter().zip(&there).flat_map(|(a, b)| a.points.iter().zip(&b.points)) {
+    for (a, b) in here.iter().zip(&there).flat_map(|(a, b)| a.outcomes.points.iter().zip(&b.outcomes.points)) {
         let (Ok(a), Ok(b)) = (a, b) else {
             assert_eq!(a.is_ok(), b.is_ok());
             continue;

@@ -1,0 +1,351 @@
+//! The cheapest sequence of postures along a pass: shortest way over layers of feasible postures, then a smooth band through
+//! it.
+
+use facemill_cl_data::{Cancelled, CcPoint, Monitor, Pass, Posture};
+use facemill_inverse_kinematics::{Branch, BranchPreference};
+use nalgebra::Vector3;
+
+use crate::cusp::Strip;
+use crate::lattice::Lattice;
+use crate::layers::ShortestWays;
+use crate::pass_cost::{CuspScale, CuspTable, MotionScale, Scaled};
+use crate::smooth_band::Band;
+use crate::{
+    Configuration, Hints, Optimum, Outcome, PassSettings, PassTask, PlannedPass, PoseTest, SmoothSettings, search,
+};
+
+/// What postures of one pass are chosen with.
+pub(crate) struct SmoothPass<'s, 'a> {
+    pub(crate) test: &'s PoseTest<'a>,
+    pub(crate) task: &'s PassTask,
+    pub(crate) settings: &'s PassSettings,
+    pub(crate) smooth: &'s SmoothSettings,
+    pub(crate) lattice: &'s Lattice,
+    pub(crate) cusps: &'s CuspTable,
+}
+
+/// A posture in which the machine can stand at a CC point.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Node {
+    pub(crate) posture: Posture,
+    pub(crate) configuration: Configuration,
+    scaled: Scaled,
+    /// Tool axis seen from feed, left and normal.
+    axis: Vector3<f64>,
+    /// Cost of cusps per second.
+    cusp_rate: f64,
+}
+
+/// A CC point at which postures are chosen.
+struct Layer {
+    point: usize,
+    /// Time from one half of the way from the layer before to one half of that to the next, s.
+    share: f64,
+    /// Posture and configuration of each node, by index; the last posture index is `found`.
+    nodes: Vec<(u16, u8)>,
+    /// A posture besides the lattice: the smallest feasible one of the search curve.
+    found: Option<Posture>,
+}
+
+/// What a turn beyond the limit, or a change of branch, costs, s: more than a pass of any length saves by it, and the more
+/// the larger it is.
+const JUMP: f64 = 1e4;
+
+/// Layers lie so far apart that a turn from one posture of the lattice to the next over is within the limit.
+const SPACINGS: f64 = 1.5;
+
+/// What changes faster than this part of the time between layers is smoothed away.
+const SMOOTHING: f64 = 1.0;
+
+/// Rounds in which layers are left out at which the chosen posture turned out not to be feasible.
+const ROUNDS: usize = 3;
+
+/// A pass has that many layers, where it has so many points.
+const FEWEST: f64 = 4.0;
+
+impl SmoothPass<'_, '_> {
+    /// Poses of all CC points, and how near to the best the sequence is.
+    pub(crate) fn plan(&self, monitor: &dyn Monitor) -> Result<PlannedPass, Cancelled> {
+        let n = self.task.pass.points.len();
+        if n == 0 {
+            return Ok(PlannedPass { outcomes: Pass::new(Vec::new()), optimum: None });
+        }
+        let clock = PassClock::new(&self.task.pass.points, self.smooth.feed);
+        let spacing = SPACINGS * self.lattice.spacing / self.settings.max_turn_per_mm;
+        let wanted = clock.layers(spacing.min(clock.length() / FEWEST));
+        let layer_time = clock.times[n - 1] / (wanted.len() - 1).max(1) as f64;
+        let scale =
+            MotionScale::new(self.test.cell.machine, layer_time, self.settings.max_turn_per_mm * self.smooth.feed);
+        let mut hints = Hints::default();
+        let (mut layers, mut rounds) = (wanted, 0);
+        let (outcomes, optimum) = loop {
+            let chosen = self.cheapest(&clock, &scale, &layers, &mut hints, monitor)?;
+            let nodes: Vec<(usize, Node)> = chosen.nodes.iter().map(|(point, _, node)| (*point, *node)).collect();
+            let outcomes = Band::new(self, &clock, SMOOTHING * layer_time).through(&nodes, &mut hints, monitor)?;
+            let all_stand = nodes.iter().all(|(point, _)| outcomes[*point].is_ok());
+            rounds += 1;
+            if all_stand || rounds == ROUNDS {
+                let optimum = all_stand.then(|| self.optimum(&clock, &scale, &chosen, &outcomes));
+                break (outcomes, optimum);
+            }
+            // Free at the largest lift only: no place to stand after all, and no part of what is compared.
+            layers.retain(|&point| outcomes[point].is_ok());
+        };
+        monitor.advance(n);
+        Ok(PlannedPass { outcomes: Pass::new(outcomes), optimum })
+    }
+
+    /// The cheapest sequence of nodes.
+    fn cheapest(
+        &self,
+        clock: &PassClock,
+        scale: &MotionScale,
+        points: &[usize],
+        hints: &mut Hints,
+        monitor: &dyn Monitor,
+    ) -> Result<Chosen, Cancelled> {
+        let mut layers: Vec<Layer> = Vec::new();
+        let mut ways: Option<ShortestWays> = None;
+        let mut before: Vec<Node> = Vec::new();
+        for (k, &point) in points.iter().enumerate() {
+            monitor.checkpoint()?;
+            let around = [points[k.saturating_sub(1)], points[(k + 1).min(points.len() - 1)]];
+            let share = 0.5 * (clock.times[around[1]] - clock.times[around[0]]);
+            let (layer, nodes) = self.layer(point, share, scale, hints);
+            if nodes.is_empty() {
+                continue;
+            }
+            let mut costs: Vec<f64> = nodes.iter().map(|node| share * node.cusp_rate).collect();
+            match (&mut ways, layers.last()) {
+                (Some(ways), Some(last)) => {
+                    let gap = clock.gap(last.point, point);
+                    ways.extend(&costs, |from, to| self.step(scale, &before[from], &nodes[to], gap));
+                }
+                _ => {
+                    for (cost, node) in costs.iter_mut().zip(&nodes) {
+                        *cost += self.start(node);
+                    }
+                    ways = Some(ShortestWays::new(costs));
+                }
+            }
+            layers.push(layer);
+            before = nodes;
+        }
+        let Some(way) = ways.and_then(|ways| ways.cheapest()) else {
+            return Ok(Chosen { nodes: Vec::new(), cost: 0.0 });
+        };
+        let node = |(layer, &index): (&Layer, &usize)| {
+            let (posture, configuration) = layer.nodes[index];
+            let all = self.nodes_of(layer.point, posture, layer.found, scale, hints);
+            (layer.point, layer.share, all[configuration as usize])
+        };
+        let nodes = layers.iter().zip(&way.nodes).map(node).collect();
+        Ok(Chosen { nodes, cost: way.cost })
+    }
+
+    /// The nodes of a layer: of the lattice, and that of the search, which is at the border of what is feasible.
+    fn layer(&self, point: usize, share: f64, scale: &MotionScale, hints: &mut Hints) -> (Layer, Vec<Node>) {
+        let mut layer = Layer { point, share, nodes: Vec::new(), found: None };
+        let mut nodes = Vec::new();
+        let end = self.lattice.postures.len();
+        for index in 0..=end {
+            if index == end {
+                let cc = &self.task.pass.points[point];
+                let found = search(self.test, cc, &self.task.curve, &self.settings.search, 0.0, None, hints);
+                layer.found = found.ok().map(|f| f.pose.posture);
+            }
+            let of_posture = self.nodes_of(point, index as u16, layer.found, scale, hints);
+            layer.nodes.extend((0..of_posture.len()).map(|k| (index as u16, k as u8)));
+            nodes.extend(of_posture);
+        }
+        (layer, nodes)
+    }
+
+    /// The ways to stand in a posture of the lattice, by index; behind its end, in the one found besides.
+    fn nodes_of(
+        &self,
+        point: usize,
+        index: u16,
+        found: Option<Posture>,
+        scale: &MotionScale,
+        hints: &mut Hints,
+    ) -> Vec<Node> {
+        let cc = &self.task.pass.points[point];
+        let strip = self.strip(point);
+        let amount = self.lattice.postures.get(index as usize);
+        let (posture, cusp_rate) = match (amount, found) {
+            (Some(amount), _) => (self.signed(*amount), self.cusps.rate(index as usize, &strip)),
+            (None, Some(found)) => (found, self.cusp_scale().rate(found, &strip)),
+            (None, None) => return Vec::new(),
+        };
+        let Ok(stances) = self.test.stances_of(cc, posture, hints) else { return Vec::new() };
+        let axis = seen_from(cc, &cc.tool_axis(posture));
+        let machine = self.test.cell.machine;
+        stances
+            .iter()
+            .flat_map(|c| machine.windings(&c.axes).into_iter().map(|axes| Configuration { axes, ..*c }))
+            .map(|configuration| Node {
+                posture,
+                scaled: scale.scaled(&configuration.axes),
+                configuration,
+                axis,
+                cusp_rate,
+            })
+            .collect()
+    }
+
+    /// Cost of beginning with a node.
+    fn start(&self, node: &Node) -> f64 {
+        let wanted = match self.test.cell.preferred_branch {
+            BranchPreference::Nearest => return 0.0,
+            BranchPreference::Positive => Branch::Positive,
+            BranchPreference::Negative => Branch::Negative,
+        };
+        if node.configuration.branch == wanted { 0.0 } else { JUMP }
+    }
+
+    /// Cost of the way from one node to the next.
+    fn step(&self, scale: &MotionScale, from: &Node, to: &Node, gap: Gap) -> f64 {
+        let motion = scale.cost(&from.scaled, &to.scaled, gap.time);
+        let branch = if from.configuration.branch == to.configuration.branch { 0.0 } else { JUMP };
+        motion + branch + JUMP * self.excess(&from.axis, &to.axis, gap)
+    }
+
+    /// By how much a turn against the surface is more than the limit, 0 within it; as the chord of the turn.
+    pub(crate) fn excess(&self, from: &Vector3<f64>, to: &Vector3<f64>, gap: Gap) -> f64 {
+        let limit = self.settings.max_turn_per_mm * gap.length * (1.0 + 1e-9);
+        let chord_sq = (to - from).norm_squared();
+        if chord_sq <= limit * limit { 0.0 } else { chord_sq.sqrt() / limit }
+    }
+
+    pub(crate) fn cusp_scale(&self) -> CuspScale {
+        CuspScale { cutter: *self.test.cell.tool.cutter(), allowed: self.smooth.cusp }
+    }
+
+    pub(crate) fn strip(&self, point: usize) -> Strip {
+        self.task.strips.get(point).copied().flatten().unwrap_or(self.smooth.strip)
+    }
+
+    /// A posture with rotate to the pass's side.
+    fn signed(&self, amount: Posture) -> Posture {
+        let negative = self.task.curve.end().rotate < 0.0;
+        Posture { rotate: if negative { -amount.rotate } else { amount.rotate }, ..amount }
+    }
+
+    /// The posture of the search's ranges that is nearest in tilt and in rotate.
+    pub(crate) fn within_ranges(&self, posture: Posture) -> Posture {
+        let (start, end) = (self.task.curve.start(), self.task.curve.end());
+        let (low, high) = (start.rotate.min(end.rotate), start.rotate.max(end.rotate));
+        let middle = 0.5 * (low + high);
+        let turns = ((middle - posture.rotate) / std::f64::consts::TAU).round();
+        let rotate = posture.rotate + turns * std::f64::consts::TAU;
+        Posture { tilt: posture.tilt.clamp(start.tilt, end.tilt), rotate: rotate.clamp(low, high) }
+    }
+
+    /// What the chosen sequence and the smoothed one cost, counted alike.
+    fn optimum(&self, clock: &PassClock, scale: &MotionScale, chosen: &Chosen, outcomes: &[Outcome]) -> Optimum {
+        let mut optimum = Optimum { graph: chosen.cost, ..Optimum::default() };
+        let mut before: Option<(usize, Node)> = None;
+        for &(point, share, ref node) in &chosen.nodes {
+            let Ok(pose) = &outcomes[point] else { continue };
+            let cc = &self.task.pass.points[point];
+            let own = Node {
+                posture: pose.posture,
+                configuration: pose.configuration,
+                scaled: scale.scaled(&pose.configuration.axes),
+                axis: seen_from(cc, &cc.tool_axis(pose.posture)),
+                cusp_rate: if pose.posture == node.posture {
+                    node.cusp_rate
+                } else {
+                    self.cusp_scale().rate(pose.posture, &self.strip(point))
+                },
+            };
+            optimum.smoothed += share * own.cusp_rate;
+            match &before {
+                Some((last, from)) => optimum.smoothed += self.step(scale, from, &own, clock.gap(*last, point)),
+                None => optimum.smoothed += self.start(&own),
+            }
+            optimum.layers += 1;
+            before = Some((point, own));
+        }
+        optimum.jumps = self.jumps(clock, outcomes);
+        optimum
+    }
+
+    /// Steps between neighbouring points on which the axis turns by more than the limit against the surface.
+    fn jumps(&self, clock: &PassClock, outcomes: &[Outcome]) -> usize {
+        let axis = |k: usize| {
+            let cc = &self.task.pass.points[k];
+            outcomes[k].as_ref().ok().map(|pose| seen_from(cc, &cc.tool_axis(pose.posture)))
+        };
+        let beyond = |k: &usize| match (axis(k - 1), axis(*k)) {
+            (Some(a), Some(b)) => self.excess(&a, &b, clock.gap(k - 1, *k)) > 0.0,
+            _ => false,
+        };
+        (1..outcomes.len()).filter(beyond).count()
+    }
+}
+
+/// The cheapest sequence: point, time share and node of every layer, and its cost.
+struct Chosen {
+    nodes: Vec<(usize, f64, Node)>,
+    cost: f64,
+}
+
+/// Way and time from one point to another.
+#[derive(Clone, Copy)]
+pub(crate) struct Gap {
+    length: f64,
+    time: f64,
+}
+
+/// When the cutter is where, at the programmed feed.
+pub(crate) struct PassClock {
+    /// Way along the CC points, mm.
+    pub(crate) lengths: Vec<f64>,
+    /// Time, s.
+    pub(crate) times: Vec<f64>,
+}
+
+/// Points nearer to each other than this count as this far apart, mm.
+const NEAREST: f64 = 1e-3;
+
+impl PassClock {
+    fn new(points: &[CcPoint], feed: f64) -> Self {
+        let mut lengths = vec![0.0];
+        for pair in points.windows(2) {
+            let step = (pair[1].position - pair[0].position).norm().max(NEAREST);
+            lengths.push(lengths[lengths.len() - 1] + step);
+        }
+        Self { times: lengths.iter().map(|l| l / feed).collect(), lengths }
+    }
+
+    fn length(&self) -> f64 {
+        self.lengths[self.lengths.len() - 1]
+    }
+
+    pub(crate) fn gap(&self, from: usize, to: usize) -> Gap {
+        Gap { length: self.lengths[to] - self.lengths[from], time: self.times[to] - self.times[from] }
+    }
+
+    /// Points about `spacing` apart, both ends among them, none nearer than `spacing` but the last.
+    fn layers(&self, spacing: f64) -> Vec<usize> {
+        let last = self.lengths.len() - 1;
+        let mut points = vec![0];
+        for k in 1..last {
+            let from = self.lengths[points[points.len() - 1]];
+            if self.lengths[k] - from >= spacing && self.lengths[last] - self.lengths[k] >= 0.5 * spacing {
+                points.push(k);
+            }
+        }
+        if last > 0 {
+            points.push(last);
+        }
+        points
+    }
+}
+
+/// An axis by its parts along feed, left and normal of a CC point.
+pub(crate) fn seen_from(cc: &CcPoint, axis: &Vector3<f64>) -> Vector3<f64> {
+    Vector3::new(cc.feed.dot(axis), cc.left().dot(axis), cc.normal.dot(axis))
+}

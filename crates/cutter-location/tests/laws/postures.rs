@@ -1,0 +1,291 @@
+//! Postures along a pass: the cheapest sequence, prescribed ones.
+
+use facemill_cl_data::{CcPoint, Pass, Posture, Silent};
+use facemill_cutter_location::cusp::Strip;
+use facemill_cutter_location::{
+    AxisTarget, Configuration, Hints, Infeasible, Outcome, PassSettings, PassTask, PlannedPass, PoseTest, PostureMode,
+    SearchCurve, SearchOrder, SearchSettings, SmoothSettings, Workcell, plan_passes, search,
+};
+use facemill_interference::MeshTree;
+use facemill_inverse_kinematics::{AxisKind, AxisValues};
+use facemill_sample_parts::{PatchSpec, patch};
+use facemill_tool_model::{Cusp, Outline, cusp_height_between};
+use nalgebra::{Point3, Unit, Vector3};
+
+use crate::kit::{Ball, cc_on_patch, cc_on_plane, curve_deg, machine, obstacle, plane, tool, workcell};
+
+const STRIP: Strip = Strip { step_over: 6.0, curvature: 0.0 };
+const SMOOTH: SmoothSettings = SmoothSettings { feed: 20.0, cusp: 0.05, strip: STRIP };
+
+fn settings(mode: PostureMode, max_turn_per_mm: f64) -> PassSettings {
+    PassSettings { search: SearchSettings::default(), mode, max_turn_per_mm }
+}
+
+fn wavy() -> (PatchSpec, MeshTree) {
+    let spec = PatchSpec::new([240.0, 240.0], 14.0, [2.0, 1.5]).unwrap();
+    let tree = MeshTree::new(&patch(&spec, 120, 120).unwrap());
+    (spec, tree)
+}
+
+fn wavy_tasks(spec: &PatchSpec, step: f64) -> Vec<PassTask> {
+    let curve = curve_deg([2.0, 0.0], [25.0, -80.0], SearchOrder::TiltFirst, 1.0);
+    (0..6)
+        .map(|k| {
+            let y = -70.0 + 26.0 * f64::from(k);
+            let n = (160.0 / step) as usize;
+            let points = (0..=n).map(|j| cc_on_patch(spec, -80.0 + step * j as f64, y, Vector3::x())).collect();
+            let curve = if k % 2 == 0 { curve } else { curve.mirrored() };
+            PassTask { pass: Pass::new(points), curve, strips: Vec::new() }
+        })
+        .collect()
+}
+
+/// Tool axis by its parts along feed, left and normal.
+fn seen(cc: &CcPoint, p: Posture) -> Vector3<f64> {
+    let axis = cc.tool_axis(p);
+    Vector3::new(cc.feed.dot(&axis), cc.left().dot(&axis), cc.normal.dot(&axis))
+}
+
+/// Cost of a sequence at all points of a pass as docs/method.md defines it, written down a second time.
+struct Cost<'c> {
+    cell: &'c Workcell<'c>,
+    points: &'c [CcPoint],
+    max_turn_per_mm: f64,
+}
+
+impl Cost<'_> {
+    fn length(&self, k: usize) -> f64 {
+        (self.points[k + 1].position - self.points[k].position).norm()
+    }
+
+    fn of(&self, way: &[(Posture, AxisValues)]) -> f64 {
+        let n = self.points.len();
+        let steps: Vec<f64> = (0..n - 1).map(|k| self.length(k) / SMOOTH.feed).collect();
+        let mean = steps.iter().sum::<f64>() / (n - 1) as f64;
+        let mut sum = 0.0;
+        for (k, (posture, _)) in way.iter().enumerate() {
+            let before = if k > 0 { steps[k - 1] } else { 0.0 };
+            let after = if k + 1 < n { steps[k] } else { 0.0 };
+            let outline = Outline::new(self.cell.tool.cutter(), *posture);
+            let height = match cusp_height_between(&outline, &outline, STRIP.step_over, STRIP.curvature) {
+                Cusp::Height(h) => (h / SMOOTH.cusp).min(4.0),
+                Cusp::Uncut => 4.0,
+            };
+            sum += 0.5 * (before + after) * (height.powi(2) + (20.0 * (height - 0.9f64).max(0.0)).powi(2));
+        }
+        for k in 1..n {
+            for (index, axis) in self.cell.machine.axes().iter().enumerate() {
+                let mut way_of_axis = way[k].1.get_or_zero(index) - way[k - 1].1.get_or_zero(index);
+                if axis.endless {
+                    way_of_axis =
+                        (way_of_axis + std::f64::consts::PI).rem_euclid(std::f64::consts::TAU) - std::f64::consts::PI;
+                }
+                let mut much = axis.max_velocity.min(axis.max_acceleration.map_or(f64::INFINITY, |a| a * mean));
+                if axis.kind == AxisKind::Rotary {
+                    much = much.min(self.max_turn_per_mm * SMOOTH.feed);
+                }
+                sum += (way_of_axis / steps[k - 1] / much).powi(2) * steps[k - 1];
+            }
+            let turn = (seen(&self.points[k], way[k].0) - seen(&self.points[k - 1], way[k - 1].0)).norm();
+            let limit = self.max_turn_per_mm * self.length(k - 1);
+            assert!(turn <= limit, "the scene is to stay below the limit: {turn} {limit}");
+        }
+        sum
+    }
+}
+
+fn lifted_free(test: &PoseTest<'_>, cc: &CcPoint, p: Posture) -> Option<(Posture, AxisValues)> {
+    let pose = test.try_posture(cc, p, None, &mut Hints::default()).ok()?;
+    Some((p, pose.configuration.axes))
+}
+
+/// Every sequence that takes one of these at each point.
+fn all_ways<T: Copy>(choices: &[Vec<T>]) -> Vec<Vec<T>> {
+    choices.iter().fold(vec![Vec::new()], |ways, nodes| {
+        ways.iter().flat_map(|way| nodes.iter().map(move |node| [way.as_slice(), &[*node]].concat())).collect()
+    })
+}
+
+#[test]
+fn the_graphs_optimum_is_that_of_all_sequences_and_the_gap_is_true() {
+    // Flat enough for these postures everywhere, and not so flat that none of them gouges.
+    let spec = PatchSpec::new([240.0, 240.0], 7.0, [2.0, 1.5]).unwrap();
+    let tree = MeshTree::new(&patch(&spec, 120, 120).unwrap());
+    let (machine, tool) = (machine(), tool(16.0, 2.0, 12.0));
+    let cell = workcell(&machine, &tool, vec![obstacle("part", &tree)]);
+    let test = PoseTest::new(&cell);
+    // Few postures: tilts 12 and 14 degrees of the lattice, and what the search finds. No turn is too fast, and every point
+    // is a layer.
+    let curve = curve_deg([12.0, 0.0], [14.0, 0.0], SearchOrder::TiltFirst, 1.0);
+    let max_turn = 1.0;
+    let mut undercut = 0;
+    for y in [-60.0, -20.0, 20.0, 60.0] {
+        let points: Vec<CcPoint> =
+            (0..7).map(|j| cc_on_patch(&spec, -60.0 + 17.0 * f64::from(j), y, Vector3::x())).collect();
+        let task = PassTask { pass: Pass::new(points.clone()), curve, strips: Vec::new() };
+        let planned =
+            plan_passes(&test, &[task], &settings(PostureMode::Smooth(SMOOTH), max_turn), &Silent).unwrap().remove(0);
+        let choices: Vec<Vec<(Posture, AxisValues)>> = points
+            .iter()
+            .map(|cc| {
+                let found = search(&test, cc, &curve, &SearchSettings::default(), 0.0, None, &mut Hints::default());
+                let of_lattice = [12.0f64, 14.0].map(|tilt| Posture { tilt: tilt.to_radians(), rotate: 0.0 });
+                let all = of_lattice.into_iter().chain(found.ok().map(|f| f.pose.posture));
+                all.filter_map(|p| lifted_free(&test, cc, p)).collect()
+            })
+            .collect();
+        assert!(choices.iter().all(|c| !c.is_empty()), "the scene has postures everywhere");
+        let cost = Cost { cell: &cell, points: &points, max_turn_per_mm: max_turn };
+        let least = all_ways(&choices).iter().map(|way| cost.of(way)).fold(f64::INFINITY, f64::min);
+        let optimum = planned.optimum.expect("a sequence was sought");
+        // Graph nodes stand at the largest lift, those of this test seated: hundredths of a millimetre apart.
+        assert!((optimum.graph - least).abs() < 1e-5 * least, "{} {least}", optimum.graph);
+        let way: Vec<(Posture, AxisValues)> = planned
+            .outcomes
+            .points
+            .iter()
+            .map(|o| o.as_ref().map(|pose| (pose.posture, pose.configuration.axes)).unwrap())
+            .collect();
+        let smoothed = cost.of(&way);
+        assert!((optimum.smoothed - smoothed).abs() < 1e-9 * smoothed, "{} {smoothed}", optimum.smoothed);
+        assert!((optimum.gap() - (smoothed / least - 1.0)).abs() < 1e-4);
+        assert_eq!((optimum.layers, optimum.jumps), (points.len(), 0));
+        undercut += usize::from(optimum.smoothed < optimum.graph);
+    }
+    println!("smoothing is cheaper than the graph in {undercut} of 4 passes");
+}
+
+#[test]
+fn smooth_postures_are_feasible_within_the_ranges_and_no_point_is_lost() {
+    let (spec, tree) = wavy();
+    let (machine, tool) = (machine(), tool(16.0, 2.0, 12.0));
+    let clamp = Ball { center: spec.at(15.0, -18.0).point, radius: 12.0 };
+    let clamp_tree = MeshTree::new(&clamp.mesh());
+    let cell = workcell(&machine, &tool, vec![obstacle("part", &tree), obstacle("clamp", &clamp_tree)]);
+    let test = PoseTest::new(&cell);
+    let tasks = wavy_tasks(&spec, 4.0);
+    let planned = plan_passes(&test, &tasks, &settings(PostureMode::Smooth(SMOOTH), 0.02), &Silent).unwrap();
+    let (mut free, mut refused) = (0, 0);
+    for (task, pass) in tasks.iter().zip(&planned) {
+        assert_eq!(pass.outcomes.points.len(), task.pass.points.len());
+        let mut before: Option<&Configuration> = None;
+        for (cc, outcome) in task.pass.points.iter().zip(&pass.outcomes.points) {
+            let alone = search(&test, cc, &task.curve, &SearchSettings::default(), 0.0, None, &mut Hints::default());
+            assert!(outcome.is_ok() || alone.is_err(), "a point that has a posture is left out");
+            let Ok(pose) = outcome else {
+                refused += 1;
+                continue;
+            };
+            free += 1;
+            let (start, end) = (task.curve.start(), task.curve.end());
+            assert!(start.tilt <= pose.posture.tilt && pose.posture.tilt <= end.tilt);
+            assert!(pose.posture.rotate.abs() <= end.rotate.abs() && pose.posture.rotate * end.rotate >= 0.0);
+            let again = test.try_posture(cc, pose.posture, before, &mut Hints::default()).unwrap();
+            assert_eq!((again.cl, again.lift), (pose.cl, pose.lift));
+            before = Some(&pose.configuration);
+        }
+    }
+    assert!(free > 200 && refused > 0, "{free} {refused}");
+}
+
+/// Mean square of second differences of the rotary axes.
+fn unrest(cell: &Workcell<'_>, pass: &PlannedPass) -> f64 {
+    let axes: Vec<AxisValues> =
+        pass.outcomes.points.iter().filter_map(|o| o.as_ref().ok()).map(|p| p.configuration.axes).collect();
+    let rotary = (0..axes[0].len()).filter(|&k| cell.machine.axes()[k].kind == AxisKind::Rotary);
+    rotary.map(|k| axes.windows(3).map(|w| (w[0][k] - 2.0 * w[1][k] + w[2][k]).powi(2)).sum::<f64>()).sum()
+}
+
+#[test]
+fn smooth_postures_move_the_rotary_axes_less_than_the_smallest_ones() {
+    let (spec, tree) = wavy();
+    let (machine, tool) = (machine(), tool(16.0, 2.0, 12.0));
+    let cell = workcell(&machine, &tool, vec![obstacle("part", &tree)]);
+    let test = PoseTest::new(&cell);
+    let tasks = wavy_tasks(&spec, 2.0);
+    let plan = |mode| plan_passes(&test, &tasks, &settings(mode, 0.01), &Silent).unwrap();
+    let total = |planned: &[PlannedPass]| planned.iter().map(|p| unrest(&cell, p)).sum::<f64>();
+    let (smallest, smooth) = (plan(PostureMode::Smallest), plan(PostureMode::Smooth(SMOOTH)));
+    assert!(total(&smooth) < 0.5 * total(&smallest), "{} {}", total(&smooth), total(&smallest));
+    // The jumps told are those there are.
+    for (task, pass) in tasks.iter().zip(&smooth) {
+        let jumps = (1..task.pass.points.len()).filter(|&k| {
+            let (a, b) = (&task.pass.points[k - 1], &task.pass.points[k]);
+            let (Ok(p), Ok(q)) = (&pass.outcomes.points[k - 1], &pass.outcomes.points[k]) else { return false };
+            (seen(a, p.posture) - seen(b, q.posture)).norm() > 0.01 * (1.0 + 1e-9) * (b.position - a.position).norm()
+        });
+        assert_eq!(pass.optimum.unwrap().jumps, jumps.count());
+    }
+}
+
+#[test]
+fn smooth_plans_are_the_same_on_one_and_on_two_threads() {
+    let (spec, tree) = wavy();
+    let (machine, tool) = (machine(), tool(16.0, 2.0, 12.0));
+    let cell = workcell(&machine, &tool, vec![obstacle("part", &tree)]);
+    let test = PoseTest::new(&cell);
+    let tasks = wavy_tasks(&spec, 6.0);
+    let on = |n_threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(n_threads).build().unwrap();
+        pool.install(|| plan_passes(&test, &tasks, &settings(PostureMode::Smooth(SMOOTH), 0.01), &Silent)).unwrap()
+    };
+    assert_eq!(on(1), on(2));
+}
+
+fn one_pass_on_a_plane(curve: SearchCurve) -> PassTask {
+    let points = (0..15).map(|k| cc_on_plane(-70.0 + 10.0 * f64::from(k), 5.0)).collect();
+    PassTask { pass: Pass::new(points), curve, strips: Vec::new() }
+}
+
+fn on_a_plane(mode: PostureMode, curve: SearchCurve) -> Vec<Outcome> {
+    let tree = MeshTree::new(&plane(400.0));
+    let (machine, tool) = (machine(), tool(16.0, 2.0, 12.0));
+    let cell = workcell(&machine, &tool, vec![obstacle("part", &tree)]);
+    let task = one_pass_on_a_plane(curve);
+    plan_passes(&PoseTest::new(&cell), &[task], &settings(mode, 0.01), &Silent).unwrap().remove(0).outcomes.points
+}
+
+#[test]
+fn a_fixed_posture_has_its_lead_and_leans_to_the_side_of_the_curve() {
+    let fixed = Posture::from_lead_lean(3f64.to_radians(), 5f64.to_radians());
+    for side in [-1.0, 1.0] {
+        let curve = curve_deg([2.0, 0.0], [25.0, side * 80.0], SearchOrder::TiltFirst, 1.0);
+        for outcome in on_a_plane(PostureMode::Fixed(fixed), curve) {
+            let pose = outcome.unwrap();
+            // On the plane z = 0 with the feed along x, by the axis alone.
+            let axis = pose.cl.axis;
+            assert!((axis.x / axis.z - 3f64.to_radians().tan()).abs() < 1e-12);
+            assert!((axis.y / axis.z - side * 5f64.to_radians().tan()).abs() < 1e-12);
+        }
+    }
+    // Backward: the rear of a disc would cut the plane, were it not tilted about its contact: lead −3 tips it the other way.
+    let back = Posture::from_lead_lean(-3f64.to_radians(), 0.0);
+    let curve = curve_deg([2.0, 0.0], [25.0, 80.0], SearchOrder::TiltFirst, 1.0);
+    assert!(on_a_plane(PostureMode::Fixed(back), curve).iter().all(|o| o.as_ref().unwrap().cl.axis.x < -0.05));
+}
+
+#[test]
+fn the_tool_axis_meets_the_point_or_line_it_is_to_point_to() {
+    let curve = curve_deg([0.0, 0.0], [80.0, 80.0], SearchOrder::TiltFirst, 1.0);
+    let point = Point3::new(30.0, -60.0, 500.0);
+    let line = AxisTarget::Line { origin: Point3::new(0.0, 0.0, 300.0), direction: Unit::new_normalize(Vector3::y()) };
+    for (target, along) in [(AxisTarget::Point(point), None), (line, Some(Vector3::y()))] {
+        let task = one_pass_on_a_plane(curve);
+        for (cc, outcome) in task.pass.points.iter().zip(on_a_plane(PostureMode::Toward(target), curve)) {
+            let pose = outcome.unwrap();
+            let (to, origin) = match target {
+                AxisTarget::Point(p) => (p - cc.position, p),
+                AxisTarget::Line { origin, .. } => (origin - cc.position, origin),
+            };
+            // Parallel to the axis from the CC point on: the target is met; a line, at a right angle.
+            let across = match along {
+                None => to.cross(&pose.cl.axis).norm(),
+                Some(d) => (to.cross(&pose.cl.axis)).dot(&d).abs().max(pose.cl.axis.dot(&d).abs() * 100.0),
+            };
+            assert!(across < 1e-9 && origin.z > 0.0, "{across}");
+        }
+    }
+    // A target below the surface has no posture.
+    let below = AxisTarget::Point(Point3::new(0.0, 0.0, -100.0));
+    assert!(on_a_plane(PostureMode::Toward(below), curve).iter().all(|o| *o == Err(Infeasible::FromBelow)));
+}
