@@ -128,11 +128,6 @@ fn stops<'a>(machine: &'a Machine, [start, end]: [&'a AxisValues; 2]) -> impl It
     (0..start.len()).map(stop).filter(|t| *t > 0.0 && *t < 1.0)
 }
 
-/// Largest turn of all rotary axes together between two positions, in largest turns of the tool axis. A table that turns
-/// about the tool moves neither tip nor tool axis, but clamps and cheeks past the head. Larger steps over them, smaller
-/// costs positions at the pole.
-const TURNS_OF_ROTARIES: f64 = 10.0;
-
 struct Walk<'a> {
     machine: &'a Machine,
     motion: &'a Motion<'a>,
@@ -157,8 +152,8 @@ impl Walk<'_> {
             return;
         }
         let b = bound.unwrap_or_else(|| Bound { tip: 0.0, turn: ways(self.machine, &start, &end)[1], slack: 0.0 });
-        let rotaries = ways(self.machine, &start, &end)[1] / TURNS_OF_ROTARIES;
-        let turn = b.turn.max(rotaries);
+        // A table that turns about the tool moves neither tip nor tool axis, but clamps and cheeks past the head.
+        let turn = b.turn.max(ways(self.machine, &start, &end)[1]);
         let steps = ((b.tip + self.spacing.reach * b.turn) / self.spacing.max_step).max(turn / self.spacing.max_turn);
         parts.push(Part { from, to, steps });
     }
@@ -358,7 +353,7 @@ mod tests {
         let law = BlockLaw::Rapid(RapidLaw::Linear);
         let (step, turn, _, n) = measure(&machine, law, [&start, &end]);
         assert!(step < 1e-9 && turn < 1e-9, "neither tip nor axis moves");
-        assert!(n as f64 >= 1.0 / (TURNS_OF_ROTARIES * SPACING.max_turn), "{n} positions");
+        assert!(n as f64 >= 1.0 / SPACING.max_turn, "{n} positions");
     }
 
     #[test]
