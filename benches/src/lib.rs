@@ -117,6 +117,7 @@ pub fn tool(radius: f64, corner_radius: f64) -> ToolAssembly {
         format: facemill_tool_model::FormatTag::V1,
         name: "bench mill".to_owned(),
         number: 1,
+        length_register: None,
         radius_mm: radius,
         corner_radius_mm: corner_radius,
         n_inserts: 6,

@@ -123,6 +123,11 @@ impl ToolAssembly {
         self.file.number
     }
 
+    /// Register of the control that holds the tool's length.
+    pub fn length_register(&self) -> u32 {
+        self.file.length_register.unwrap_or(self.file.number)
+    }
+
     /// Number of inserts or teeth, at least 1.
     pub fn n_inserts(&self) -> u32 {
         self.file.n_inserts
@@ -202,6 +207,12 @@ fn check_length(field: impl Into<String>, value: f64, positive: bool) -> Result<
     check(field, value, value <= LONGEST && (value > 0.0 || value == 0.0 && !positive), expected)
 }
 
+/// Largest T word: eight digits.
+const LAST_TOOL: u32 = 99_999_999;
+
+/// Largest register that controls have for lengths.
+const LAST_REGISTER: u32 = 999;
+
 fn check_numbers(file: &ToolFile) -> Result<(), ToolFileError> {
     check_length("radius_mm", file.radius_mm, true)?;
     let core = file.dead_core_radius_mm;
@@ -211,6 +222,10 @@ fn check_numbers(file: &ToolFile) -> Result<(), ToolFileError> {
     if let Some(angle) = file.cutting_edge_angle_deg {
         check("cutting_edge_angle_deg", angle, angle > 0.0 && angle <= 90.0, "an angle above 0 and up to 90 degrees")?;
     }
+    check("number", f64::from(file.number), (1..=LAST_TOOL).contains(&file.number), "from 1 to 99,999,999")?;
+    let register = file.length_register.unwrap_or(file.number);
+    let what = "from 1 to 999 (the tool's number, where the key is missing)";
+    check("length_register", f64::from(register), (1..=LAST_REGISTER).contains(&register), what)?;
     check("n_inserts", f64::from(file.n_inserts), file.n_inserts >= 1, "at least 1")?;
     let stick_out = file.stick_out_mm;
     check_length("stick_out_mm", stick_out, true)?;

@@ -23,6 +23,9 @@ pub struct ToolFile {
     pub name: String,
     /// Number in the magazine (the T word).
     pub number: u32,
+    /// Register of the control that holds its length (the H word); the number, where the key is missing.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub length_register: Option<u32>,
     /// Cutter radius R: half of the largest cutting diameter.
     pub radius_mm: f64,
     /// Corner or insert radius r: 0 for sharp corners, R for a ball.
