@@ -31,6 +31,7 @@
 //!             Block::Linear { words: at(100.0, -12.5), feed: 800.0 },
 //!         ],
 //!     },
+//!     rapid: facemill_cl_data::RapidLaw::Linear,
 //!     approach: None,
 //! };
 //! let post: PostFile = facemill_file_format::from_json(br#"{"dialect": "fanuc"}"#)?;

@@ -1,3 +1,5 @@
+use facemill_cl_data::RapidLaw;
+
 use crate::{AxisLetter, AxisWords, Coolant, NcProgram, WorkOffset};
 
 /// Everything a dialect's writer needs to know: the program and what the template's header says about it.
@@ -20,6 +22,8 @@ pub struct ProgramSpec {
     /// The motions. The first must be a rapid and name every axis the program uses: the template brings the machine there
     /// axis by axis.
     pub program: NcProgram,
+    /// What rapids were planned to do between two positions.
+    pub rapid: RapidLaw,
     /// Where RTCP is switched on: rotary words of 0, and the words that the tip then has under RTCP with the linear axes at
     /// home. Needed under RTCP, which fixes the frame of X, Y and Z to the table as it stands there; not used otherwise,
     /// where the machine goes to the first position axis by axis.
@@ -63,4 +67,6 @@ pub struct AxisSpec {
     pub max: f64,
     /// Whether it is the linear axis parallel to the spindle at the zero pose: retracted first, approached last.
     pub along_spindle: bool,
+    /// Machine value where the program's words are 0: what the work offset was planned to hold, mm or deg.
+    pub work_offset: f64,
 }

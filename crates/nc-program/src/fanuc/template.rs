@@ -1,3 +1,4 @@
+use facemill_cl_data::RapidLaw;
 use minijinja::{Environment, Error, ErrorKind, UndefinedBehavior, syntax::SyntaxConfig, value::Serde};
 use serde::Serialize;
 
@@ -19,6 +20,7 @@ struct Context {
     coolant: CodeContext,
     work_offset: String,
     feed: FeedContext,
+    rapid: RapidContext,
     axes: Vec<AxisContext>,
     home: WordsContext,
     first: WordsContext,
@@ -66,6 +68,11 @@ struct FeedContext {
 }
 
 #[derive(Serialize)]
+struct RapidContext {
+    linear: bool,
+}
+
+#[derive(Serialize)]
 struct AxisContext {
     letter: AxisLetter,
     rotary: bool,
@@ -73,6 +80,8 @@ struct AxisContext {
     /// Machine limits as words' numbers, none for an axis without one.
     min: Option<String>,
     max: Option<String>,
+    /// Machine value where words are 0, as a word's number.
+    work_offset: Option<String>,
 }
 
 /// Words of one position, joined by blanks and sorted by what moves together.
@@ -142,6 +151,7 @@ fn context(spec: &ProgramSpec, settings: &PostSettings) -> Result<Context, Write
         coolant: CodeContext { code: coolant_code(spec.coolant) },
         work_offset: spec.work_offset.to_string(),
         feed: FeedContext { mode: settings.feed_mode, code: feed_code(settings.feed_mode) },
+        rapid: RapidContext { linear: spec.rapid == RapidLaw::Linear },
         axes: spec.axes.iter().map(|axis| axis_context(axis, settings)).collect(),
         home: home(&spec.axes, settings)?,
         first: position(first, &spec.axes, settings, "the first motion")?,
@@ -214,6 +224,7 @@ fn axis_context(axis: &AxisSpec, settings: &PostSettings) -> AxisContext {
         along_spindle: axis.along_spindle,
         min: limit(axis.min),
         max: limit(axis.max),
+        work_offset: limit(axis.work_offset),
     }
 }
 

@@ -354,8 +354,8 @@ fn what_no_word_can_say_is_refused_with_its_block() {
 fn axes_of_a_second_head_are_written_and_read() {
     let second = |letter| AxisLetter::new(letter, 2).unwrap();
     let mut spec = spec(vec![]);
-    spec.axes.push(AxisSpec { letter: second('Z'), min: -1.0, max: 1.0, along_spindle: false });
-    spec.axes.push(AxisSpec { letter: second('B'), min: -1.0, max: 1.0, along_spindle: false });
+    spec.axes.push(AxisSpec { letter: second('Z'), min: -1.0, max: 1.0, along_spindle: false, work_offset: 0.0 });
+    spec.axes.push(AxisSpec { letter: second('B'), min: -1.0, max: 1.0, along_spindle: false, work_offset: 0.0 });
     let first = words(&[(AxisLetter::Z, 1.0), (second('Z'), -2.5), (second('B'), 30.0)]);
     spec.program.blocks = vec![Block::Rapid { words: first }];
     let text = write_program(&spec, &settings(FeedMode::G94)).unwrap();

@@ -63,6 +63,7 @@ pub(crate) fn spec(blocks: Vec<Block>) -> ProgramSpec {
         min,
         max,
         along_spindle: letter == AxisLetter::Z,
+        work_offset: 0.0,
     });
     ProgramSpec {
         job_name: "Propeller (Prüfung)".to_owned(),
@@ -80,6 +81,7 @@ pub(crate) fn spec(blocks: Vec<Block>) -> ProgramSpec {
         axes: axes.collect(),
         smallest_feed: 0.0,
         program: NcProgram { blocks },
+        rapid: facemill_cl_data::RapidLaw::Linear,
         approach: Some(words(&[
             (AxisLetter::X, 11.0),
             (AxisLetter::Y, 12.0),
