@@ -24,8 +24,11 @@ const FARTHEST_TILT: f64 = 60.0 * std::f64::consts::PI / 180.0;
 /// Smallest part of the radius that is tried.
 const SMALLEST_RADIUS: f64 = 0.1;
 
+/// Farthest rotate that is tried, rad: beyond, the tool leans backward.
+const FARTHEST_ROTATE: f64 = 120.0 * std::f64::consts::PI / 180.0;
+
 /// Largest growth of the stick-out that is tried, in radii.
-const LONGEST: f64 = 12.0;
+const LONGEST: f64 = 4.0;
 
 /// Amounts of a change that are tried before the smallest is bisected: what only helps in between is not found.
 const TRIALS: u32 = 24;
@@ -58,7 +61,7 @@ pub fn reliefs(cell: &Workcell<'_>, cc: &CcPoint, curve: &SearchCurve, settings:
     let sign = if end.rotate < 0.0 { -1.0 } else { 1.0 };
     let radius = tool.cutter().radius();
     let tilt = smallest(FARTHEST_TILT - end.tilt, |more| reaches(Posture { tilt: end.tilt + more, ..end }));
-    let to_turn = if end.rotate == 0.0 { 0.0 } else { std::f64::consts::PI - end.rotate.abs() };
+    let to_turn = if end.rotate == 0.0 { 0.0 } else { FARTHEST_ROTATE - end.rotate.abs() };
     let rotate = smallest(to_turn, |more| reaches(Posture { rotate: end.rotate + sign * more, ..end }));
     let thinner = smallest(radius * (1.0 - SMALLEST_RADIUS), |less| with_tool(tool.with_radius(radius - less).ok()));
     let longer = smallest(LONGEST * radius, |more| with_tool(tool.longer_by(more).ok()));

@@ -35,8 +35,10 @@ pub fn from_json<T: DeserializeOwned>(text: &[u8]) -> Result<T, FormatError> {
     let text = text.strip_prefix(b"\xef\xbb\xbf").unwrap_or(text);
     let mut json = serde_json::Deserializer::from_slice(text);
     let value = serde_path_to_error::deserialize(&mut json).map_err(|e| {
+        // Where the text ends in the middle, the path ends in "?".
         let field = e.path().to_string();
-        format_error(field, e.inner())
+        let field = field.strip_suffix('?').map_or(field.as_str(), |known| known.trim_end_matches('.'));
+        format_error(field.to_owned(), e.inner())
     })?;
     json.end().map_err(|e| format_error(String::new(), &e))?;
     Ok(value)
@@ -45,7 +47,10 @@ pub fn from_json<T: DeserializeOwned>(text: &[u8]) -> Result<T, FormatError> {
 fn format_error(field: String, e: &serde_json::Error) -> FormatError {
     let full = e.to_string();
     let place = format!(" at line {} column {}", e.line(), e.column());
-    let message = full.strip_suffix(&place).unwrap_or(&full).to_owned();
+    let mut message = full.strip_suffix(&place).unwrap_or(&full).to_owned();
+    if e.is_eof() {
+        message = format!("the file ends in the middle ({message})");
+    }
     let hint = nearest_key(&message).map(|k| format!("did you mean `{k}`?"));
     FormatError { field, line: e.line(), column: e.column(), message, hint }
 }

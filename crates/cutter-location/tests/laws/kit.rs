@@ -35,6 +35,7 @@ pub(crate) fn tool(radius: f64, corner_radius: f64, flute: f64) -> ToolAssembly 
         format: FormatTag::V1,
         name: "mill".to_owned(),
         number: 1,
+        length_register: None,
         radius_mm: radius,
         corner_radius_mm: corner_radius,
         n_inserts: 4,
