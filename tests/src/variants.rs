@@ -31,6 +31,7 @@ pub fn tiny_patch() -> JobFolder {
             ("/operations/0/tolerances/max_step_mm", json!(3.0)),
             ("/operations/0/search/tilt_deg", json!([14.0, 20.0])),
             ("/operations/0/search/rotate_deg", json!([0.0, 40.0])),
+            ("/operations/0/feeds/approach_mm_min", json!(APPROACH)),
             (&format!("{planes}/from_mm"), json!(-4.0)),
             (&format!("{planes}/to_mm"), json!(4.0)),
         ],
@@ -51,8 +52,8 @@ pub fn variant(values: &[(&str, Value)]) -> JobFolder {
 /// Tip feed of the example's cuts, mm/min.
 pub const CUTTING: f64 = 1200.0;
 
-/// Tip feed of the example's entries and exits, mm/min.
-pub const APPROACH: f64 = 2000.0;
+/// Tip feed of the example's entries and exits, mm/min: slower than its cuts, so that it is theirs in the stock, too.
+pub const APPROACH: f64 = 1000.0;
 
 /// Largest distance of a place of `a` from the nearest of `b`: of tips, and of the rims of a cutter of this radius.
 pub fn strays(a: &[Place], b: &[Place], radius: f64) -> f64 {

@@ -73,15 +73,15 @@ enum NewPart {
         /// Diameter
         #[arg(long, value_name = "MM", default_value_t = 3048.0)]
         diameter_mm: f64,
-        /// Number of blades (Wageningen B only)
-        #[arg(long, value_name = "N", default_value_t = 4)]
-        blades: u32,
-        /// Expanded area ratio (Wageningen B only)
-        #[arg(long, value_name = "RATIO", default_value_t = 0.55)]
-        area_ratio: f64,
-        /// Pitch ratio (Wageningen B only)
-        #[arg(long, value_name = "RATIO", default_value_t = 1.0)]
-        pitch_ratio: f64,
+        /// Number of blades (Wageningen B only; 4 where it is not given)
+        #[arg(long, value_name = "N")]
+        blades: Option<u32>,
+        /// Expanded area ratio (Wageningen B only; 0.55 where it is not given)
+        #[arg(long, value_name = "RATIO")]
+        area_ratio: Option<f64>,
+        /// Pitch ratio (Wageningen B only; 1 where it is not given)
+        #[arg(long, value_name = "RATIO")]
+        pitch_ratio: Option<f64>,
     },
     /// A wavy sculptured patch
     Patch {
@@ -132,7 +132,8 @@ pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
                     .build_global()
                     .map_err(|e| Failure::Internal(e.to_string()))?;
             }
-            plan(&job, out, PlanSettings { verify: !no_verify, certificates })
+            let out = out.unwrap_or_else(|| default_out(&job));
+            plan(&job, &out, PlanSettings { verify: !no_verify, certificates }).inspect_err(|_| tell_stale(&out))
         }
         Command::Check { job } => check(&job),
         Command::New { part } => write_new(part),
@@ -169,10 +170,17 @@ impl Stages for Bars {
     }
 }
 
-fn plan(job_path: &Path, out: Option<PathBuf>, settings: PlanSettings) -> Result<ExitCode, Failure> {
+/// Names the programs of earlier plans that a plan that failed leaves where they are.
+fn tell_stale(out: &Path) {
+    let left = files::programs_in(out);
+    if !left.is_empty() {
+        eprintln!("facemill: {} in {} is of an earlier plan", left.join(", "), out.display());
+    }
+}
+
+fn plan(job_path: &Path, out: &Path, settings: PlanSettings) -> Result<ExitCode, Failure> {
     crate::progress::watch_interrupts().map_err(Failure::Internal)?;
     let job = Job::read(job_path)?;
-    let out = out.unwrap_or_else(|| default_out(job_path));
     let mut clean = true;
     let mut all_files = Vec::new();
     let mut timings = Vec::new();
@@ -192,7 +200,8 @@ fn plan(job_path: &Path, out: Option<PathBuf>, settings: PlanSettings) -> Result
     if !crate::progress::start_writing() {
         return Err(Failure::Interrupted);
     }
-    files::write_all(&out, &all_files)?;
+    files::write_all(out, &all_files)?;
+    files::remove_counterparts(out, &all_files)?;
     for text in texts {
         say(&format!("{text}\n"))?;
     }
@@ -230,8 +239,18 @@ fn write_new(part: NewPart) -> Result<ExitCode, Failure> {
                 SeriesName::Dtmb4119 => Series::Dtmb4119,
                 SeriesName::Dtmb4382 => Series::Dtmb4382,
                 SeriesName::Vp1304 => Series::Vp1304,
-                SeriesName::WageningenB => Series::WageningenB { blades, area_ratio, pitch_ratio },
+                SeriesName::WageningenB => Series::WageningenB {
+                    blades: blades.unwrap_or(4),
+                    area_ratio: area_ratio.unwrap_or(0.55),
+                    pitch_ratio: pitch_ratio.unwrap_or(1.0),
+                },
             };
+            let given = blades.is_some() || area_ratio.is_some() || pitch_ratio.is_some();
+            if given && !matches!(series, Series::WageningenB { .. }) {
+                let message = "--blades, --area-ratio and --pitch-ratio belong to --series wageningen-b; the others have \
+                               their own";
+                return Err(Failure::Input { file: dir, message: message.to_owned() });
+            }
             (dir, NewJob::Propeller { series, diameter_mm })
         }
         NewPart::Patch { dir, size_mm } => (dir, NewJob::Patch { size_mm }),

@@ -3,7 +3,7 @@
 use std::io::Write;
 use std::path::Path;
 
-use crate::Failure;
+use crate::{Failure, REJECTED};
 
 /// Reads a file that the user named.
 ///
@@ -44,6 +44,40 @@ pub fn write_all(folder: &Path, files: &[(String, Vec<u8>)]) -> Result<(), Failu
     Ok(())
 }
 
+/// Removes the programs that an earlier plan left in a folder and that the ones now written stand for: `program.nc` where
+/// `program.rejected.nc` is among them, and the other way round.
+///
+/// # Errors
+/// [`Failure::Write`], naming the file.
+pub fn remove_counterparts(folder: &Path, written: &[(String, Vec<u8>)]) -> Result<(), Failure> {
+    for (name, _) in written {
+        let Some((stem, extension)) = name.rsplit_once('.').filter(|(_, e)| ["nc", "apt"].contains(e)) else {
+            continue;
+        };
+        let counterpart = match stem.strip_suffix(REJECTED) {
+            Some(clean) => format!("{clean}.{extension}"),
+            None => format!("{stem}{REJECTED}.{extension}"),
+        };
+        let file = folder.join(counterpart);
+        match std::fs::remove_file(&file) {
+            Err(source) if source.kind() != std::io::ErrorKind::NotFound => {
+                return Err(Failure::Write { file, source });
+            }
+            _ => {}
+        }
+    }
+    Ok(())
+}
+
+/// NC programs in a folder, by name; none where it cannot be read.
+pub fn programs_in(folder: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let mut names: Vec<String> = entries.filter_map(|e| e.file_name().into_string().ok()).collect();
+    names.retain(|name| name.starts_with("program") && name.ends_with(".nc"));
+    names.sort();
+    names
+}
+
 /// Temporary files are private to their owner; results are not.
 #[cfg(unix)]
 fn make_readable(file: &std::fs::File) -> std::io::Result<()> {
@@ -68,6 +102,20 @@ mod tests {
         write_all(&inner, &[("x.txt".into(), b"two".to_vec()), ("y.txt".into(), vec![])]).unwrap();
         assert_eq!(std::fs::read(inner.join("x.txt")).unwrap(), b"two");
         assert_eq!(std::fs::read_dir(&inner).unwrap().count(), 2);
+    }
+
+    #[test]
+    fn of_a_program_and_its_rejected_form_the_last_written_stays() {
+        let folder = tempfile::tempdir().unwrap();
+        let clean = vec![("program.nc".to_owned(), vec![1]), ("report.json".to_owned(), vec![1])];
+        let rejected = vec![("program.rejected.nc".to_owned(), vec![2]), ("report.json".to_owned(), vec![2])];
+        for (files, name) in [(&clean, "program.nc"), (&rejected, "program.rejected.nc"), (&clean, "program.nc")] {
+            write_all(folder.path(), files).unwrap();
+            remove_counterparts(folder.path(), files).unwrap();
+            assert_eq!(programs_in(folder.path()), [name]);
+            assert!(folder.path().join("report.json").exists());
+        }
+        assert!(programs_in(&folder.path().join("none")).is_empty());
     }
 
     #[test]

@@ -53,7 +53,7 @@ mod validate;
 pub use check::describe_setup;
 pub use failure::Failure;
 pub use load::{Job, read_mesh};
-pub use plan::{PlanSettings, Planned, plan_setup};
+pub use plan::{PlanSettings, Planned, REJECTED, plan_setup};
 pub use summary::summary;
 
 pub use facemill_cc_path as cc_path;

@@ -20,7 +20,7 @@ use crate::job_file::{
 };
 use crate::report::MeshReport;
 use crate::stock::stock_mesh;
-use crate::validate::{FARTHEST, belongs, check_feeds, check_rounding, validate};
+use crate::validate::{FARTHEST, belongs, check_feeds, check_gouge_tolerances, check_rounding, validate};
 use crate::{Failure, files};
 
 /// A job with its tool, machine and post read.
@@ -49,6 +49,7 @@ impl Job {
         let beside = |name: &str| path.parent().unwrap_or(Path::new("")).join(name);
         let tool_path = beside(&file.tool);
         let tool = ToolAssembly::from_json(&files::read(&tool_path)?).map_err(|e| Failure::input(&tool_path, e))?;
+        check_gouge_tolerances(&file, tool.cutter().radius()).map_err(|e| Failure::input(path, e))?;
         let machine_path = beside(&file.machine);
         let machine = Machine::from_json(&files::read(&machine_path)?).map_err(|e| Failure::input(&machine_path, e))?;
         check_feeds(&file, &machine.feed_range()).map_err(|e| Failure::input(path, e))?;
@@ -417,7 +418,7 @@ pub fn read_mesh(path: &Path, unit: Option<UnitFile>, up: Option<UpAxisFile>) ->
     let bytes = files::read(path)?;
     let imported =
         import_mesh(&path.display().to_string(), &bytes, format, &settings, &|name| std::fs::read(folder.join(name)))
-            .map_err(|e| Failure::Input { file: path.to_owned(), message: e.to_string() })?;
+            .map_err(|e| Failure::input(path, e.fault))?;
     let far = |p: &Point3<f64>| p.coords.amax() > FARTHEST;
     match imported.mesh.vertices().iter().position(far) {
         None => Ok(imported),

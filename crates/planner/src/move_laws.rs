@@ -24,6 +24,7 @@ fn tool() -> ToolAssembly {
         format: FormatTag::V1,
         name: "mill".to_owned(),
         number: 1,
+        length_register: None,
         radius_mm: 25.0,
         corner_radius_mm: 2.0,
         n_inserts: 4,

@@ -19,8 +19,10 @@ use crate::sequencer::Sequencer;
 pub(crate) enum MoveKind {
     /// Between passes, at rapid rate.
     Rapid,
-    /// Entry or exit, at approach feed.
+    /// Entry or exit outside the stock, at approach feed.
     Approach,
+    /// Entry or exit with the cutter in the stock at one end at least: at approach feed, but not faster than along the pass.
+    Engage,
     /// Along a pass.
     Cut,
 }

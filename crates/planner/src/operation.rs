@@ -10,7 +10,7 @@ use facemill_cutter_location::{
     search, solution_space,
 };
 use facemill_inverse_kinematics::{Branch, BranchPreference};
-use facemill_tool_model::cl_from_cc;
+use facemill_tool_model::{Cutter, cl_from_cc};
 use facemill_z_map::ZMap;
 use nalgebra::Point3;
 use rayon::prelude::*;
@@ -200,7 +200,7 @@ fn place_pieces(
     let n_points: usize = tasks.iter().map(|t| t.pass.points.len()).sum();
     let monitor = stages.start("tilt and rotate", n_points * places.len());
     let settings = pass_settings(operation);
-    let pass_tasks = pass_tasks(tasks, 3.0 * operation.tolerances.max_step_over_mm);
+    let pass_tasks = pass_tasks(tasks, neighbour_reach(test.cell.tool.cutter(), operation));
     let planned = plan_passes(test, &pass_tasks, &settings, &*monitor)?;
     let optimum = planned.iter().filter_map(|p| p.optimum).reduce(Optimum::plus);
     let outcomes: Vec<Pass<Outcome>> = planned.into_iter().map(|p| p.outcomes).collect();
@@ -210,6 +210,12 @@ fn place_pieces(
         pieces.extend(split(test, &copied, &results, copy as u32, left_out));
     }
     Ok(Placed { pieces, cc_points: n_points * places.len(), optimum })
+}
+
+/// How far to look for the neighbouring pass: as far as the cutter could reach if it lay flat, and beyond, so that a strip that
+/// stays uncut is seen.
+fn neighbour_reach(cutter: &Cutter, operation: &OperationFile) -> f64 {
+    3.0 * operation.tolerances.max_step_over_mm.max(cutter.radius())
 }
 
 /// Each pass with its search curve and the strip to the pass before; to the one behind it for the first.
@@ -319,7 +325,7 @@ fn along_passes(
     stages: &dyn Stages,
 ) -> Result<Vec<Vec<Along>>, Failure> {
     let cutter = job.tool.cutter();
-    let reach = 3.0 * operation.tolerances.max_step_over_mm;
+    let reach = neighbour_reach(cutter, operation);
     let first: Vec<&Piece> = moves.pieces.iter().map(|p| &p.piece).filter(|p| p.copy == 0).collect();
     let points = |piece: &Piece| -> Vec<CutPoint> {
         let asked = piece.cuts.iter().filter(|c| !c.inserted);

@@ -15,7 +15,7 @@ use crate::cell::budget;
 use crate::load::{Job, ObstacleRole, Setup};
 use crate::moves::MoveKind;
 use crate::operation::PlannedOperation;
-use crate::program::{BlockWriter, Timed, program_spec, table_from_rtcp_words};
+use crate::program::{BlockWriter, Timed, program_spec, programmed_feed, table_from_rtcp_words};
 use crate::report::{CERTIFICATES_FORMAT, CertificatesFile};
 use crate::{Failure, Stages};
 
@@ -97,8 +97,7 @@ fn apt_moves(operations: &[PlannedOperation<'_>], verify: bool) -> Vec<AptMove> 
         let all = o.moves.pieces.iter().flat_map(|p| &p.moves).chain(&o.moves.retract);
         moves.extend(all.map(|m| match m.kind {
             MoveKind::Rapid => AptMove::Rapid(m.cl),
-            MoveKind::Approach => linear(m.cl, o.operation.feeds.approach_mm_min),
-            MoveKind::Cut => linear(m.cl, o.operation.feeds.cutting_mm_min),
+            kind => linear(m.cl, programmed_feed(&o.operation.feeds, kind)),
         }));
     }
     moves

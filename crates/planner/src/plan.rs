@@ -12,6 +12,9 @@ use crate::reporting::report;
 use crate::validate::file_stem;
 use crate::{Failure, Stages};
 
+/// Stands in the names of programs with faults.
+pub const REJECTED: &str = ".rejected";
+
 /// What is wanted of a plan.
 #[derive(Clone, Copy, Debug)]
 pub struct PlanSettings {
@@ -73,9 +76,11 @@ pub fn plan_setup(job: &Job, index: usize, settings: PlanSettings, stages: &dyn 
     clock.lap("certify");
     let report = report(job, &setup, &operations, &texts.timed, verification, certificates.as_ref());
     let suffix = if job.file.setups.len() > 1 { format!("-{}", file_stem(&setup.file.name)) } else { String::new() };
+    // A name that no one takes for a program to be run.
+    let state = if report.findings.iter().any(|f| f.kind.is_fault()) { REJECTED } else { "" };
     let mut files = vec![
-        (format!("program{suffix}.nc"), texts.nc.into_bytes()),
-        (format!("program{suffix}.apt"), texts.apt.into_bytes()),
+        (format!("program{suffix}{state}.nc"), texts.nc.into_bytes()),
+        (format!("program{suffix}{state}.apt"), texts.apt.into_bytes()),
         (format!("report{suffix}.json"), facemill_file_format::to_json(&report).into_bytes()),
     ];
     if let Some(certificates) = certificates {

@@ -202,7 +202,7 @@ impl<'a> BlockWriter<'a> {
                 }
                 Block::Rapid { words }
             }
-            MoveKind::Approach | MoveKind::Cut => self.timed_block(operation, m, words)?,
+            MoveKind::Approach | MoveKind::Engage | MoveKind::Cut => self.timed_block(operation, m, words)?,
         };
         self.timed.program.blocks.push(block);
         self.timed.n_blocks += 1;
@@ -213,10 +213,7 @@ impl<'a> BlockWriter<'a> {
     fn timed_block(&mut self, operation: &OperationFile, m: &Move, words: AxisWords) -> Result<Block, Failure> {
         let from = self.at.ok_or_else(|| Failure::Internal("a program starts with a cut".to_owned()))?;
         let tip_distance = (m.cl.tip - from.cl.tip).norm();
-        let tip_feed = match m.kind {
-            MoveKind::Cut => operation.feeds.cutting_mm_min,
-            MoveKind::Approach | MoveKind::Rapid => operation.feeds.approach_mm_min,
-        };
+        let tip_feed = programmed_feed(&operation.feeds, m.kind);
         let axes = self.machine.axes();
         let range = self.machine.feed_range();
         let feed = feed_for_block(axes, &from.axes, &m.axes, tip_distance, tip_feed, &range)
@@ -247,6 +244,15 @@ impl<'a> BlockWriter<'a> {
             }
         };
         words.map_err(|e| Failure::Internal(e.to_string()))
+    }
+}
+
+/// Speed of the tool tip that a move is programmed with, mm/min.
+pub(crate) fn programmed_feed(feeds: &FeedsFile, kind: MoveKind) -> f64 {
+    match kind {
+        MoveKind::Cut => feeds.cutting_mm_min,
+        MoveKind::Engage => feeds.approach_mm_min.min(feeds.cutting_mm_min),
+        MoveKind::Approach | MoveKind::Rapid => feeds.approach_mm_min,
     }
 }
 
@@ -284,6 +290,7 @@ pub(crate) fn program_spec(
             min: a.in_word_unit(a.min),
             max: a.in_word_unit(a.max),
             along_spindle: mapped.along_spindle.abs() > 0.5,
+            work_offset: a.in_word_unit(mapped.offset),
         })
         .collect();
     Ok(ProgramSpec {
@@ -294,7 +301,7 @@ pub(crate) fn program_spec(
             radius: cutter.radius(),
             corner_radius: cutter.corner_radius(),
             length: job.tool.gauge_length(),
-            length_register: job.tool.number(),
+            length_register: job.tool.length_register(),
         },
         spindle: SpindleSpec {
             rpm: operation.feeds.spindle_rpm,
@@ -305,6 +312,7 @@ pub(crate) fn program_spec(
         axes,
         smallest_feed: job.machine.feed_range().min,
         program: std::mem::take(&mut timed.program),
+        rapid: job.machine.motion_law().rapid,
         approach,
     })
 }

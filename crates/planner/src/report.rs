@@ -117,6 +117,8 @@ pub struct Worst {
     pub clearance_line: Option<u32>,
     /// Largest predicted cusp.
     pub cusp_mm: Option<f64>,
+    /// Whether that, or a strip that stays uncut, is more than an operation's `cusp_mm`.
+    pub cusp_exceeded: bool,
     /// Largest lift of a pose off the facets: excess left on the part.
     pub lift_mm: f64,
     /// Largest distance between neighbouring passes.
@@ -254,6 +256,12 @@ impl MeshReport {
             _ => BTreeMap::new(),
         };
         Self { file: file.to_owned(), repair: counts }
+    }
+
+    /// Whether a component of the mesh bounds no volume.
+    pub fn is_open(&self) -> bool {
+        let count = |key: &str| self.repair.get(key).and_then(serde_json::Value::as_u64);
+        count("n_closed") < count("n_components")
     }
 }
 

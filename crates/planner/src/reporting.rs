@@ -44,6 +44,8 @@ pub(crate) fn report(
             let pass = pass_report(&o.operation.name, &piece.piece, along, &feeds);
             worst.lift_mm = worst.lift_mm.max(pass.lift_mm);
             worst.cusp_mm = larger(worst.cusp_mm, pass.cusp_mm);
+            let allowed = o.operation.tolerances.cusp_mm;
+            worst.cusp_exceeded |= pass.uncut_points > 0 || pass.cusp_mm.is_some_and(|h| h > allowed);
             worst.step_over_mm = larger(worst.step_over_mm, pass.step_over_mm);
             let area = pass.chip_area_mm2.map(|[_, max]| max);
             worst.chip_area_mm2 = larger(worst.chip_area_mm2, area);

@@ -2,7 +2,7 @@
 
 use facemill_cl_data::ClPoint;
 use facemill_cutter_location::link::{Linker, Waypoint, between};
-use facemill_cutter_location::{Configuration, Infeasible, PoseTest};
+use facemill_cutter_location::{Configuration, Hints, Infeasible, PoseTest};
 
 use crate::Failure;
 use crate::linearity::{Linearity, turned_near};
@@ -16,6 +16,7 @@ pub(crate) struct Sequencer<'t, 'a> {
     /// Where the machine is; `None` before the first pose.
     at: Option<Waypoint>,
     worst: f64,
+    hints: Hints,
 }
 
 /// Halvings of a block: 2^10 blocks for one say that the machine is near a singular pose, where more would not help.
@@ -27,7 +28,7 @@ const RAPID_SHARE: f64 = 0.25;
 impl<'t, 'a> Sequencer<'t, 'a> {
     pub(crate) fn new(test: &'t PoseTest<'a>, settings: &'t MoveSettings, from: Option<Move>) -> Self {
         let at = from.map(|m| Waypoint { cl: m.cl, configuration: configuration_of(test, &m.axes) });
-        Self { test, settings, at, worst: 0.0 }
+        Self { test, settings, at, worst: 0.0, hints: Hints::default() }
     }
 
     /// `before` is the way to the first piece, where there is one; `links` are the ways from each piece to the next.
@@ -62,8 +63,8 @@ impl<'t, 'a> Sequencer<'t, 'a> {
                 }
             }
             for (k, cut) in piece.cuts.iter().enumerate() {
-                // The first cut ends the entry: it is reached at approach feed.
-                let kind = if k == 0 { MoveKind::Approach } else { MoveKind::Cut };
+                // The first cut ends the entry.
+                let kind = if k == 0 { MoveKind::Engage } else { MoveKind::Cut };
                 self.go(kind, &Waypoint { cl: cut.pose.cl, configuration: cut.pose.configuration }, &mut moves)?;
             }
             if let Some(last) = piece.cuts.last() {
@@ -92,7 +93,10 @@ impl<'t, 'a> Sequencer<'t, 'a> {
 
     /// Goes to a pose of an entry or exit, the rotary axes as at the cut that it belongs to.
     fn approach(&mut self, cl: &ClPoint, cut: &Cut, moves: &mut Vec<Move>) -> Result<(), Failure> {
-        self.go(MoveKind::Approach, &Waypoint { cl: *cl, configuration: cut.pose.configuration }, moves)
+        let comes_from_stock = self.at.is_some_and(|at| self.test.cutter_in_stock(&at.cl, &mut self.hints));
+        let in_stock = comes_from_stock || self.test.cutter_in_stock(cl, &mut self.hints);
+        let kind = if in_stock { MoveKind::Engage } else { MoveKind::Approach };
+        self.go(kind, &Waypoint { cl: *cl, configuration: cut.pose.configuration }, moves)
     }
 
     /// Goes to a pose on the branch, and at the pole with the rotary values, that it was tested with.
@@ -143,7 +147,7 @@ impl<'t, 'a> Sequencer<'t, 'a> {
         };
         let linearity: &Linearity = match kind {
             MoveKind::Rapid => &self.settings.rapid_linearity,
-            MoveKind::Approach | MoveKind::Cut => &self.settings.linearity,
+            MoveKind::Approach | MoveKind::Engage | MoveKind::Cut => &self.settings.linearity,
         };
         let mut linker = Linker::new(self.test, &self.settings.link);
         let least_clearance = RAPID_SHARE * self.settings.link.rapid_clearance;

@@ -50,7 +50,8 @@ pub fn summary(report: &Report) -> String {
             or_none(c.largest_depth_mm, "mm")
         ));
     }
-    lines.push(format!("  largest cusp      {}", or_none(w.cusp_mm, "mm")));
+    let beyond = if w.cusp_exceeded { ", more than the job's tolerance" } else { "" };
+    lines.push(format!("  largest cusp      {}{beyond}", or_none(w.cusp_mm, "mm")));
     if t.uncut_points > 0 {
         lines.push(format!("  uncut strips      at {} points", t.uncut_points));
     }
@@ -59,6 +60,9 @@ pub fn summary(report: &Report) -> String {
     }
     if t.trims_too_much {
         lines.push(format!("  trimmed more than the job allows ({:.2} %)", 100.0 * t.max_trimmed_fraction));
+    }
+    for mesh in report.meshes.iter().filter(|m| m.is_open()) {
+        lines.push(format!("  open mesh         {}: a body wholly inside it is not found", mesh.file));
     }
     lines.push(format!("  findings          {}", report.findings.len()));
     for finding in report.findings.iter().take(10) {

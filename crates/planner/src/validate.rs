@@ -221,13 +221,31 @@ fn check_operation(at: &Field, o: &OperationFile) -> Result<(), String> {
     Ok(())
 }
 
+/// Largest of the tolerances that let the cutter into the part or off it, mm: above it, it would be a depth of cut.
+const LARGEST_TOLERANCE: f64 = 2.0;
+
+/// Part of the cutter's radius that the gouge tolerance may be: with more, the test body is no likeness of the cutter.
+const LARGEST_GOUGE: f64 = 0.1;
+
+/// First tolerance that does not fit the cutter, as `field: what it must be`.
+///
+/// # Errors
+/// When there is one.
+pub(crate) fn check_gouge_tolerances(job: &JobFile, cutter_radius: f64) -> Result<(), String> {
+    job.operations.iter().enumerate().try_for_each(|(k, o)| {
+        let at = Field(format!("operations[{k}]"));
+        at.within("tolerances.gouge_mm", o.tolerances.gouge_mm, SMALLEST_TOLERANCE, LARGEST_GOUGE * cutter_radius)
+            .map_err(|e| format!("{e} (at most a tenth of the cutter's radius)"))
+    })
+}
+
 fn check_tolerances(at: &Field, t: &TolerancesFile) -> Result<(), String> {
     at.length_or_zero("tolerances.mesh_chord_mm", t.mesh_chord_mm)?;
-    at.within("tolerances.path_chord_mm", t.path_chord_mm, SMALLEST_TOLERANCE, FARTHEST)?;
+    at.within("tolerances.path_chord_mm", t.path_chord_mm, SMALLEST_TOLERANCE, LARGEST_TOLERANCE)?;
     at.within("tolerances.max_step_mm", t.max_step_mm, SMALLEST_STEP, FARTHEST)?;
-    at.within("tolerances.linearisation_mm", t.linearisation_mm, SMALLEST_TOLERANCE, FARTHEST)?;
-    at.within("tolerances.gouge_mm", t.gouge_mm, SMALLEST_TOLERANCE, FARTHEST)?;
-    at.length_or_zero("tolerances.max_lift_mm", t.max_lift_mm)?;
+    at.within("tolerances.linearisation_mm", t.linearisation_mm, SMALLEST_TOLERANCE, LARGEST_TOLERANCE)?;
+    at.within("tolerances.gouge_mm", t.gouge_mm, SMALLEST_TOLERANCE, LARGEST_TOLERANCE)?;
+    at.within("tolerances.max_lift_mm", t.max_lift_mm, 0.0, LARGEST_TOLERANCE)?;
     at.within("tolerances.cusp_mm", t.cusp_mm, SMALLEST_TOLERANCE, FARTHEST)?;
     at.within("tolerances.max_step_over_mm", t.max_step_over_mm, SMALLEST_STEP, FARTHEST)
 }
