@@ -75,6 +75,7 @@ impl Cell {
             words: &words,
             table_from_rtcp_words: Isometry3::identity(),
             tool: &tool,
+            length_register: tool.number(),
             obstacles: vec![VirtualObstacle {
                 name: "part".to_owned(),
                 mesh: &self.tree,

@@ -180,6 +180,7 @@ fn virtual_setup<'a>(job: &'a Job, setup: &'a Setup<'_>, words: &'a WordMap) -> 
         words,
         table_from_rtcp_words: table_from_rtcp_words(job, words)?,
         tool: &job.tool,
+        length_register: job.tool.length_register(),
         obstacles,
     })
 }

@@ -170,6 +170,8 @@ pub enum FindingKind {
     UnknownPosition,
     /// The program says that it was computed for a tool of another length.
     OtherToolLength,
+    /// The length of another register than the tool's, or of none, is taken.
+    OtherLengthRegister,
     /// A block whose effect on the axes is not known, or that is not simulated.
     UnknownBlock,
 }
@@ -277,6 +279,7 @@ impl fmt::Display for FindingKind {
             Self::NoFeed => "cutting move without feed",
             Self::UnknownPosition => "position not known",
             Self::OtherToolLength => "made for another tool length",
+            Self::OtherLengthRegister => "another length register than the tool's",
             Self::UnknownBlock => "block not simulated",
         })
     }

@@ -42,6 +42,7 @@
 //!     words: &words,
 //!     table_from_rtcp_words: Isometry3::identity(),
 //!     tool: &tool,
+//!     length_register: tool.number(),
 //!     obstacles: vec![part],
 //! };
 //! let v = verify(&program, &setup, &VerifySettings::default(), &Silent)?;
@@ -59,6 +60,7 @@
 
 mod certificate;
 mod chunk_result;
+mod control;
 mod cutter_depth;
 mod dead_core;
 mod episodes;

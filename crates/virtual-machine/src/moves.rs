@@ -6,7 +6,7 @@ use facemill_nc_program::{
     ReadMotion, ReadProgram,
 };
 
-use crate::{FindingKind, VerifySettings, VirtualSetup, rtcp};
+use crate::{FindingKind, VerifySettings, VirtualSetup, control::Control, rtcp};
 
 /// One motion of the axes.
 #[derive(Clone, Copy, Debug)]
@@ -47,12 +47,16 @@ pub(crate) struct Moves {
 /// Resolves every block. At the start all axes are at home.
 pub(crate) fn resolve(program: &ReadProgram, setup: &VirtualSetup<'_>, settings: &VerifySettings) -> Moves {
     let mut state = State::new(setup);
+    let mut control = Control::new(setup);
     state.tool_lengths(program);
     for (index, block) in program.blocks.iter().enumerate() {
         state.section = settings.section_of(block.line);
+        control.block(index, block);
         state.block(index, block);
     }
-    state.out
+    let mut out = state.out;
+    out.faults.extend(control.into_faults());
+    out
 }
 
 /// Difference of tool lengths that is no finding, mm: what the check in the program's text allows, too.

@@ -17,8 +17,10 @@ pub struct VirtualSetup<'a> {
     pub words: &'a WordMap,
     /// Frame that X, Y and Z words are told in while RTCP is on, fixed to the table. Not used otherwise.
     pub table_from_rtcp_words: Isometry3<f64>,
-    /// The tool in the spindle.
+    /// The tool that the program is to put into the spindle.
     pub tool: &'a ToolAssembly,
+    /// Number of the register (H) that holds the tool's length; any other one holds nobody knows what.
+    pub length_register: u32,
     /// What stands on the table. Bodies of the machine are none of them: they are taken from the machine, all of them.
     pub obstacles: Vec<VirtualObstacle<'a>>,
 }

@@ -85,6 +85,7 @@ impl Shop {
             words: &self.words,
             table_from_rtcp_words: self.table_from_work,
             tool: &self.tool,
+            length_register: self.tool.number(),
             obstacles: vec![
                 obstacle("plate", &self.plate, ObstacleKind::Part),
                 obstacle("wall", &self.wall, ObstacleKind::Fixture),
