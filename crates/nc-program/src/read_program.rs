@@ -201,6 +201,8 @@ pub struct ToolLengthNote {
 pub struct ReadNote {
     /// First line it concerns, from 1.
     pub line: u32,
+    /// That line without blanks at its ends.
+    pub text: Box<str>,
     /// Number of lines it concerns.
     pub count: usize,
     /// What it is.
@@ -210,11 +212,14 @@ pub struct ReadNote {
 /// Kinds of [`ReadNote`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NoteKind {
-    /// An axis word without a decimal point was read in mm or deg; a control may count it in least increments.
+    /// An axis word or a feed without a decimal point was read in mm, deg or the unit of feeds; a control may count it in
+    /// least increments.
     NoDecimalPoint,
-    /// Macro text was kept and not evaluated, and may change what is executed or where the axes are. A check that only
-    /// raises an alarm (`IF […] GOTO n`, `#3000=…`, `N n`) does not count.
+    /// Macro text was kept and not evaluated, and may change where the axes are.
     NotEvaluated,
+    /// Macro text that may skip, repeat or stop what follows was kept and not evaluated. A check that only raises an alarm
+    /// (`IF […] GOTO n`, `#3000=…`, `N n`) does not count.
+    Branch,
     /// Blocks with `/` are read as executed.
     Skippable,
     /// A feed was given in inch/min; the part of it that belongs to rotary axes depends on the control.
@@ -233,7 +238,7 @@ impl ReadProgram {
     /// Whether the control does what the blocks say: no macro text may skip, repeat or move anything.
     #[must_use]
     pub fn is_evaluated(&self) -> bool {
-        self.notes.iter().all(|note| note.kind != NoteKind::NotEvaluated)
+        self.notes.iter().all(|note| !matches!(note.kind, NoteKind::NotEvaluated | NoteKind::Branch))
     }
 
     /// All moves with their blocks, in order.

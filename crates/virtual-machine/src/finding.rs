@@ -172,6 +172,14 @@ pub enum FindingKind {
     OtherToolLength,
     /// The length of another register than the tool's, or of none, is taken.
     OtherLengthRegister,
+    /// A length, angle or feed without a decimal point, which controls may count in their least increments.
+    NoDecimalPoint,
+    /// A feed in inch/min, of which controls take the part of rotary axes each in their own way.
+    InchFeed,
+    /// Macro text that may skip, repeat or stop what follows.
+    Branch,
+    /// Text behind the end of the program, which is not run.
+    BehindEnd,
     /// A block whose effect on the axes is not known, or that is not simulated.
     UnknownBlock,
 }
@@ -280,6 +288,10 @@ impl fmt::Display for FindingKind {
             Self::UnknownPosition => "position not known",
             Self::OtherToolLength => "made for another tool length",
             Self::OtherLengthRegister => "another length register than the tool's",
+            Self::NoDecimalPoint => "number without decimal point",
+            Self::InchFeed => "feed in inch/min",
+            Self::Branch => "branch that is not followed",
+            Self::BehindEnd => "text behind the end of the program",
             Self::UnknownBlock => "block not simulated",
         })
     }

@@ -67,6 +67,7 @@ mod episodes;
 mod finding;
 mod moves;
 mod ramp;
+mod reader_notes;
 mod report;
 mod rtcp;
 mod scene;

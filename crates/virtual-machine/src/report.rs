@@ -6,6 +6,7 @@ use crate::{
     chunk_result::{ChunkResult, Clearance, Gouge, Gouges, nearest},
     episodes::{Contact, Episode, Episodes},
     moves::{Move, TextFault},
+    reader_notes,
     scene::Scene,
 };
 
@@ -45,6 +46,7 @@ impl Report<'_> {
         v.sections = self.sections(&gouges);
         v.smallest_clearance = clearance.map(|c| self.clearance_place(&c));
         v.findings = episodes.all.iter().map(|e| self.finding(e)).chain(self.text_findings(faults)).collect();
+        v.findings.extend(reader_notes::findings(self.program));
         v.findings.sort_by_key(|f| (f.first_line, f.kind));
         v
     }

@@ -38,3 +38,49 @@ fn a_length_from_another_register_is_found_where_it_is_taken() {
     assert!(f.note.contains("H77") && f.note.contains("H7"), "{f}");
     assert!(f.kind.is_fault());
 }
+
+#[test]
+fn numbers_without_a_decimal_point_are_one_finding_at_the_first_of_them() {
+    let shop = Shop::new();
+    let start = || Text::new(&shop).line("G0 G43 X0. Y0. Z1000. B0 C0. H7");
+    let pointless = FindingKind::NoDecimalPoint;
+    assert_eq!(kinds(&start().line("G0 Z500.").line("G1 Z450. F100.")), []);
+    assert_eq!(kinds(&start().line("G0 Z500").line("X30").line("G0 B5")), [(pointless, HEAD + 2)]);
+    assert_eq!(kinds(&start().line("G1 X450. F100")), [(pointless, HEAD + 2)]);
+    assert_eq!(kinds(&start().line("G0 B10")), [(pointless, HEAD + 2)]);
+    let v = start().line("N7 G0 Z500").line("X30").verify();
+    let f = kit::only(&v);
+    assert_eq!((f.block_number, f.block_text.as_str(), f.kind.is_fault()), (Some(7), "N7 G0 Z500", true));
+    assert!(f.note.contains("1 more"), "{f}");
+}
+
+#[test]
+fn feeds_in_inches_and_lines_behind_the_end_mark_are_findings() {
+    let shop = Shop::new();
+    let start = || Text::new(&shop).line("G0 G43 X0. Y0. Z1000. B0. C0. H7");
+    assert_eq!(kinds(&start().line("G20 G1 X1. F10.")), [(FindingKind::InchFeed, HEAD + 2)]);
+    assert_eq!(kinds(&start().line("%")), []);
+    let v = start().line("%").line("").line(" G0 X0.").line("G0 X1.").verify();
+    let f = kit::only(&v);
+    assert_eq!((f.kind, f.first_line, f.block_text.as_str()), (FindingKind::BehindEnd, HEAD + 4, "G0 X0."));
+    // Nothing but an end: no block is read at all.
+    let nothing = Text { shop: &shop, text: "%\n%\nG0 X0.\n".to_owned() };
+    assert_eq!(kinds(&nothing), [(FindingKind::BehindEnd, 3)]);
+}
+
+#[test]
+fn branches_are_findings_and_a_check_that_goes_over_its_alarm_is_none() {
+    let shop = Shop::new();
+    let start = || Text::new(&shop).line("G0 G43 X0. Y0. Z1000. B0. C0. H7");
+    let check = || start().line("IF [ABS[#11007+#10007-120.000] LE 0.01] GOTO 9001").line("#3000=1(LENGTH H7)");
+    assert_eq!(kinds(&check().line("N9001").line("G0 X1.")), []);
+    let found = [(FindingKind::Branch, HEAD + 2)];
+    // To another label, over a block, without its alarm, backwards, in a loop, an alarm alone.
+    assert_eq!(kinds(&check().line("N9002").line("N9001")), found);
+    assert_eq!(kinds(&check().line("G0 X1.").line("N9001")), found);
+    assert_eq!(kinds(&start().line("IF [#500 EQ 1] GOTO 9002").line("G0 X1.").line("N9002")), found);
+    assert_eq!(kinds(&start().line("GOTO 9002").line("N9002")), found);
+    assert_eq!(kinds(&start().line("WHILE [#1 LT 5] DO 1").line("G0 X1.").line("END 1")), found);
+    assert_eq!(kinds(&start().line("#3000=1(STOP)").line("G0 X1.")), found);
+    assert_eq!(kinds(&start().line("#500=1").line("G0 X1.")), []);
+}

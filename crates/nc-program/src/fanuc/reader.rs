@@ -1,4 +1,8 @@
-use super::{block::interpret, lexer::Line, modal::Modal};
+use super::{
+    block::{axis_of, interpret},
+    lexer::{Line, Word},
+    modal::Modal,
+};
 use crate::{MacroKind, NoteKind, ReadBlock, ReadCommand, ReadError, ReadFault, ReadNote, ReadProgram, ToolLengthNote};
 
 /// Reads a FANUC program, or one of a control close to it: what it says, with modal state resolved and nothing executed.
@@ -7,7 +11,8 @@ use crate::{MacroKind, NoteKind, ReadBlock, ReadCommand, ReadError, ReadFault, R
 /// are understood. Macro text is kept and not evaluated; where it may have moved an axis, positions are unknown until
 /// they are programmed again. A word that is not understood is an error: nothing is skipped silently.
 ///
-/// Axis words without a decimal point are read in mm and deg (and noted once), G4 P in ms where it has none.
+/// Axis words without a decimal point are read in mm and deg, feeds in mm/min (and noted once), G4 P in ms where it has
+/// none.
 ///
 /// # Errors
 /// When a word is not understood or has no meaning in its block, with line, column and text.
@@ -39,6 +44,7 @@ pub struct FanucReader {
 #[derive(Debug)]
 struct Guard {
     line: u32,
+    text: Box<str>,
     label: u32,
     has_alarm: bool,
 }
@@ -62,7 +68,7 @@ impl FanucReader {
             return Ok(None);
         }
         if self.has_ended {
-            self.note(NoteKind::BehindEnd);
+            self.note(NoteKind::BehindEnd, &String::from_utf8_lossy(trimmed));
             return Ok(None);
         }
         self.line.split(self.line_number, line)?;
@@ -100,7 +106,7 @@ impl FanucReader {
     #[must_use]
     pub fn finish(mut self) -> (Vec<ToolLengthNote>, Vec<ReadNote>) {
         if let Some(guard) = self.guard.take() {
-            self.note_at(guard.line, NoteKind::NotEvaluated);
+            self.note_at(guard.line, NoteKind::Branch, &guard.text);
         }
         (self.tool_lengths, self.notes)
     }
@@ -114,15 +120,15 @@ impl FanucReader {
                 self.guard = Some(Guard { has_alarm: true, ..guard });
                 is_guarded = true;
             } else if !guard.has_alarm || block.number != Some(guard.label) {
-                self.note_at(guard.line, NoteKind::NotEvaluated);
+                self.note_at(guard.line, NoteKind::Branch, &guard.text);
             }
         }
         match (kind, self.branch_label()) {
             (Some(MacroKind::Branch), Some(label)) => {
-                self.guard = Some(Guard { line: block.line, label, has_alarm: false });
+                self.guard = Some(Guard { line: block.line, text: block.text.clone(), label, has_alarm: false });
             }
-            (Some(MacroKind::Branch), None) => self.note(NoteKind::NotEvaluated),
-            (Some(MacroKind::Alarm), _) if !is_guarded => self.note(NoteKind::NotEvaluated),
+            (Some(MacroKind::Branch), None) => self.note(NoteKind::Branch, &block.text),
+            (Some(MacroKind::Alarm), _) if !is_guarded => self.note(NoteKind::Branch, &block.text),
             _ => {}
         }
     }
@@ -168,7 +174,7 @@ impl FanucReader {
             }
         }
         if block.skippable {
-            self.note(NoteKind::Skippable);
+            self.note(NoteKind::Skippable, &block.text);
         }
         Ok(at)
     }
@@ -208,11 +214,11 @@ impl FanucReader {
             MacroKind::Assignment | MacroKind::Alarm | MacroKind::Branch => {}
             MacroKind::Setting => {
                 self.modal.position.forget_words();
-                self.note(NoteKind::NotEvaluated);
+                self.note(NoteKind::NotEvaluated, &block.text);
             }
             MacroKind::Call | MacroKind::VariableWords => {
                 self.modal.forget_motion();
-                self.note(NoteKind::NotEvaluated);
+                self.note(NoteKind::NotEvaluated, &block.text);
             }
         }
         block.commands.push(ReadCommand::Macro { kind, text: block.text.to_string() });
@@ -233,30 +239,30 @@ impl FanucReader {
             .iter()
             .any(|c| matches!(c, ReadCommand::Macro { kind: MacroKind::Call | MacroKind::Setting, .. }));
         if is_not_evaluated {
-            self.note(NoteKind::NotEvaluated);
+            self.note(NoteKind::NotEvaluated, &block.text);
         }
         if self.modal.is_inch && self.line.words.iter().any(|w| w.letter == b'F') {
-            self.note(NoteKind::InchFeed);
+            self.note(NoteKind::InchFeed, &block.text);
         }
-        let is_pointless = |w: &super::lexer::Word| {
-            !w.has_point && w.value != 0.0 && crate::AxisLetter::new(char::from(w.letter), w.index).is_some()
-        };
-        if block.motion.is_some() && self.line.words.iter().any(is_pointless) {
-            self.note(NoteKind::NoDecimalPoint);
+        let counts = |w: &Word| w.letter == b'F' || block.motion.is_some() && axis_of(w).is_some();
+        if self.line.words.iter().any(|w| !w.has_point && w.value != 0.0 && counts(w)) {
+            self.note(NoteKind::NoDecimalPoint, &block.text);
         }
     }
 
-    fn note(&mut self, kind: NoteKind) {
-        self.note_at(self.line_number, kind);
+    fn note(&mut self, kind: NoteKind, text: &str) {
+        self.note_at(self.line_number, kind, text);
     }
 
-    fn note_at(&mut self, line: u32, kind: NoteKind) {
+    fn note_at(&mut self, line: u32, kind: NoteKind, text: &str) {
         match self.notes.iter_mut().find(|note| note.kind == kind) {
             Some(note) => {
                 note.count += 1;
-                note.line = note.line.min(line);
+                if line < note.line {
+                    (note.line, note.text) = (line, text.into());
+                }
             }
-            None => self.notes.push(ReadNote { line, count: 1, kind }),
+            None => self.notes.push(ReadNote { line, text: text.into(), count: 1, kind }),
         }
     }
 }

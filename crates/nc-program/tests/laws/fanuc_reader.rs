@@ -131,7 +131,9 @@ fn macro_text_is_kept_and_not_trusted() {
     for broken in [check.replace("N9001", "N9002"), check.replace("#3000", "G0 X1.\n#3000"), check.replace("N9001", "")]
     {
         let read = read_fanuc(&broken).unwrap();
-        assert_eq!(read.notes.iter().find(|n| n.kind == NoteKind::NotEvaluated).map(|n| n.line), Some(1), "{broken}");
+        let branch = read.notes.iter().find(|n| n.kind == NoteKind::Branch).unwrap();
+        assert_eq!((branch.line, &*branch.text), (1, check.lines().next().unwrap()), "{broken}");
+        assert!(!read.is_evaluated(), "{broken}");
     }
     // Nothing is known behind text that may have moved everything.
     let m = motions("G0 X1. Y1.\nG0 X#1\nG0 Y2.\nM98 P1\nG0 X3.");
@@ -197,11 +199,16 @@ fn what_is_not_understood_is_refused_with_its_place() {
 #[test]
 fn ambiguous_texts_are_noted() {
     let notes = |text: &str| read_fanuc(text).unwrap().notes;
-    let note = |line, count, kind| ReadNote { line, count, kind };
-    assert_eq!(notes("G0 X0\nG0 X10\nY5\nG4 P100\nG1 X1. F100"), [note(2, 2, NoteKind::NoDecimalPoint)]);
-    assert_eq!(notes("G0 X1.\n/G0 X2."), [note(2, 1, NoteKind::Skippable)]);
-    assert_eq!(notes("%\nG0 X1.\n%\nG0\n!!"), [note(4, 2, NoteKind::BehindEnd)]);
-    assert_eq!(notes("G20\nG1 X1. F5."), [note(2, 1, NoteKind::InchFeed)]);
+    let note = |line, text: &str, count, kind| ReadNote { line, text: text.into(), count, kind };
+    let pointless = |line, text, count| [note(line, text, count, NoteKind::NoDecimalPoint)];
+    assert_eq!(notes("G0 X0\nG0 X10\nY5\nG4 P100\nG1 X1. F100."), pointless(2, "G0 X10", 2));
+    assert_eq!(notes("G1 X1. F100\nF20.\nF30\nS500 M3\nT7 M6"), pointless(1, "G1 X1. F100", 2));
+    assert_eq!(notes("G0 X1.\n /G0 X2. "), [note(2, "/G0 X2.", 1, NoteKind::Skippable)]);
+    assert_eq!(notes("%\nG0 X1.\n%\n G0\n!!"), [note(4, "G0", 2, NoteKind::BehindEnd)]);
+    assert_eq!(notes("G20\nG1 X1. F5."), [note(2, "G1 X1. F5.", 1, NoteKind::InchFeed)]);
+    // A branch that turns out to guard nothing stands before one that was known at once.
+    let two = "IF [#1 EQ 1] GOTO 5\nGOTO 6\nN5\nN6";
+    assert_eq!(notes(two), [note(1, "IF [#1 EQ 1] GOTO 5", 2, NoteKind::Branch)]);
 }
 
 #[test]
