@@ -23,6 +23,9 @@ pub struct ReadBlock {
     /// Whether the line starts with `/`, so that a switch on the control decides if it is executed. Positions are
     /// resolved as if it were.
     pub skippable: bool,
+    /// Whether it moves axes or changes what the control remembers of motions: it has macro text or any word but M, S, T
+    /// and those of a dwell.
+    pub sets_state: bool,
     /// Length compensation in force behind the block, whether it moves or not.
     pub compensation: Compensation,
     /// Where the block moves to.

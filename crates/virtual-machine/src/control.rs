@@ -1,6 +1,6 @@
 //! What the control has set besides its axes, as the text tells.
 
-use facemill_nc_program::{Compensation, ReadBlock};
+use facemill_nc_program::{Compensation, ReadBlock, ReadCommand};
 
 use crate::{FindingKind, VirtualSetup, moves::TextFault};
 
@@ -19,12 +19,28 @@ impl<'a> Control<'a> {
 
     /// Follows the next block.
     pub(crate) fn block(&mut self, index: usize, block: &ReadBlock) {
+        self.skippable(index, block);
         self.length_register(index, block.compensation);
     }
 
     /// What was wrong.
     pub(crate) fn into_faults(self) -> Vec<TextFault> {
         self.faults
+    }
+
+    /// A switch on the control decides whether a line with `/` is run. It may only when nothing later depends on it: with
+    /// comments, stops, coolant and dwells.
+    fn skippable(&mut self, index: usize, block: &ReadBlock) {
+        let is_harmless = |c: &ReadCommand| {
+            matches!(
+                c,
+                ReadCommand::Comment(_) | ReadCommand::Stop { .. } | ReadCommand::Coolant(_) | ReadCommand::Dwell(_)
+            )
+        };
+        if block.skippable && (block.sets_state || !block.commands.iter().all(is_harmless)) {
+            let note = "read as run: a switch on the control decides";
+            self.fault(FindingKind::SkippableBlock, index, note.to_owned());
+        }
     }
 
     /// The tool's length stands in one register; what stands in the others nobody knows. Axes go on as if it were the

@@ -178,6 +178,8 @@ pub enum FindingKind {
     InchFeed,
     /// Macro text that may skip, repeat or stop what follows.
     Branch,
+    /// A line that a switch on the control may skip (`/`), which moves axes or changes what later blocks depend on.
+    SkippableBlock,
     /// Text behind the end of the program, which is not run.
     BehindEnd,
     /// A block whose effect on the axes is not known, or that is not simulated.
@@ -291,6 +293,7 @@ impl fmt::Display for FindingKind {
             Self::NoDecimalPoint => "number without decimal point",
             Self::InchFeed => "feed in inch/min",
             Self::Branch => "branch that is not followed",
+            Self::SkippableBlock => "block that may be skipped",
             Self::BehindEnd => "text behind the end of the program",
             Self::UnknownBlock => "block not simulated",
         })

@@ -84,3 +84,47 @@ fn branches_are_findings_and_a_check_that_goes_over_its_alarm_is_none() {
     assert_eq!(kinds(&start().line("#3000=1(STOP)").line("G0 X1.")), found);
     assert_eq!(kinds(&start().line("#500=1").line("G0 X1.")), []);
 }
+
+#[test]
+fn lines_that_may_be_skipped_are_findings_when_anything_depends_on_them() {
+    let shop = Shop::new();
+    let start = || Text::new(&shop).line("G0 G43 X0. Y0. Z1000. B0. C0. H7");
+    for harmless in ["/", "/ (note)", "/M0", "/1 M1", "/M8", "/M9", "/N5 G4 P100", "/G4 X0.5 M8"] {
+        assert_eq!(kinds(&start().line(harmless).line("G0 X1.")), [], "{harmless}");
+    }
+    for harmful in [
+        "/G0 X1.",
+        "/X1.",
+        "/3 G90",
+        "/G91",
+        "/G1",
+        "/F100.",
+        "/G93",
+        "/G54",
+        "/G55",
+        "/H7",
+        "/G49 Z1000.",
+        "/G61",
+        "/G91 G28 Z0.",
+        "/T7",
+        "/S2000",
+        "/M3",
+        "/M5",
+        "/M19",
+        "/M30",
+        "/#100=1",
+        "/G4 P100 F100.",
+        "/G4 G90 P100",
+        "/D7",
+    ] {
+        let text = start().line(harmful).line("(behind)").verify();
+        let found: Vec<_> = text.findings.iter().filter(|f| f.kind == FindingKind::SkippableBlock).collect();
+        assert_eq!(found.len(), 1, "{harmful}: {:?}", text.findings);
+        assert_eq!((found[0].first_line, found[0].block_text.as_str()), (HEAD + 2, harmful));
+        assert!(found[0].kind.is_fault());
+    }
+    // Those that follow each other are one.
+    let both = start().line("/G0 X1.").line("/G0 X2.").line("G0 X3.").line("/G0 X4.");
+    let skippable = FindingKind::SkippableBlock;
+    assert_eq!(found(&both), [(skippable, HEAD + 2, HEAD + 3), (skippable, HEAD + 5, HEAD + 5)]);
+}

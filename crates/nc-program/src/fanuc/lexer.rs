@@ -101,6 +101,15 @@ impl Line {
         Ok(Word { letter, index, value, has_point, start, end, is_used: false })
     }
 
+    /// Whether any word is neither M, S or T nor of a dwell.
+    pub(super) fn sets_state(&self) -> bool {
+        let is_dwell = |w: &Word| w.letter == b'G' && w.value == 4.0;
+        let dwells = self.words.iter().any(is_dwell);
+        let is_none = |w: &Word| matches!(w.letter, b'M' | b'S' | b'T');
+        let is_of_dwell = |w: &Word| dwells && (is_dwell(w) || matches!(w.letter, b'P' | b'X' | b'U'));
+        !self.words.iter().all(|w| is_none(w) || is_of_dwell(w))
+    }
+
     /// The word as it stands, without blanks.
     pub(super) fn word_text(&self, word: &Word) -> String {
         self.text(word.start, word.end)

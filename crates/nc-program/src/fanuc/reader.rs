@@ -81,6 +81,7 @@ impl FanucReader {
             number: None,
             text: String::from_utf8_lossy(trimmed).into(),
             skippable: false,
+            sets_state: false,
             compensation: self.modal.compensation,
             motion: None,
             commands: Vec::new(),
@@ -98,6 +99,7 @@ impl FanucReader {
         self.line.split_words(start)?;
         interpret(&mut self.line, &mut self.modal, &mut block)?;
         block.compensation = self.modal.compensation;
+        block.sets_state = self.line.sets_state();
         self.note_words(&block);
         Ok(Some(block))
     }
@@ -221,6 +223,7 @@ impl FanucReader {
                 self.note(NoteKind::NotEvaluated, &block.text);
             }
         }
+        block.sets_state = true;
         block.commands.push(ReadCommand::Macro { kind, text: block.text.to_string() });
     }
 
