@@ -1,6 +1,9 @@
 //! What the control has set besides its axes, as the text tells.
 
+use std::collections::BTreeMap;
+
 use facemill_nc_program::{Compensation, ReadBlock, ReadCommand};
+use facemill_tool_model::SpindleRotation;
 
 use crate::{FindingKind, VirtualSetup, moves::TextFault};
 
@@ -8,24 +11,103 @@ use crate::{FindingKind, VirtualSetup, moves::TextFault};
 pub(crate) struct Control<'a> {
     setup: &'a VirtualSetup<'a>,
     compensation: Compensation,
+    spindle: Spindle,
+    has_ended: bool,
     faults: Vec<TextFault>,
+    /// Index of the fault that a cause has led to, as long as the cause lasts.
+    lasting: BTreeMap<(FindingKind, String), usize>,
 }
+
+/// The spindle, as M3, M4, M5 and S set it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Spindle {
+    turns: Option<SpindleRotation>,
+    /// 1/min; 0 before the first S.
+    speed: f64,
+}
+
+/// Functions without a meaning of their own here that do no harm: orientation of the spindle, which is followed as its
+/// stop.
+const ORIENTATION: u32 = 19;
 
 impl<'a> Control<'a> {
     /// A control before the first block.
     pub(crate) fn new(setup: &'a VirtualSetup<'a>) -> Self {
-        Self { setup, compensation: Compensation::Off, faults: Vec::new() }
+        Self {
+            setup,
+            compensation: Compensation::Off,
+            spindle: Spindle::default(),
+            has_ended: false,
+            faults: Vec::new(),
+            lasting: BTreeMap::new(),
+        }
     }
 
     /// Follows the next block.
     pub(crate) fn block(&mut self, index: usize, block: &ReadBlock) {
+        self.behind_end(index, block);
         self.skippable(index, block);
         self.length_register(index, block.compensation);
+        let before = self.spindle_fault();
+        for command in &block.commands {
+            self.command(index, command);
+        }
+        if block.motion.as_ref().is_some_and(|m| !m.kind.is_rapid()) {
+            // Whether a control switches before, during or behind the motion of a block is the machine builder's.
+            if let Some((kind, note)) = before.or_else(|| self.spindle_fault()) {
+                self.last(kind, index, note);
+            }
+        }
     }
 
     /// What was wrong.
     pub(crate) fn into_faults(self) -> Vec<TextFault> {
         self.faults
+    }
+
+    fn command(&mut self, index: usize, command: &ReadCommand) {
+        let mut spindle = self.spindle;
+        match command {
+            ReadCommand::SpindleSpeed(speed) => spindle.speed = *speed,
+            ReadCommand::SpindleOn { clockwise: true } => spindle.turns = Some(SpindleRotation::Clockwise),
+            ReadCommand::SpindleOn { clockwise: false } => spindle.turns = Some(SpindleRotation::Counterclockwise),
+            // A tool is changed with the spindle at rest.
+            ReadCommand::SpindleOff | ReadCommand::ToolChange | ReadCommand::Function(ORIENTATION) => {
+                spindle.turns = None;
+            }
+            ReadCommand::Function(code) => {
+                let note = format!("M{code} is the machine builder's: what it does is not simulated");
+                self.last(FindingKind::UnknownFunction, index, note);
+            }
+            ReadCommand::End => self.has_ended = true,
+            _ => {}
+        }
+        if std::mem::replace(&mut self.spindle, spindle) != spindle {
+            self.lasting.retain(|(kind, _), _| !matches!(kind, FindingKind::SpindleOff | FindingKind::SpindleSense));
+        }
+    }
+
+    /// Why the spindle must not cut as it is.
+    fn spindle_fault(&self) -> Option<(FindingKind, String)> {
+        let wanted = self.setup.tool.spindle_rotation();
+        let code = |turns| if turns == SpindleRotation::Clockwise { "M3" } else { "M4" };
+        match self.spindle.turns {
+            None => Some((FindingKind::SpindleOff, format!("cutting needs {} before", code(wanted)))),
+            Some(turns) if turns != wanted => {
+                let note = format!("{} is on, the tool cuts with {}", code(turns), code(wanted));
+                Some((FindingKind::SpindleSense, note))
+            }
+            Some(_) if self.spindle.speed > 0.0 => None,
+            Some(_) => Some((FindingKind::SpindleOff, "cutting needs a speed (S) above 0".to_owned())),
+        }
+    }
+
+    /// Nothing is run behind M2 or M30.
+    fn behind_end(&mut self, index: usize, block: &ReadBlock) {
+        let is_comment = |c: &ReadCommand| matches!(c, ReadCommand::Comment(_));
+        if self.has_ended && (block.sets_state || !block.commands.iter().all(is_comment)) {
+            self.last(FindingKind::BehindEnd, index, "not run: the program ends before".to_owned());
+        }
     }
 
     /// A switch on the control decides whether a line with `/` is run. It may only when nothing later depends on it: with
@@ -63,6 +145,17 @@ impl<'a> Control<'a> {
     }
 
     fn fault(&mut self, kind: FindingKind, block: usize, note: String) {
-        self.faults.push(TextFault { kind, block, axis: None, note });
+        self.faults.push(TextFault { kind, block, last: block, axis: None, note });
+    }
+
+    /// A fault that one cause leads to in many blocks: told once, from its first block to its last.
+    fn last(&mut self, kind: FindingKind, block: usize, note: String) {
+        let key = (kind, note);
+        if let Some(&k) = self.lasting.get(&key) {
+            self.faults[k].last = block;
+            return;
+        }
+        self.fault(kind, block, key.1.clone());
+        self.lasting.insert(key, self.faults.len() - 1);
     }
 }

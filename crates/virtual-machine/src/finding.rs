@@ -29,7 +29,7 @@ pub struct Verification {
 }
 
 impl Verification {
-    /// The findings that make the program unfit: all but near misses.
+    /// The findings that make the program unfit ([`FindingKind::is_fault`]).
     pub fn faults(&self) -> impl Iterator<Item = &Finding> {
         self.findings.iter().filter(|f| f.kind.is_fault())
     }
@@ -172,6 +172,10 @@ pub enum FindingKind {
     OtherToolLength,
     /// The length of another register than the tool's, or of none, is taken.
     OtherLengthRegister,
+    /// A feed move while the spindle stands still or has no speed.
+    SpindleOff,
+    /// A feed move while the spindle turns against the tool's sense.
+    SpindleSense,
     /// A length, angle or feed without a decimal point, which controls may count in their least increments.
     NoDecimalPoint,
     /// A feed in inch/min, of which controls take the part of rotary axes each in their own way.
@@ -184,6 +188,8 @@ pub enum FindingKind {
     BehindEnd,
     /// A block whose effect on the axes is not known, or that is not simulated.
     UnknownBlock,
+    /// A function of the machine builder (M), which is not simulated.
+    UnknownFunction,
 }
 
 /// Size of a fault, or of what is left.
@@ -205,10 +211,11 @@ pub enum Measure {
 }
 
 impl FindingKind {
-    /// Whether it makes the program unfit.
+    /// Whether it makes the program unfit: all but near misses, and functions of the machine builder, which every shop has and
+    /// only the shop can judge.
     #[must_use]
     pub fn is_fault(self) -> bool {
-        self != Self::NearMiss
+        !matches!(self, Self::NearMiss | Self::UnknownFunction)
     }
 }
 
@@ -290,12 +297,15 @@ impl fmt::Display for FindingKind {
             Self::UnknownPosition => "position not known",
             Self::OtherToolLength => "made for another tool length",
             Self::OtherLengthRegister => "another length register than the tool's",
+            Self::SpindleOff => "feed move without the spindle",
+            Self::SpindleSense => "feed move with the spindle the wrong way round",
             Self::NoDecimalPoint => "number without decimal point",
             Self::InchFeed => "feed in inch/min",
             Self::Branch => "branch that is not followed",
             Self::SkippableBlock => "block that may be skipped",
             Self::BehindEnd => "text behind the end of the program",
             Self::UnknownBlock => "block not simulated",
+            Self::UnknownFunction => "function not simulated",
         })
     }
 }

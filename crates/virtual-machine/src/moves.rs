@@ -33,6 +33,8 @@ impl Move {
 pub(crate) struct TextFault {
     pub(crate) kind: FindingKind,
     pub(crate) block: usize,
+    /// The last block that it goes on in.
+    pub(crate) last: usize,
     pub(crate) axis: Option<AxisLetter>,
     pub(crate) note: String,
 }
@@ -360,7 +362,7 @@ impl<'a> State<'a> {
     }
 
     fn fault(&mut self, kind: FindingKind, block: usize, axis: Option<AxisLetter>, note: String) {
-        self.out.faults.push(TextFault { kind, block, axis, note });
+        self.out.faults.push(TextFault { kind, block, last: block, axis, note });
     }
 }
 

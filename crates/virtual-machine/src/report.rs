@@ -112,7 +112,7 @@ impl Report<'_> {
     /// Faults of the text, those alike in blocks that follow each other as one.
     fn text_findings(&self, faults: &[TextFault]) -> Vec<Finding> {
         let alike = |a: &TextFault, b: &TextFault| {
-            (a.kind, a.axis, &a.note) == (b.kind, b.axis, &b.note) && b.block <= a.block + 1
+            (a.kind, a.axis, &a.note) == (b.kind, b.axis, &b.note) && b.block <= a.last + 1
         };
         faults.chunk_by(alike).filter_map(|run| Some(self.text_finding(run.first()?, run.last()?))).collect()
     }
@@ -122,7 +122,7 @@ impl Report<'_> {
         Finding {
             kind: first.kind,
             first_line: block.line,
-            last_line: self.program.blocks[last.block].line,
+            last_line: self.program.blocks[last.last].line,
             worst_line: block.line,
             block_number: block.number,
             block_text: block.text.to_string(),

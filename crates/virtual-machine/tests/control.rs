@@ -128,3 +128,94 @@ fn lines_that_may_be_skipped_are_findings_when_anything_depends_on_them() {
     let skippable = FindingKind::SkippableBlock;
     assert_eq!(found(&both), [(skippable, HEAD + 2, HEAD + 3), (skippable, HEAD + 5, HEAD + 5)]);
 }
+
+/// A text at the work whose head does not switch the spindle on.
+fn still(shop: &Shop) -> Text<'_> {
+    Text { shop, text: "%\nO1\nG21 G90 G94 G49\nT7 M6\nG0 G43 X0. Y0. Z1000. B0. C0. H7\n".to_owned() }
+}
+
+/// Two feed moves, each with a rapid behind it.
+fn pass(text: Text<'_>) -> Text<'_> {
+    text.line("G1 X1. F100.").line("G0 X3.").line("G1 X4.").line("G0 X5.")
+}
+
+#[test]
+fn feed_moves_without_the_spindle_are_one_finding_from_the_first_to_the_last() {
+    let shop = Shop::new();
+    let start = || still(&shop);
+    let (off, sense) = (FindingKind::SpindleOff, FindingKind::SpindleSense);
+    assert_eq!(found(&pass(start())), [(off, 6, 8)]);
+    // One line, and the pass behind it.
+    for (line, kind) in [
+        ("S2000 M3", None),
+        ("S2000 M03", None),
+        ("M3", Some(off)),
+        ("S2000", Some(off)),
+        ("S0 M3", Some(off)),
+        ("S2000 M4", Some(sense)),
+        ("S2000 M3 M5", Some(off)),
+    ] {
+        let expected: Vec<_> = kind.iter().map(|k| (*k, 7, 9)).collect();
+        assert_eq!(found(&pass(start().line(line))), expected, "{line}");
+    }
+    let on = || start().line("S2000 M3");
+    for stop in ["M5", "M19"] {
+        assert_eq!(found(&pass(on().line(stop))), [(off, 8, 10)], "{stop}");
+        assert_eq!(found(&pass(on().line(stop).line("M3"))), []);
+    }
+    // A tool is changed at rest.
+    let home = || on().line("G91 G28 Z0.").line("G90").line("T7 M6");
+    assert_eq!(found(&pass(home())), [(off, 10, 12)]);
+    assert_eq!(found(&pass(home().line("M3"))), []);
+    // In the block itself it may come too late, or go too early.
+    assert_eq!(found(&start().line("S2000 M3 G1 X1. F100.").line("X2.")), [(off, 6, 6)]);
+    assert_eq!(found(&on().line("G1 X1. F100.").line("X2. M5")), [(off, 8, 8)]);
+    // Rapids need no spindle, and arcs and cycles do.
+    assert_eq!(found(&start().line("G0 X1.").line("M8").line("X3.")), []);
+    assert!(kinds(&start().line("G2 X10. I5. J0. F100.")).contains(&(off, 6)));
+    // Each time it is stopped is a cause of its own.
+    assert_eq!(found(&pass(pass(on().line("M5")).line("M3").line("M5"))), [(off, 8, 10), (off, 14, 16)]);
+    assert!(off.is_fault() && sense.is_fault());
+}
+
+#[test]
+fn the_sense_of_the_spindle_is_that_of_the_tool() {
+    let shop = Shop::new();
+    let mut left = Shop::new();
+    left.tool = kit::tool_turning("counterclockwise");
+    let sense = FindingKind::SpindleSense;
+    for (shop, good, bad) in [(&shop, "M3", "M4"), (&left, "M4", "M3")] {
+        let cut = |m: &str| still(shop).line(&format!("S2000 {m}")).line("G1 X1. F100.").line("X2.");
+        assert_eq!(found(&cut(good)), []);
+        assert_eq!(found(&cut(bad)), [(sense, 7, 8)]);
+    }
+}
+
+#[test]
+fn functions_of_the_machine_builder_are_told_once_each_and_are_no_fault() {
+    let shop = Shop::new();
+    let start = || Text::new(&shop).line("G0 G43 X0. Y0. Z1000. B0. C0. H7");
+    for known in ["M0", "M1", "M3", "M5", "M7", "M8", "M9", "M19", "M2", "M30"] {
+        assert_eq!(kinds(&start().line(known)), [], "{known}");
+    }
+    let text = start().line("M88").line("G0 X1.").line("M10").line("M88");
+    let unknown = FindingKind::UnknownFunction;
+    assert_eq!(found(&text), [(unknown, HEAD + 2, HEAD + 5), (unknown, HEAD + 4, HEAD + 4)]);
+    let v = text.verify();
+    assert_eq!(v.faults().count(), 0);
+    assert!(v.findings[0].to_string().contains("M88"), "{}", v.findings[0]);
+    // One that switches the spindle on is not followed: the cut behind it is without.
+    let v = still(&shop).line("S2000 M13").line("G1 X1. F100.").verify();
+    assert!(v.faults().any(|f| f.kind == FindingKind::SpindleOff));
+}
+
+#[test]
+fn blocks_behind_the_end_of_the_program_are_a_finding() {
+    let shop = Shop::new();
+    let start = || Text::new(&shop).line("G0 G43 X0. Y0. Z1000. B0. C0. H7");
+    for end in ["M30", "M2"] {
+        let behind = [(FindingKind::BehindEnd, HEAD + 3, HEAD + 5)];
+        assert_eq!(found(&start().line(end).line("G0 X1.").line("(note)").line("X2.").line("%")), behind, "{end}");
+        assert_eq!(found(&start().line(end).line("(note)").line("%")), []);
+    }
+}

@@ -44,7 +44,7 @@ fn planted_gouge_is_found_at_its_block_with_its_depth() {
     assert!((place[0] - (-30.0 + RADIUS - CORNER)).abs() < 1.0 && place[2].abs() < 1e-6, "{place:?}");
     let largest = v.largest_gouge.as_ref().unwrap();
     assert!((largest.depth_mm - depth).abs() < 1e-12 && largest.line == HEAD + 5);
-    assert!(f.to_string().starts_with("line 9 (from 9 to 10): gouge, cutter at plate, 0.300 mm deep"), "{f}");
+    assert!(f.to_string().starts_with("line 10 (from 10 to 11): gouge, cutter at plate, 0.300 mm deep"), "{f}");
 }
 
 #[test]

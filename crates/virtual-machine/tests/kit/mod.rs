@@ -18,18 +18,20 @@ pub const RADIUS: f64 = 25.0;
 pub const CORNER: f64 = 4.0;
 
 pub fn tool() -> ToolAssembly {
-    ToolAssembly::from_json(
-        br#"{
+    tool_turning("clockwise")
+}
+
+pub fn tool_turning(sense: &str) -> ToolAssembly {
+    let file = r#"{
             "format": "facemill-tool/1", "name": "mill 50 r4", "number": 7, "radius_mm": 25, "corner_radius_mm": 4,
-            "n_inserts": 4, "flute_length_mm": 12, "max_ramp_angle_deg": 3, "spindle_rotation": "clockwise",
+            "n_inserts": 4, "flute_length_mm": 12, "max_ramp_angle_deg": 3, "spindle_rotation": "SENSE",
             "stick_out_mm": 60, "gauge_length_mm": 120,
             "body": { "clearance_mm": 1, "sections": [
                 { "length_mm": 48, "diameter_low_mm": 44, "diameter_high_mm": 44 } ] },
             "holder": { "clearance_mm": 2, "sections": [
                 { "length_mm": 60, "diameter_low_mm": 80, "diameter_high_mm": 80 } ] }
-        }"#,
-    )
-    .unwrap()
+        }"#;
+    ToolAssembly::from_json(file.replace("SENSE", sense).as_bytes()).unwrap()
 }
 
 pub fn box_mesh(low: [f64; 3], high: [f64; 3]) -> TriMesh {
@@ -111,11 +113,11 @@ pub struct Text<'a> {
 }
 
 /// Lines before the first block of [`Text::rapid`] or [`Text::cut`].
-pub const HEAD: u32 = 4;
+pub const HEAD: u32 = 5;
 
 impl<'a> Text<'a> {
     pub fn new(shop: &'a Shop) -> Self {
-        Self { shop, text: "%\nO1\nG21 G90 G94 G49\nT7 M6\n".into() }
+        Self { shop, text: "%\nO1\nG21 G90 G94 G49\nT7 M6\nS2000 M3\n".into() }
     }
 
     pub fn words(&self, tip: [f64; 3], axis: [f64; 3]) -> String {
