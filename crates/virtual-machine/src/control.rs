@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use facemill_nc_program::{Compensation, ReadBlock, ReadCommand};
+use facemill_nc_program::{Compensation, ReadBlock, ReadCommand, ReadProgram};
 use facemill_tool_model::SpindleRotation;
 
 use crate::{FindingKind, VirtualSetup, moves::TextFault};
@@ -12,6 +12,10 @@ pub(crate) struct Control<'a> {
     setup: &'a VirtualSetup<'a>,
     compensation: Compensation,
     spindle: Spindle,
+    /// T since the last M6.
+    called: Option<u32>,
+    /// Why there is no tool in the spindle.
+    no_tool: Option<&'static str>,
     has_ended: bool,
     faults: Vec<TextFault>,
     /// Index of the fault that a cause has led to, as long as the cause lasts.
@@ -26,8 +30,10 @@ struct Spindle {
     speed: f64,
 }
 
-/// Functions without a meaning of their own here that do no harm: orientation of the spindle, which is followed as its
-/// stop.
+/// Difference of tool lengths that is no finding, mm: what the check in the program's text allows, too.
+const SAME_LENGTH: f64 = 0.01;
+
+/// M19, orientation of the spindle: it stands still then.
 const ORIENTATION: u32 = 19;
 
 impl<'a> Control<'a> {
@@ -37,17 +43,32 @@ impl<'a> Control<'a> {
             setup,
             compensation: Compensation::Off,
             spindle: Spindle::default(),
+            called: None,
+            no_tool: Some("no T and M6 before"),
             has_ended: false,
             faults: Vec::new(),
             lasting: BTreeMap::new(),
         }
     }
 
-    /// Follows the next block.
-    pub(crate) fn block(&mut self, index: usize, block: &ReadBlock) {
+    /// Compares the lengths that comments of the program name with that of the tool.
+    pub(crate) fn tool_lengths(&mut self, program: &ReadProgram) {
+        let length = self.setup.tool.gauge_length();
+        for note in program.tool_lengths.iter().filter(|n| (n.length - length).abs() > SAME_LENGTH) {
+            let index = program.blocks.partition_point(|b| b.line < note.line);
+            if index < program.blocks.len() {
+                let text = format!("{} mm in the program, {length} mm in the setup", note.length);
+                self.fault(FindingKind::OtherToolLength, index, text);
+            }
+        }
+    }
+
+    /// Follows the next block. `is_home`: the axes along the spindle are at their reference positions before and behind it.
+    pub(crate) fn block(&mut self, index: usize, block: &ReadBlock, is_home: bool) {
         self.behind_end(index, block);
         self.skippable(index, block);
         self.length_register(index, block.compensation);
+        self.tool(index, block, is_home);
         let before = self.spindle_fault();
         for command in &block.commands {
             self.command(index, command);
@@ -57,12 +78,37 @@ impl<'a> Control<'a> {
             if let Some((kind, note)) = before.or_else(|| self.spindle_fault()) {
                 self.last(kind, index, note);
             }
+            if let Some(why) = self.no_tool {
+                self.last(FindingKind::NoTool, index, why.to_owned());
+            }
         }
     }
 
     /// What was wrong.
     pub(crate) fn into_faults(self) -> Vec<TextFault> {
         self.faults
+    }
+
+    /// T calls a tool, in the block of M6 or before, and M6 puts it into the spindle.
+    fn tool(&mut self, index: usize, block: &ReadBlock, is_home: bool) {
+        let number = self.setup.tool.number();
+        for command in &block.commands {
+            if let ReadCommand::Tool(called) = command {
+                self.called = Some(*called);
+                if *called != number {
+                    self.fault(FindingKind::UnknownBlock, index, format!("calls another tool than T{number}"));
+                }
+            }
+        }
+        if !block.commands.contains(&ReadCommand::ToolChange) {
+            return;
+        }
+        self.no_tool = self.called.take().is_none().then_some("M6 without T: which tool comes is not said");
+        self.lasting.retain(|(kind, _), _| *kind != FindingKind::NoTool);
+        if !is_home {
+            let note = "send the spindle axis home (G91 G28) in a block before: the tool is changed over the work";
+            self.fault(FindingKind::UnsafeToolChange, index, note.to_owned());
+        }
     }
 
     fn command(&mut self, index: usize, command: &ReadCommand) {

@@ -172,6 +172,10 @@ pub enum FindingKind {
     OtherToolLength,
     /// The length of another register than the tool's, or of none, is taken.
     OtherLengthRegister,
+    /// A feed move without a tool in the spindle.
+    NoTool,
+    /// A tool change while the axis along the spindle is not at its reference position.
+    UnsafeToolChange,
     /// A feed move while the spindle stands still or has no speed.
     SpindleOff,
     /// A feed move while the spindle turns against the tool's sense.
@@ -297,6 +301,8 @@ impl fmt::Display for FindingKind {
             Self::UnknownPosition => "position not known",
             Self::OtherToolLength => "made for another tool length",
             Self::OtherLengthRegister => "another length register than the tool's",
+            Self::NoTool => "feed move without a tool",
+            Self::UnsafeToolChange => "tool change away from the reference position",
             Self::SpindleOff => "feed move without the spindle",
             Self::SpindleSense => "feed move with the spindle the wrong way round",
             Self::NoDecimalPoint => "number without decimal point",

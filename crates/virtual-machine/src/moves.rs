@@ -50,19 +50,17 @@ pub(crate) struct Moves {
 pub(crate) fn resolve(program: &ReadProgram, setup: &VirtualSetup<'_>, settings: &VerifySettings) -> Moves {
     let mut state = State::new(setup);
     let mut control = Control::new(setup);
-    state.tool_lengths(program);
+    control.tool_lengths(program);
     for (index, block) in program.blocks.iter().enumerate() {
         state.section = settings.section_of(block.line);
-        control.block(index, block);
+        let was_home = state.is_spindle_home();
         state.block(index, block);
+        control.block(index, block, was_home && state.is_spindle_home());
     }
     let mut out = state.out;
     out.faults.extend(control.into_faults());
     out
 }
-
-/// Difference of tool lengths that is no finding, mm: what the check in the program's text allows, too.
-const SAME_LENGTH: f64 = 0.01;
 
 /// How far from its reference position an axis is at it, mm.
 const AT_HOME: f64 = 1e-6;
@@ -106,18 +104,6 @@ impl<'a> State<'a> {
             compensation: Compensation::Off,
             section: 0,
             out: Moves::default(),
-        }
-    }
-
-    /// Compares the lengths that comments of the program name with that of the tool.
-    fn tool_lengths(&mut self, program: &ReadProgram) {
-        let length = self.setup.tool.gauge_length();
-        for note in program.tool_lengths.iter().filter(|n| (n.length - length).abs() > SAME_LENGTH) {
-            let index = program.blocks.partition_point(|b| b.line < note.line);
-            if index < program.blocks.len() {
-                let text = format!("{} mm in the program, {length} mm in the setup", note.length);
-                self.fault(FindingKind::OtherToolLength, index, None, text);
-            }
         }
     }
 
@@ -185,32 +171,32 @@ impl<'a> State<'a> {
         if before == Compensation::Off || block.compensation != Compensation::Off {
             return;
         }
-        let lengthened = self.lengthened(before);
-        let is_home = |&k: &usize| {
-            let home = self.setup.machine.axes()[k].home;
-            self.is_known[k] && (self.axes[k] - home).abs() <= AT_HOME
-        };
         let is_told = |k: &usize| {
             let letter = self.setup.words.axes()[*k].letter;
             block.motion.as_ref().is_some_and(|m| m.position.is_programmed(letter))
         };
-        let spindle = self.lengthened(Compensation::Length(0));
-        if !spindle.iter().all(is_home) && !lengthened.iter().all(is_told) {
+        if !self.is_spindle_home() && !self.lengthened(before).all(|k| is_told(&k)) {
             let note = "send the spindle axis home (G91 G28) before: some controls move it by the tool's length here";
             self.fault(FindingKind::UnsafeCancel, index, None, note.to_owned());
         }
     }
 
+    /// Whether every axis along the spindle is at its reference position.
+    fn is_spindle_home(&self) -> bool {
+        let is_home = |k: usize| {
+            let home = self.setup.machine.axes()[k].home;
+            self.is_known[k] && (self.axes[k] - home).abs() <= AT_HOME
+        };
+        self.lengthened(Compensation::Length(0)).all(is_home)
+    }
+
     /// Indices of the axes whose words hold the tool's length: those along the spindle, or all linear ones with RTCP.
-    fn lengthened(&self, compensation: Compensation) -> Vec<usize> {
+    fn lengthened(&self, compensation: Compensation) -> impl Iterator<Item = usize> + '_ {
         let axes = self.setup.words.axes();
-        let is_linear = |k: &usize| axes[*k].letter.kind() == AxisKind::Linear;
-        let all = (0..axes.len()).filter(is_linear);
-        if matches!(compensation, Compensation::Rtcp(_)) {
-            return all.collect();
-        }
+        let is_rtcp = matches!(compensation, Compensation::Rtcp(_));
         let largest = axes.iter().map(|a| a.along_spindle.abs()).fold(0.0, f64::max);
-        all.filter(|&k| axes[k].along_spindle.abs() >= 0.5 * largest).collect()
+        let holds = move |k: &usize| is_rtcp || axes[*k].along_spindle.abs() >= 0.5 * largest;
+        (0..axes.len()).filter(|&k| axes[k].letter.kind() == AxisKind::Linear).filter(holds)
     }
 
     /// A reference return while words are the tip's: the axes that go home go alone, directly.
@@ -235,9 +221,6 @@ impl<'a> State<'a> {
             }
             ReadCommand::Macro { kind: MacroKind::Setting, .. } => {
                 Some("may change offsets, which are taken from the setup alone".into())
-            }
-            ReadCommand::Tool(n) if *n != self.setup.tool.number() => {
-                Some(format!("calls another tool than T{}", self.setup.tool.number()))
             }
             _ => None,
         }

@@ -219,3 +219,45 @@ fn blocks_behind_the_end_of_the_program_are_a_finding() {
         assert_eq!(found(&start().line(end).line("(note)").line("%")), []);
     }
 }
+
+#[test]
+fn feed_moves_without_a_tool_are_one_finding() {
+    let shop = Shop::new();
+    // The way to the work and a pass behind what a header says of the tool.
+    let with = |lines: &[&str]| {
+        let mut text = Text { shop: &shop, text: "%\nO1\nG21 G90 G94 G49\n".to_owned() };
+        for line in lines {
+            text = text.line(line);
+        }
+        found(&pass(text.line("S2000 M3").line("G0 G43 X0. Y0. Z1000. B0. C0. H7")))
+    };
+    let no_tool = |n: u32| vec![(FindingKind::NoTool, 6 + n, 8 + n)];
+    assert_eq!(with(&[]), no_tool(0));
+    assert_eq!(with(&["T7"]), no_tool(1));
+    assert_eq!(with(&["M6"]), no_tool(1));
+    assert_eq!(with(&["T7 M6", "M6"]), no_tool(2));
+    for good in [&["T7 M6"][..], &["M6 T7"], &["T7", "M6"], &["T7 M6", "T7"], &["M6", "T7 M6"]] {
+        assert_eq!(with(good), [], "{good:?}");
+    }
+    assert_eq!(with(&["T8 M6"]), [(FindingKind::UnknownBlock, 4, 4)]);
+    assert!(FindingKind::NoTool.is_fault());
+}
+
+#[test]
+fn a_tool_change_away_from_the_reference_position_is_found_and_at_home_it_is_not() {
+    let shop = Shop::new();
+    let unsafe_change = FindingKind::UnsafeToolChange;
+    let at_work = || Text::new(&shop).line("G0 G43 X0. Y0. Z1000. B0. C0. H7");
+    assert_eq!(kinds(&at_work().line("T7 M6")), [(unsafe_change, HEAD + 2)]);
+    assert_eq!(kinds(&at_work().line("G91 G28 X0. Y0.").line("T7 M6")), [(unsafe_change, HEAD + 3)]);
+    assert_eq!(kinds(&at_work().line("G91 G28 Z0.").line("T7 M6")), []);
+    // In the block of the motion it may come before or behind.
+    assert_eq!(kinds(&at_work().line("G91 G28 Z0. T7 M6")), [(unsafe_change, HEAD + 2)]);
+    let home = || at_work().line("G91 G28 Z0.");
+    assert_eq!(kinds(&home().line("G90 G0 Z900. T7 M6")), [(unsafe_change, HEAD + 3)]);
+    // T alone moves the magazine only.
+    assert_eq!(kinds(&at_work().line("T7")), []);
+    let v = at_work().line("N30 T7 M6").verify();
+    let f = kit::only(&v);
+    assert_eq!((f.block_number, f.block_text.as_str(), f.kind.is_fault()), (Some(30), "N30 T7 M6", true));
+}

@@ -223,7 +223,7 @@ fn unknown_positions_and_blocks_are_findings_of_their_own() {
     assert_eq!(kinds(start().line("G55").line("G0 X0.")), [FindingKind::UnknownPosition]);
     assert_eq!(kinds(start().line("(TOOL LENGTH 120.000)")), []);
     assert_eq!(kinds(start().line("(TOOL LENGTH 121.000)")), [FindingKind::OtherToolLength]);
-    assert_eq!(kinds(start().line("T8 M6")), [FindingKind::UnknownBlock]);
+    assert_eq!(kinds(start().line("T8")), [FindingKind::UnknownBlock]);
     assert_eq!(kinds(start().line("G0 A10.")), [FindingKind::UnknownBlock]);
 }
 
