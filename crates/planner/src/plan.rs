@@ -35,8 +35,8 @@ pub struct Planned {
 }
 
 impl Planned {
-    /// Whether the program can be run as it is: no finding but near misses, no more left out than the job allows, and
-    /// blocks close enough for the linearisation tolerance.
+    /// Whether the program can be run as it is: no finding that is a fault, no more left out than the job allows, and blocks
+    /// close enough for the linearisation tolerance.
     pub fn is_clean(&self) -> bool {
         let faults = self.report.findings.iter().any(|f| f.kind.is_fault());
         !faults && !self.report.totals.trims_too_much && !self.report.worst.linearisation_exceeded
