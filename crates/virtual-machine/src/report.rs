@@ -1,3 +1,5 @@
+use std::collections::BTreeMap;
+
 use facemill_inverse_kinematics::AxisValues;
 use facemill_nc_program::{ReadBlock, ReadProgram};
 
@@ -109,20 +111,35 @@ impl Report<'_> {
         }
     }
 
-    /// Faults of the text, those alike in blocks that follow each other as one.
+    /// Faults of the text, those alike without a motion between them as one.
     fn text_findings(&self, faults: &[TextFault]) -> Vec<Finding> {
-        let alike = |a: &TextFault, b: &TextFault| {
-            (a.kind, a.axis, &a.note) == (b.kind, b.axis, &b.note) && b.block <= a.last + 1
-        };
-        faults.chunk_by(alike).filter_map(|run| Some(self.text_finding(run.first()?, run.last()?))).collect()
+        let mut runs: Vec<(&TextFault, usize)> = Vec::new();
+        let mut latest = BTreeMap::new();
+        for fault in faults {
+            let key = (fault.kind, fault.axis, &fault.note);
+            let open = latest.get(&key).map(|&k: &usize| &mut runs[k]);
+            if let Some((_, last)) = open.filter(|(_, last)| !self.moves_between(*last, fault.block)) {
+                *last = fault.last.max(*last);
+            } else {
+                latest.insert(key, runs.len());
+                runs.push((fault, fault.last));
+            }
+        }
+        runs.into_iter().map(|(first, last)| self.text_finding(first, last)).collect()
     }
 
-    fn text_finding(&self, first: &TextFault, last: &TextFault) -> Finding {
+    /// Whether a block between these two moves an axis to a known place.
+    fn moves_between(&self, first: usize, last: usize) -> bool {
+        let next = self.moves.partition_point(|m| m.block <= first);
+        self.moves.get(next).is_some_and(|m| m.block < last)
+    }
+
+    fn text_finding(&self, first: &TextFault, last: usize) -> Finding {
         let block = &self.program.blocks[first.block];
         Finding {
             kind: first.kind,
             first_line: block.line,
-            last_line: self.program.blocks[last.last].line,
+            last_line: self.program.blocks[last].line,
             worst_line: block.line,
             block_number: block.number,
             block_text: block.text.to_string(),

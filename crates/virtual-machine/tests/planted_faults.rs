@@ -228,6 +228,17 @@ fn unknown_positions_and_blocks_are_findings_of_their_own() {
 }
 
 #[test]
+fn a_fault_that_goes_on_is_one_finding_until_something_moves_again() {
+    let shop = Shop::new();
+    let lines = |t: Text<'_>| t.verify().findings.iter().map(|f| (f.first_line, f.last_line)).collect::<Vec<_>>();
+    let start = || Text::new(&shop).line("G0 X0. Y0. Z1000. B0. C0.");
+    let lost = || start().line("G55").line("G0 X1.").line("(pass)").line("X2.").line("M8").line("X3.");
+    assert_eq!(lines(lost()), [(HEAD + 3, HEAD + 7)]);
+    let again = lost().line("G54").line("G0 X0.").line("X1.").line("G55").line("G0 X1.");
+    assert_eq!(lines(again), [(HEAD + 3, HEAD + 7), (HEAD + 9, HEAD + 9), (HEAD + 12, HEAD + 12)]);
+}
+
+#[test]
 fn returns_to_the_reference_position_pass_the_point_between() {
     // From beside the wall, G28 by way of a point beyond it runs through it; straight up it does not.
     let shop = Shop::new();
