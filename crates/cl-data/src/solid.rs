@@ -79,6 +79,18 @@ impl RoundFrustum {
         (dr - t * along_r).hypot(dz - t * along_z)
     }
 
+    /// Distance from a point of the undilated frustum (own frame) to its outside, 0 for points that are not in it.
+    pub fn core_depth(&self, p: &Point3<f64>) -> f64 {
+        let height = self.z_high - self.z_low;
+        if height <= 0.0 {
+            return 0.0;
+        }
+        let widening = (self.radius_high - self.radius_low) / height;
+        let wall = self.radius_low + widening * (p.z - self.z_low);
+        let to_wall = (wall - p.x.hypot(p.y)) / widening.hypot(1.0);
+        to_wall.min(p.z - self.z_low).min(self.z_high - p.z).max(0.0)
+    }
+
     /// Smallest box around the dilated body, own frame.
     pub fn aabb(&self) -> Aabb {
         let r = self.radius_low.max(self.radius_high);
@@ -106,6 +118,20 @@ impl Solid {
             Self::Frustum(f) => f.core_distance(p),
             Self::Box(b) => b.core_distance(p),
         }
+    }
+
+    /// Radius of the largest ball about `p` (own frame) within the dilated body; for a point outside, its distance from
+    /// the body, negative. It is concave, and changes by at most the distance that `p` moves.
+    pub fn depth(&self, p: &Point3<f64>) -> f64 {
+        let outside = self.core_distance(p);
+        if outside > 0.0 {
+            return self.rounding() - outside;
+        }
+        let within = match self {
+            Self::Frustum(f) => f.core_depth(p),
+            Self::Box(b) => (b.half_extents - p.coords.abs()).min().max(0.0),
+        };
+        self.rounding() + within
     }
 
     /// Radius of the dilating ball, mm.
@@ -163,6 +189,30 @@ mod tests {
             }
         }
         best
+    }
+
+    #[test]
+    fn depth_within_is_the_distance_to_the_outline_and_the_negative_distance_outside() {
+        for (low, high) in [(10.0, 10.0), (10.0, 3.0), (3.0, 10.0), (0.0, 0.0), (0.0, 8.0)] {
+            let f = RoundFrustum { z_low: 1.0, z_high: 7.0, radius_low: low, radius_high: high, rounding: 0.5 };
+            for i in 0..40 {
+                for j in 0..40 {
+                    let (x, z) = (0.3 * f64::from(i), -3.0 + 0.3 * f64::from(j));
+                    let (d, to_outline) = (f.core_distance(&Point3::new(0.0, x, z)), outline_distance(&f, x, z));
+                    // Near the outline, where its points lie apart says more than it does.
+                    if to_outline < 0.05 {
+                        continue;
+                    }
+                    let expected = 0.5 + if d > 0.0 { -to_outline } else { to_outline };
+                    let depth = Solid::Frustum(f).depth(&Point3::new(0.0, x, z));
+                    assert!((depth - expected).abs() < 1e-4, "{f:?} at {x}, {z}: {depth} for {expected}");
+                }
+            }
+        }
+        let boxed = Solid::Box(RoundBox { half_extents: Vector3::new(3.0, 2.0, 1.0), rounding: 0.5 });
+        assert_eq!(boxed.depth(&Point3::new(0.5, 0.5, -0.25)), 1.25);
+        assert_eq!(boxed.depth(&Point3::new(-2.5, 0.0, 0.0)), 1.0);
+        assert_eq!(boxed.depth(&Point3::new(6.0, -6.0, 0.0)), -4.5);
     }
 
     #[test]

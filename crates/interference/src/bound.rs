@@ -127,6 +127,14 @@ impl Slab {
         distance - (self.radius * sin + self.half_thickness * cos.abs())
     }
 
+    /// Half of the slab's width along a vector, times the vector's length.
+    pub(crate) fn extent(&self, along: &Vector3<f64>) -> f64 {
+        let height = along.dot(&self.normal);
+        let length_sq = along.norm_squared();
+        let across = ((length_sq - height * height).max(0.0) + SINE_SQ_SLACK * length_sq).sqrt();
+        self.radius * across + self.half_thickness * height.abs()
+    }
+
     /// Whether the half line from `origin` in the unit direction `along` may meet the slab.
     pub(crate) fn may_meet_ray(&self, origin: &Point3<f64>, along: &Vector3<f64>) -> bool {
         // A half line through the slab's outermost corner must not pass it by for a rounding error.

@@ -10,6 +10,7 @@
 //!   its centre, and an exact test of the body against a triangle.
 //! - [`ParryMesh`] is the plain reference: parry3d's tree and its GJK.
 //! - [`Interference::sweep`] proves for a body in motion that it touches nothing at any time of an interval.
+//! - [`Interference::turn`] proves it for every pose of a range of turns about a fixed point.
 //! - [`solid_mesh`] makes a body itself a mesh for others to be held against.
 //! - [`lift_to_free`] seats a body: the least lift along a direction that frees it.
 //! - [`penetration`]: how deep the surface is in a body, measured across the surface.
@@ -58,6 +59,7 @@ mod solid_mesh;
 #[cfg(test)]
 mod test_kit;
 mod tree_build;
+mod turn;
 
 pub use certify::{MotionInterval, SweepVerdict};
 pub use depth::{Penetration, penetration};
@@ -66,3 +68,4 @@ pub use mesh_tree::MeshTree;
 pub use parry_mesh::ParryMesh;
 pub use query::{Interference, Separation, Verdict, Witness};
 pub use solid_mesh::solid_mesh;
+pub use turn::TurnRange;

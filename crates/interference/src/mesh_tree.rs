@@ -12,6 +12,7 @@ use crate::facet::nearest_on_triangle;
 use crate::query::{Interference, Separation, Verdict, Witness};
 use crate::rise::Way;
 use crate::tree_build::{Child, Node, Tree};
+use crate::turn::TurnRange;
 
 /// Exact interference against a mesh by a tree of flat slabs.
 ///
@@ -141,6 +142,10 @@ impl Interference for MeshTree {
 
     fn sweep(&self, solid: &Solid, motion: &MotionInterval, hint: Option<u32>) -> SweepVerdict {
         self.swept(solid, motion, hint)
+    }
+
+    fn turn(&self, solid: &Solid, range: &TurnRange, hint: Option<u32>) -> SweepVerdict {
+        self.turned(solid, range, hint)
     }
 
     fn core_distance(

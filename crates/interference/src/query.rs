@@ -3,6 +3,7 @@ use nalgebra::{Isometry3, Point3, Unit, Vector3};
 
 use crate::certify::{MotionInterval, SweepVerdict};
 use crate::lift::stepped_lift;
+use crate::turn::TurnRange;
 
 /// Where a body touches the mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -76,6 +77,14 @@ pub trait Interference: Sync {
     /// [`MeshTree::sweep`]: crate::MeshTree
     fn sweep(&self, solid: &Solid, motion: &MotionInterval, hint: Option<u32>) -> SweepVerdict {
         let _ = (solid, motion, hint);
+        SweepVerdict::Unproven(None)
+    }
+
+    /// Whether the dilated solid touches nothing of the mesh in any pose of a range of turns about a fixed point, and is in no
+    /// closed component. Clear is proven, up to the rounding band of verdicts; Unproven says that the solid may touch, or that
+    /// the range is too large. An implementation may prove nothing.
+    fn turn(&self, solid: &Solid, range: &TurnRange, hint: Option<u32>) -> SweepVerdict {
+        let _ = (solid, range, hint);
         SweepVerdict::Unproven(None)
     }
 
