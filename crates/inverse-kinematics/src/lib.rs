@@ -3,7 +3,7 @@
 //! A [`Machine`] is read from a [machine file](MachineFile): two chains of DH rows from the bed, one to the table, one to
 //! the spindle nose. [`AxisValues`] are what its scales show. [`Machine::forward`] says where the tool is in the table
 //! frame, [`Machine::inverse`] which axis values bring it to a CL point, [`Motion`] what happens between two positions,
-//! [`deviation_bound`] how far that is from what was meant, [`Machine::body_poses`] where the machine's own bodies are.
+//! [`Machine::axis_ranges`] which values a whole set of CL points asks for, [`deviation_bound`] how far that is from what was meant, [`Machine::body_poses`] where the machine's own bodies are.
 //!
 //! ```
 //! use facemill_cl_data::ClPoint;
@@ -26,6 +26,7 @@
 //! It must not know cutting: no part, no tool but its length.
 
 mod axis;
+mod axis_ranges;
 mod axis_values;
 mod bodies;
 mod build;
@@ -43,6 +44,7 @@ mod windings;
 mod work_frame;
 
 pub use axis::{Axis, AxisKind, AxisLetter, Carrier};
+pub use axis_ranges::{AxisRange, AxisRanges, LimitVerdict, PoseSet};
 pub use axis_values::{AxisValues, MAX_AXES};
 pub use bodies::{BodyPose, LinkId, MachineBody};
 pub use deviation::{Deviation, deviation_bound};
