@@ -2,9 +2,11 @@
 //!
 //! A [`Workcell`] is everything a pose is judged by: machine, tool, obstacles, tolerances. A [`PoseTest`] answers for one
 //! posture at one CC point: the pose, seated and with axis values, or [`Infeasible`] with the body that blocks.
-//! [`search`](fn@search) walks the paper's rational Bézier [`SearchCurve`] at one point, [`plan_passes`] does it along passes and keeps
-//! the axis from jumping, [`solution_space`](fn@solution_space) tests a whole grid of postures. [`approach`] and [`link`]
-//! hold the moves that do not cut: entry and exit of a pass, and the way from one to the next.
+//! [`search`](fn@search) walks the paper's rational Bézier [`SearchCurve`] at one point;
+//! [`plan_passes`] does it along passes and keeps the axis from jumping.
+//! [`solution_space`](fn@solution_space) tests a whole grid of postures, [`map`](fn@map::map) proves for whole ranges of them
+//! that all are feasible or none is. [`approach`] and [`link`] hold the moves that do not cut: entry and exit of a pass, and
+//! the way from one to the next.
 //!
 //! What is returned as feasible has been tested as it stands, with the verdicts of `facemill-interference`: no point of
 //! the cutter is deeper than the gouge tolerance in an obstacle, dilated bodies touch nothing, axis values are within their
@@ -16,12 +18,15 @@
 pub mod approach;
 mod band;
 mod bezier;
+mod cell_proof;
 pub mod cusp;
 mod lattice;
 mod layers;
 pub mod link;
 mod machine_obstacles;
 mod pass_cost;
+mod machine_proof;
+pub mod map;
 mod pass_plan;
 mod pose_test;
 mod relief;

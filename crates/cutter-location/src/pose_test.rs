@@ -13,8 +13,8 @@ pub struct PoseTest<'a> {
     /// The workcell.
     pub cell: &'a Workcell<'a>,
     /// The cutter at the gouge tolerance, and as it is.
-    test_bodies: Vec<Solid>,
-    cutter: Vec<Solid>,
+    pub(crate) test_bodies: Vec<Solid>,
+    pub(crate) cutter: Vec<Solid>,
     pub(crate) tool_bodies: Vec<PlacedSolid>,
     pub(crate) work_from_table: Isometry3<f64>,
     pub(crate) machine_obstacles: Vec<MachineObstacle>,
@@ -22,10 +22,10 @@ pub struct PoseTest<'a> {
 }
 
 /// A body where it is.
-struct Placed<'b> {
-    body: Body,
-    solid: &'b Solid,
-    work_from_body: Isometry3<f64>,
+pub(crate) struct Placed<'b> {
+    pub(crate) body: Body,
+    pub(crate) solid: &'b Solid,
+    pub(crate) work_from_body: Isometry3<f64>,
 }
 
 impl<'a> PoseTest<'a> {
@@ -54,7 +54,7 @@ impl<'a> PoseTest<'a> {
     }
 
     /// Name of an obstacle for messages, with the piece of it that is at a place.
-    fn obstacle_name(&self, obstacle: usize, place: &Point3<f64>) -> String {
+    pub fn obstacle_name(&self, obstacle: usize, place: &Point3<f64>) -> String {
         match self.cell.obstacles.get(obstacle) {
             Some(o) => o.pieces.map_or_else(|| o.name.clone(), |pieces| pieces.name_at(place)),
             None => {
@@ -240,13 +240,13 @@ impl<'a> PoseTest<'a> {
     }
 
     /// Pose of the tool frame in the workpiece frame.
-    fn work_from_tool(&self, axes: &AxisValues) -> Isometry3<f64> {
+    pub(crate) fn work_from_tool(&self, axes: &AxisValues) -> Isometry3<f64> {
         self.work_from_table * self.cell.machine.forward(axes, self.cell.tool.gauge_length())
     }
 
     /// Every body that is tested for collision: of the tool assembly, then those of the machine that move against the
     /// workpiece.
-    fn placed<'b>(&'b self, axes: &'b AxisValues) -> impl Iterator<Item = Placed<'b>> {
+    pub(crate) fn placed<'b>(&'b self, axes: &'b AxisValues) -> impl Iterator<Item = Placed<'b>> {
         let work_from_tool = self.work_from_tool(axes);
         let tool = self.tool_bodies.iter().enumerate().map(move |(k, b)| Placed {
             body: Body::Tool(k),
@@ -302,12 +302,12 @@ impl<'a> PoseTest<'a> {
     }
 
     /// Obstacles of the workcell, then of the machine.
-    fn n_obstacles(&self) -> usize {
+    pub(crate) fn n_obstacles(&self) -> usize {
         self.cell.obstacles.len() + self.machine_obstacles.len()
     }
 
     /// Mesh of an obstacle and the distance that dilated bodies keep from it.
-    fn obstacle(&self, k: usize) -> (&dyn Interference, f64) {
+    pub(crate) fn obstacle(&self, k: usize) -> (&dyn Interference, f64) {
         match self.cell.obstacles.get(k) {
             Some(o) => (o.mesh, o.collision_allowance),
             None => {
@@ -328,7 +328,7 @@ impl<'a> PoseTest<'a> {
     }
 
     /// A body's pose in the frame of an obstacle.
-    fn seen_from_obstacle(
+    pub(crate) fn seen_from_obstacle(
         &self,
         k: usize,
         frames: &[Isometry3<f64>],
@@ -341,7 +341,7 @@ impl<'a> PoseTest<'a> {
     }
 
     /// A point of an obstacle in the workpiece frame.
-    fn at_work(&self, k: usize, frames: &[Isometry3<f64>], p: &Point3<f64>) -> Point3<f64> {
+    pub(crate) fn at_work(&self, k: usize, frames: &[Isometry3<f64>], p: &Point3<f64>) -> Point3<f64> {
         match k.checked_sub(self.cell.obstacles.len()) {
             None => *p,
             Some(own) => frames[own] * p,

@@ -5,6 +5,7 @@ mod branch;
 mod kit;
 mod link;
 mod machine_bodies;
+mod map;
 mod passes;
 mod postures;
 mod reasons;
