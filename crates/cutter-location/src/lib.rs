@@ -2,8 +2,8 @@
 //!
 //! A [`Workcell`] is everything a pose is judged by: machine, tool, obstacles, tolerances. A [`PoseTest`] answers for one
 //! posture at one CC point: the pose, seated and with axis values, or [`Infeasible`] with the body that blocks.
-//! [`search`](fn@search) walks the paper's rational Bézier [`SearchCurve`] at one point;
-//! [`plan_passes`] does it along passes and keeps the axis from jumping.
+//! [`search`](fn@search) walks the paper's rational Bézier [`SearchCurve`] at one point, or with a proof that nothing feasible
+//! was stepped over ([`certified_search`]); [`plan_passes`] does it along passes and keeps the axis from jumping.
 //! [`solution_space`](fn@solution_space) tests a whole grid of postures, [`map`](fn@map::map) proves for whole ranges of them
 //! that all are feasible or none is. [`approach`] and [`link`] hold the moves that do not cut: entry and exit of a pass, and
 //! the way from one to the next.
@@ -19,6 +19,7 @@ pub mod approach;
 mod band;
 mod bezier;
 mod cell_proof;
+mod certified;
 pub mod cusp;
 mod lattice;
 mod layers;
@@ -38,6 +39,7 @@ mod stance;
 mod workcell;
 
 pub use bezier::{SearchCurve, SearchCurveError, SearchOrder, TurnTable};
+pub use certified::{CertifiedSearch, MOST_TESTS, certified_search};
 pub use pass_plan::{
     AxisTarget, Optimum, Outcome, PassSettings, PassTask, PlannedPass, PostureMode, SmoothSettings, plan_passes,
 };

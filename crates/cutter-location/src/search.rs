@@ -1,5 +1,6 @@
 use facemill_cl_data::CcPoint;
 
+use crate::certified::certified_search;
 use crate::{Configuration, FeasiblePose, Hints, Infeasible, PoseTest, SearchCurve};
 
 /// How the curve is walked (CLOPT, chapter III).
@@ -9,11 +10,14 @@ pub struct SearchSettings {
     pub u_step: f64,
     /// Width of the bracket at which bisection ends. Larger: postures larger than needed.
     pub u_tolerance: f64,
+    /// Width of the stretches of u that may be stepped over: everything before the result is proven blocked but for feasible
+    /// stretches shorter than this ([`certified_search`]). `None` steps as the paper does.
+    pub certified: Option<f64>,
 }
 
 impl Default for SearchSettings {
     fn default() -> Self {
-        Self { u_step: 0.1, u_tolerance: 0.001 }
+        Self { u_step: 0.1, u_tolerance: 0.001, certified: None }
     }
 }
 
@@ -31,7 +35,7 @@ pub struct Found {
 /// u runs from `from_u` in coarse steps; at the first feasible one, the bracket down to the step before is bisected.
 /// Where feasibility is monotone along the curve beyond `from_u`, the result is within `u_tolerance` of the smallest
 /// feasible u; where it is not, a feasible stretch shorter than the step may be missed, but what is returned has always
-/// been tested as feasible itself.
+/// been tested as feasible itself. With `settings.certified` it is what [`certified_search`] finds instead.
 ///
 /// # Errors
 /// When no tested posture is feasible: the reason that blocked most of them, the earliest of equals.
@@ -44,6 +48,9 @@ pub fn search(
     near: Option<&Configuration>,
     hints: &mut Hints,
 ) -> Result<Found, Infeasible> {
+    if let Some(width) = settings.certified {
+        return certified_search(test, cc, curve, settings, (from_u, width), near, hints).found;
+    }
     let mut try_at = |u: f64| test.try_posture(cc, curve.at(u), near, hints).map(|pose| Found { u, pose });
     let mut blocked = None;
     let mut reasons = Reasons::default();
@@ -66,7 +73,7 @@ fn coarse_steps(from: f64, step: f64) -> impl Iterator<Item = f64> {
 }
 
 /// Bisects between a blocked and a feasible u; keeps the last feasible one.
-fn refine(
+pub(crate) fn refine(
     mut try_at: impl FnMut(f64) -> Result<Found, Infeasible>,
     blocked: Option<f64>,
     mut found: Found,
@@ -85,17 +92,17 @@ fn refine(
 
 /// Counts reasons of the same kind and bodies.
 #[derive(Default)]
-struct Reasons(Vec<(Infeasible, usize)>);
+pub(crate) struct Reasons(Vec<(Infeasible, usize)>);
 
 impl Reasons {
-    fn count(&mut self, why: Infeasible) {
+    pub(crate) fn count(&mut self, why: Infeasible) {
         match self.0.iter_mut().find(|(known, _)| same_cause(known, &why)) {
             Some((_, n)) => *n += 1,
             None => self.0.push((why, 1)),
         }
     }
 
-    fn most_frequent(self) -> Infeasible {
+    pub(crate) fn most_frequent(self) -> Infeasible {
         // max_by_key takes the last of equals; reversed, that is the earliest.
         self.0.into_iter().rev().max_by_key(|(_, n)| *n).expect("at least u = 1 is tested").0
     }

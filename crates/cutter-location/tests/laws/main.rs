@@ -2,6 +2,7 @@
 
 mod approach;
 mod branch;
+mod certified;
 mod kit;
 mod link;
 mod machine_bodies;

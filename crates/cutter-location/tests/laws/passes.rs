@@ -34,7 +34,7 @@ fn tasks(spec: &PatchSpec, step: f64) -> Vec<PassTask> {
 }
 
 const SETTINGS: PassSettings = PassSettings {
-    search: SearchSettings { u_step: 0.1, u_tolerance: 0.001 },
+    search: SearchSettings { u_step: 0.1, u_tolerance: 0.001, certified: None },
     mode: PostureMode::Smallest,
     max_turn_per_mm: 0.004,
 };

@@ -17,7 +17,7 @@ fn search_gives_the_smallest_feasible_u_of_a_dense_scan_in_both_orders_for_any_w
     let (machine, tool) = (machine(), tool(16.0, 2.0, 12.0));
     let cell = workcell(&machine, &tool, vec![obstacle("part", &tree)]);
     let test = PoseTest::new(&cell);
-    let settings = SearchSettings { u_step: 0.05, u_tolerance: 0.002 };
+    let settings = SearchSettings { u_step: 0.05, u_tolerance: 0.002, ..SearchSettings::default() };
     let mut random = Random(5);
     for order in [SearchOrder::TiltFirst, SearchOrder::RotateFirst] {
         for weight in [0.3, 1.0, 4.0] {
@@ -133,7 +133,7 @@ fn rear_gouge_is_refused_on_a_concave_cylinder_below_the_closed_form_tilt() {
             assert!(at(above).is_ok(), "tilt {above}: {:?}", at(above));
         }
         let curve = curve_deg([0.0, 0.0], [15.0, 0.0], SearchOrder::TiltFirst, 1.0);
-        let settings = SearchSettings { u_step: 0.1, u_tolerance: 1e-4 };
+        let settings = SearchSettings { u_step: 0.1, u_tolerance: 1e-4, ..SearchSettings::default() };
         let found = search(&test, &cc_in_hollow(), &curve, &settings, 0.0, None, &mut Hints::default()).unwrap();
         let off = found.pose.posture.tilt - closed_form;
         assert!(off.abs() < slack + 1e-4, "{off} rad off the closed form");

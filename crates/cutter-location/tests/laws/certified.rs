@@ -1,0 +1,150 @@
+//! The search with a proof against dense scans, where feasible stretches are too short for the paper's steps.
+
+use facemill_cl_data::{CcPoint, Posture};
+use facemill_cutter_location::{
+    Hints, MOST_TESTS, PoseTest, SearchCurve, SearchOrder, SearchSettings, certified_search, search,
+};
+use facemill_interference::MeshTree;
+use facemill_sample_parts::{PatchSpec, patch};
+use facemill_surface_model::TriMesh;
+use facemill_tool_model::{Cutter, cl_from_cc};
+use nalgebra::{Point3, Vector3};
+
+use crate::kit::{Random, cc_on_patch, cc_on_plane, curve_deg, machine, obstacle, plane, tool, workcell};
+
+/// Samples of a dense scan of the curve.
+const N: usize = 10_000;
+
+fn scan(test: &PoseTest<'_>, cc: &CcPoint, curve: &SearchCurve) -> Vec<bool> {
+    let mut hints = Hints::default();
+    (0..=N).map(|k| test.try_posture(cc, curve.at(k as f64 / N as f64), None, &mut hints).is_ok()).collect()
+}
+
+/// Feasible stretches of a scan, as first and last u.
+fn stretches(scan: &[bool]) -> Vec<[f64; 2]> {
+    let mut found = Vec::new();
+    let mut k = 0;
+    for run in scan.chunk_by(|a, b| a == b) {
+        if run[0] {
+            found.push([k as f64 / N as f64, (k + run.len() - 1) as f64 / N as f64]);
+        }
+        k += run.len();
+    }
+    found
+}
+
+/// A thin rod that stands up to a place.
+fn post(at: &Point3<f64>, width: f64) -> TriMesh {
+    let corner = |x: f64, y: f64| at + Vector3::new(x, y, 0.0);
+    let top = [corner(-width, -width), corner(width, -width), corner(0.0, width)];
+    let bottom = top.map(|p| p - Vector3::z() * 30.0);
+    let vertices: Vec<Point3<f64>> = top.into_iter().chain(bottom).collect();
+    let sides = [[0, 1, 4], [0, 4, 3], [1, 2, 5], [1, 5, 4], [2, 0, 3], [2, 3, 5], [0, 1, 2]];
+    TriMesh::new(vertices, sides.to_vec()).unwrap()
+}
+
+/// A place in the frame of the cutter at a posture: along the front (the tilt's direction), to its left, and up the axis.
+fn beside(cutter: &Cutter, cc: &CcPoint, posture: Posture, front_left_up: [f64; 3]) -> Point3<f64> {
+    let cl = cl_from_cc(cutter, cc, posture);
+    let (sin, cos) = posture.tilt.sin_cos();
+    let front = cc.tilt_direction(posture.rotate).into_inner() * cos - cc.normal.into_inner() * sin;
+    let left = cl.axis.cross(&front);
+    let [x, y, z] = front_left_up;
+    cl.tip + front * x + left * y + cl.axis.into_inner() * z
+}
+
+#[test]
+fn no_feasible_stretch_of_the_width_lies_before_what_is_found() {
+    let spec = PatchSpec::new([240.0, 240.0], 9.0, [2.0, 1.5]).unwrap();
+    let patch = MeshTree::new(&patch(&spec, 120, 120).unwrap());
+    let flat = MeshTree::new(&plane(400.0));
+    let (machine, tool) = (machine(), tool(25.0, 2.0, 12.0));
+    let mut random = Random(77);
+    let width = 0.002;
+    let settings = SearchSettings { certified: Some(width), ..SearchSettings::default() };
+    let (mut beyond_start, mut missed_by_steps, mut narrow, mut total_tests, mut points) = (0, 0, 0, 0, 0);
+    for order in [SearchOrder::TiltFirst, SearchOrder::RotateFirst] {
+        for weight in [0.3, 1.0, 4.0] {
+            for sign in [-1.0, 1.0] {
+                let curve = curve_deg([1.0, 0.0], [25.0, sign * 80.0], order, weight);
+                for round in 0..4 {
+                    let (x, y) = (random.between(-70.0, 70.0), random.between(-70.0, 70.0));
+                    let (part, cc) = match round % 2 {
+                        0 => (&flat, cc_on_plane(x, y)),
+                        _ => (&patch, cc_on_patch(&spec, x, y, random.vector())),
+                    };
+                    // A rod under the rear of the cutter up to some u, one before its front from a bit later on, and some
+                    // anywhere under it.
+                    let u = random.between(0.1, 0.7);
+                    let later = curve.at(u + random.between(0.02, 0.12));
+                    let mut places = vec![
+                        beside(tool.cutter(), &cc, curve.at(u), [-20.0, random.between(-5.0, 5.0), 0.1]),
+                        beside(tool.cutter(), &cc, later, [24.94, random.between(-3.0, 3.0), 10.5]),
+                    ];
+                    for _ in 0..round {
+                        let at = [random.between(-24.0, -10.0), random.between(-20.0, 20.0), random.between(0.3, 2.0)];
+                        places.push(beside(tool.cutter(), &cc, curve.at(random.between(0.0, 0.5)), at));
+                    }
+                    let rods: Vec<MeshTree> =
+                        places.iter().map(|p| MeshTree::new(&post(p, random.between(0.01, 0.05)))).collect();
+                    let mut obstacles = vec![obstacle("part", part)];
+                    obstacles.extend(rods.iter().map(|rod| obstacle("rod", rod)));
+                    let cell = workcell(&machine, &tool, obstacles);
+                    let test = PoseTest::new(&cell);
+                    let feasible = stretches(&scan(&test, &cc, &curve));
+                    let certified =
+                        certified_search(&test, &cc, &curve, &settings, (0.0, width), None, &mut Hints::default());
+                    total_tests += certified.tests;
+                    points += 1;
+                    assert!(certified.tests <= MOST_TESTS && certified.width == width);
+                    let through_search = search(&test, &cc, &curve, &settings, 0.0, None, &mut Hints::default());
+                    assert_eq!(through_search, certified.found);
+                    let long = feasible.iter().find(|s| s[1] - s[0] >= width);
+                    let Ok(found) = certified.found else {
+                        assert!(long.is_none(), "{long:?} not found");
+                        continue;
+                    };
+                    let again = test.try_posture(&cc, curve.at(found.u), None, &mut Hints::default());
+                    assert_eq!(again, Ok(found.pose));
+                    if let Some(long) = long {
+                        assert!(found.u <= long[0] + settings.u_tolerance, "{found:?} for {long:?}");
+                    }
+                    beyond_start += usize::from(found.u > 0.0);
+                    narrow += usize::from(long.is_some_and(|s| s[1] - s[0] < 0.1));
+                    let paper = SearchSettings::default();
+                    let stepped = search(&test, &cc, &curve, &paper, 0.0, None, &mut Hints::default());
+                    missed_by_steps += usize::from(stepped.map_or(true, |s| s.u > found.u + 0.01));
+                }
+            }
+        }
+    }
+    // Proofs pass over most of the curve: tests of every thousandth would be 500.
+    assert!(total_tests < 60 * points, "{total_tests} for {points} points");
+    assert!(beyond_start >= 20 && narrow >= 5 && missed_by_steps >= 3, "{beyond_start} {narrow} {missed_by_steps}");
+}
+
+#[test]
+fn a_search_from_a_later_u_is_proven_from_there_and_a_blocked_curve_names_what_blocks() {
+    let flat = MeshTree::new(&plane(400.0));
+    let (machine, tool) = (machine(), tool(25.0, 2.0, 12.0));
+    let curve = curve_deg([1.0, 0.0], [25.0, 0.0], SearchOrder::TiltFirst, 1.0);
+    let cc = cc_on_plane(10.0, 5.0);
+    let settings = SearchSettings { certified: Some(0.001), ..SearchSettings::default() };
+    let cell = workcell(&machine, &tool, vec![obstacle("part", &flat)]);
+    let test = PoseTest::new(&cell);
+    for from in [0.0, 0.3, 1.0] {
+        let found = search(&test, &cc, &curve, &settings, from, None, &mut Hints::default()).unwrap();
+        assert_eq!(found.u, from, "a plane is free everywhere");
+    }
+    // A pillar through the middle of the cutter.
+    let pillar = MeshTree::new(&post(&Point3::new(-3.0, 5.0, 9.0), 1.0));
+    let cell = workcell(&machine, &tool, vec![obstacle("part", &flat), obstacle("pillar", &pillar)]);
+    let test = PoseTest::new(&cell);
+    let blocked = certified_search(&test, &cc, &curve, &settings, (0.0, 0.001), None, &mut Hints::default());
+    assert_eq!(test.describe(&blocked.found.unwrap_err()), "cutter gouges pillar");
+    // Proven in a few intervals, not by a thousand tests.
+    assert!(blocked.tests < 40, "{}", blocked.tests);
+    // A width that would need too many tests gives way, and says so.
+    let tiny = certified_search(&test, &cc, &curve, &settings, (0.0, 0.0), None, &mut Hints::default());
+    assert!(tiny.width >= 1e-6 && tiny.tests <= 40 * MOST_TESTS);
+}
