@@ -86,7 +86,7 @@ fn search_gives_the_smallest_feasible_u_of_a_dense_scan_and_a_pose_that_brute_fo
     let tool = tool(16.0, 2.0);
     let cell = workcell(&machine, &tool, &tree, Isometry3::translation(0.0, 0.0, MOUNT), 0.06);
     let test = PoseTest::new(&cell);
-    let settings = SearchSettings { u_step: 0.05, u_tolerance: 0.002 };
+    let settings = SearchSettings { u_step: 0.05, u_tolerance: 0.002, ..SearchSettings::default() };
     let mut random = Random::new(41);
     let (mut monotone, mut other, mut beyond_start) = (0, 0, 0);
     for _ in 0..60 {

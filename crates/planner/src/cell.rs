@@ -142,7 +142,8 @@ pub(crate) fn pass_settings(operation: &OperationFile) -> PassSettings {
 
 /// How the curve is walked.
 pub(crate) fn search_settings(operation: &OperationFile) -> SearchSettings {
-    SearchSettings { u_step: operation.search.u_step, u_tolerance: operation.search.u_tolerance }
+    let s = &operation.search;
+    SearchSettings { u_step: s.u_step, u_tolerance: s.u_tolerance, certified: s.certified_u_width }
 }
 
 /// Side of the feed on which the uncut stock must lie, `None` where either will do.

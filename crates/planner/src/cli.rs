@@ -8,7 +8,8 @@ use clap::{CommandFactory, Parser, Subcommand, ValueEnum};
 use facemill::job_file::JobFile;
 use facemill::new_job::{NewJob, Series, new_job};
 use facemill::report::{CertificatesFile, Report};
-use facemill::{Failure, Job, PlanSettings, Stages, files, plan_setup, summary};
+use facemill::solution_space_file::SolutionSpaceFile;
+use facemill::{Failure, Job, PlanSettings, SolutionSpaceRequest, Stages, files, plan_setup, summary};
 
 use crate::progress::Bar;
 
@@ -43,6 +44,26 @@ enum Command {
     Check {
         /// Job file
         job: PathBuf,
+    },
+    /// Maps tilt and rotate at one CC point: proven feasible, proven blocked and by what
+    SolutionSpace {
+        /// Job file
+        job: PathBuf,
+        /// Name of the operation, or its number from 1
+        #[arg(long, value_name = "OPERATION")]
+        operation: String,
+        /// Pass, from 1 as in the program's comments
+        #[arg(long, value_name = "I", allow_negative_numbers = true)]
+        pass: usize,
+        /// CC point of the pass, from 1
+        #[arg(long, value_name = "K", allow_negative_numbers = true)]
+        point: usize,
+        /// Finest cells, 0.05 to 10
+        #[arg(long, value_name = "DEG", default_value_t = 0.25, allow_negative_numbers = true, value_parser = resolution)]
+        resolution_deg: f64,
+        /// Folder to write to; out/<name of the job's folder> where it is not given
+        #[arg(long, value_name = "DIR")]
+        out: Option<PathBuf>,
     },
     /// Writes an example: a complete job folder
     New {
@@ -117,6 +138,7 @@ enum Format {
     Path,
     Report,
     Certificates,
+    SolutionSpace,
 }
 
 /// Does what the arguments say.
@@ -136,6 +158,9 @@ pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
             plan(&job, &out, PlanSettings { verify: !no_verify, certificates }).inspect_err(|_| tell_stale(&out))
         }
         Command::Check { job } => check(&job),
+        Command::SolutionSpace { job, operation, pass, point, resolution_deg, out } => {
+            solution_space(&job, &SolutionSpaceRequest { operation, pass, point, resolution_deg }, out)
+        }
         Command::New { part } => write_new(part),
         Command::Schema { format } => {
             say(&schema(format))?;
@@ -210,6 +235,43 @@ fn plan(job_path: &Path, out: &Path, settings: PlanSettings) -> Result<ExitCode,
     Ok(if clean { ExitCode::SUCCESS } else { ExitCode::from(1) })
 }
 
+/// A resolution of the map, deg.
+fn resolution(text: &str) -> Result<f64, String> {
+    let value: f64 = text.parse().map_err(|e| format!("{e}"))?;
+    if (0.05..=10.0).contains(&value) { Ok(value) } else { Err("must be from 0.05 to 10".to_owned()) }
+}
+
+fn solution_space(path: &Path, request: &SolutionSpaceRequest, out: Option<PathBuf>) -> Result<ExitCode, Failure> {
+    crate::progress::watch_interrupts().map_err(Failure::Internal)?;
+    let job = Job::read(path)?;
+    let space = facemill::solution_space(&job, request, &Bars)?;
+    let out = out.unwrap_or_else(|| default_out(path));
+    let json = facemill::file_format::to_json(&space.file).into_bytes();
+    let all = [("solution-space.svg".to_owned(), space.svg.into_bytes()), ("solution-space.json".to_owned(), json)];
+    if !crate::progress::start_writing() {
+        return Err(Failure::Interrupted);
+    }
+    files::write_all(&out, &all)?;
+    let (file, percent) = (&space.file, |share: f64| 100.0 * share);
+    let found = file.found.map_or("the search finds no posture".to_owned(), |p| {
+        format!("the search finds tilt {:.3} deg, rotate {:.3} deg", p.tilt_deg, p.rotate_deg)
+    });
+    say(&format!(
+        "operation \"{}\", pass {}, point {}: {:.1} % proven feasible, {:.1} % proven blocked, {:.1} % uncertain; {found}\n  \
+         {} cells, {} postures tested; written to {}: solution-space.svg, solution-space.json\n",
+        file.operation,
+        file.pass,
+        file.point,
+        percent(file.area.free),
+        percent(file.area.blocked),
+        percent(file.area.uncertain),
+        file.cells.len(),
+        file.pose_tests,
+        out.display()
+    ))?;
+    Ok(ExitCode::SUCCESS)
+}
+
 /// `out/` and the name of the folder that the job is in.
 fn default_out(job: &Path) -> PathBuf {
     let folder = job.canonicalize().ok().and_then(|p| p.parent().and_then(|f| f.file_name()).map(PathBuf::from));
@@ -276,5 +338,6 @@ fn schema(format: Format) -> String {
         Format::Path => facemill::file_format::schema::<facemill::cc_path::PathFile>(),
         Format::Report => facemill::file_format::schema::<Report>(),
         Format::Certificates => facemill::file_format::schema::<CertificatesFile>(),
+        Format::SolutionSpace => facemill::file_format::schema::<SolutionSpaceFile>(),
     }
 }

@@ -463,6 +463,10 @@ pub struct SearchFile {
     /// Accuracy of the curve's parameter.
     #[serde(default = "default_u_tolerance")]
     pub u_tolerance: f64,
+    /// Proves of everything before the posture that is found that it is blocked, but for feasible stretches of the curve's
+    /// parameter shorter than this. Where the key is missing, the search steps by `u_step`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub certified_u_width: Option<f64>,
     /// Largest turn of the tool axis against the surface per mm of path.
     #[serde(default = "default_turn")]
     pub max_turn_deg_per_mm: f64,

@@ -45,6 +45,8 @@ pub mod report;
 mod reporting;
 mod rotary_motion;
 mod sequencer;
+mod solution_space;
+pub mod solution_space_file;
 mod solution_svg;
 mod stock;
 mod summary;
@@ -54,6 +56,7 @@ pub use check::describe_setup;
 pub use failure::Failure;
 pub use load::{Job, read_mesh};
 pub use plan::{PlanSettings, Planned, REJECTED, plan_setup};
+pub use solution_space::{SolutionSpace, SolutionSpaceRequest, solution_space};
 pub use summary::summary;
 
 pub use facemill_cc_path as cc_path;

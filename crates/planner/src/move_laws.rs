@@ -131,7 +131,7 @@ fn filled_over(out: f64, branch: Branch) -> (usize, usize) {
     let start = Posture { tilt: end.tilt, rotate: 0.0 };
     let curve = SearchCurve::new(start, end, SearchOrder::TiltFirst, 1.0).unwrap();
     let piece = Piece { copy: 0, pass: 0, cuts, uncut_left: true, curve };
-    let settings = SearchSettings { u_step: 1.0, u_tolerance: 0.01 };
+    let settings = SearchSettings { u_step: 1.0, u_tolerance: 0.01, certified: None };
     let pieces = filled(&test, &linearity(0.05), Some(&settings), vec![piece], &Silent).unwrap();
     let mut lifted = 0;
     for cuts in pieces.iter().map(|p| &p.cuts) {

@@ -166,7 +166,7 @@ fn reliefs_by_reason(
 
 /// Where the job leaves the branch open, takes the one nearest to home at the first CC point for all passes: passes on
 /// different branches would have to be linked through the pole.
-fn settle_branch(cell: &mut Workcell<'_>, tasks: &[LaidTask]) {
+pub(crate) fn settle_branch(cell: &mut Workcell<'_>, tasks: &[LaidTask]) {
     let first = tasks.first().and_then(|t| Some((t.pass.points.first()?, t.curve.start())));
     let (BranchPreference::Nearest, Some((cc, posture))) = (cell.preferred_branch, first) else { return };
     let cl = cl_from_cc(cell.tool.cutter(), cc, posture).transformed(&cell.table_from_work);

@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use facemill_cl_data::Posture;
+use facemill_cutter_location::map::{CellState, SolutionMap};
 use facemill_cutter_location::{Infeasible, SearchCurve, SolutionSpace};
 
 /// What a cell of the picture shows.
@@ -56,8 +57,39 @@ const HEIGHT: f64 = 380.0;
 /// curve as a line, the posture taken as a ring.
 pub(crate) fn solution_svg(space: &SolutionSpace, curve: &SearchCurve, taken: Option<Posture>, title: &str) -> String {
     let plot = Plot::new(space);
+    let kinds: Vec<Kind> = space.blocked_by.iter().map(|b| Kind::of(b.as_ref())).collect();
+    picture(title, &plot, curve, taken, &kinds, &["verdicts at grid nodes"], |svg| cells(svg, space, &plot))
+}
+
+/// The same of a map: cells in the colour of what is proven of them; where nothing is, paler, in that of the verdict on the
+/// posture in the middle.
+pub(crate) fn map_svg(map: &SolutionMap, curve: &SearchCurve, taken: Option<Posture>, title: &str) -> String {
+    let plot = Plot::of_map(map);
+    let kinds: Vec<Kind> = map.cells.iter().map(|c| kind_of(&c.state)).collect();
+    let area = map.fractions();
+    let percent = |share: f64| 100.0 * share;
+    let known = format!(
+        "proven at {:.3}° or coarser: {:.1} % feasible, {:.1} % blocked",
+        map.resolution.to_degrees(),
+        percent(area.free),
+        percent(area.blocked)
+    );
+    let unknown = format!("paler: not proven ({:.1} %), verdict in the middle of the cell", percent(area.uncertain));
+    picture(title, &plot, curve, taken, &kinds, &[&known, &unknown], |svg| map_cells(svg, map, &plot))
+}
+
+/// Head, cells, axes, curve, and a legend that ends with notes.
+fn picture(
+    title: &str,
+    plot: &Plot,
+    curve: &SearchCurve,
+    taken: Option<Posture>,
+    kinds: &[Kind],
+    notes: &[&str],
+    draw_cells: impl FnOnce(&mut String),
+) -> String {
     let mut svg = String::new();
-    let (w, h) = (LEFT + WIDTH + 30.0, TOP + HEIGHT + 108.0);
+    let (w, h) = (LEFT + WIDTH + 30.0, TOP + HEIGHT + 108.0 + 18.0 * (notes.len() as f64 - 1.0));
     // Writing to a string does not fail.
     let _ = writeln!(
         svg,
@@ -67,10 +99,10 @@ pub(crate) fn solution_svg(space: &SolutionSpace, curve: &SearchCurve, taken: Op
 <text x="{LEFT}" y="46" fill="#5b646b">{}</text>"##,
         escape(title)
     );
-    cells(&mut svg, space, &plot);
-    axes(&mut svg, &plot);
-    search_curve(&mut svg, curve, taken, &plot);
-    legend(&mut svg, space);
+    draw_cells(&mut svg);
+    axes(&mut svg, plot);
+    search_curve(&mut svg, curve, taken, plot);
+    legend(&mut svg, kinds, notes);
     svg.push_str("</svg>\n");
     svg
 }
@@ -90,6 +122,13 @@ impl Plot {
         let width = (tilt[1] - tilt[0]).abs() + step(&space.tilts);
         let height = (rotate[1] - rotate[0]).abs() + step(&space.rotates);
         Self { tilt, rotate, cell: [WIDTH * step(&space.tilts) / width, HEIGHT * step(&space.rotates) / height] }
+    }
+
+    /// The map's own edges, with rotate 0 at the bottom.
+    fn of_map(map: &SolutionMap) -> Self {
+        let [a, b] = map.range.rotate;
+        let rotate = if a.abs() <= b.abs() { [a, b] } else { [b, a] };
+        Self { tilt: map.range.tilt, rotate, cell: [0.0; 2] }
     }
 
     /// Middle of the cell of a posture.
@@ -120,6 +159,33 @@ fn cells(svg: &mut String, space: &SolutionSpace, plot: &Plot) {
             );
             column += run.len();
         }
+    }
+    svg.push_str("</g>\n");
+}
+
+fn kind_of(state: &CellState) -> Kind {
+    match state {
+        CellState::Free => Kind::Feasible,
+        CellState::Blocked(why) => Kind::of(Some(why)),
+        CellState::Uncertain(middle) => Kind::of(middle.as_ref()),
+    }
+}
+
+fn map_cells(svg: &mut String, map: &SolutionMap, plot: &Plot) {
+    svg.push_str("<g shape-rendering=\"crispEdges\">\n");
+    for cell in &map.cells {
+        let corner = |k: usize| plot.at(Posture { tilt: cell.range.tilt[k], rotate: cell.range.rotate[k] });
+        let ((x0, y0), (x1, y1)) = (corner(0), corner(1));
+        let opacity = if matches!(cell.state, CellState::Uncertain(_)) { r#" fill-opacity="0.45""# } else { "" };
+        let _ = writeln!(
+            svg,
+            r#"<rect x="{:.3}" y="{:.3}" width="{:.3}" height="{:.3}" fill="{}"{opacity}/>"#,
+            x0.min(x1),
+            y0.min(y1),
+            (x1 - x0).abs(),
+            (y1 - y0).abs(),
+            kind_of(&cell.state).color()
+        );
     }
     svg.push_str("</g>\n");
 }
@@ -176,11 +242,11 @@ fn search_curve(svg: &mut String, curve: &SearchCurve, taken: Option<Posture>, p
     }
 }
 
-fn legend(svg: &mut String, space: &SolutionSpace) {
+fn legend(svg: &mut String, kinds: &[Kind], notes: &[&str]) {
     let mut x = LEFT;
     let y = TOP + HEIGHT + 62.0;
     for (kind, color, text) in Kind::ALL {
-        if !space.blocked_by.iter().any(|b| Kind::of(b.as_ref()) == kind) {
+        if !kinds.contains(&kind) {
             continue;
         }
         let _ = writeln!(
@@ -191,14 +257,16 @@ fn legend(svg: &mut String, space: &SolutionSpace) {
         );
         x += 34.0 + 7.2 * text.len() as f64;
     }
+    let line = y + 32.0;
     let _ = writeln!(
         svg,
-        r##"<line x1="{LEFT}" y1="{0}" x2="{1}" y2="{0}" stroke="#10222e" stroke-width="1.8"/><text x="{2}" y="{3}">search curve, ring: posture taken; verdicts at grid nodes</text>"##,
-        y + 32.0,
-        LEFT + 14.0,
-        LEFT + 20.0,
-        y + 36.5
+        r##"<line x1="{LEFT}" y1="{line}" x2="{}" y2="{line}" stroke="#10222e" stroke-width="1.8"/>"##,
+        LEFT + 14.0
     );
+    for (k, note) in notes.iter().enumerate() {
+        let text = if k == 0 { format!("search curve, ring: posture taken; {note}") } else { (*note).to_owned() };
+        let _ = writeln!(svg, r#"<text x="{}" y="{}">{text}</text>"#, LEFT + 20.0, line + 4.5 + 18.0 * k as f64);
+    }
 }
 
 fn escape(text: &str) -> String {

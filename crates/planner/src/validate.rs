@@ -335,6 +335,9 @@ fn check_search(at: &Field, o: &OperationFile) -> Result<(), String> {
     at.within("search.weight", s.weight, 1e-6, 1e6)?;
     at.within("search.u_step", s.u_step, 0.001, 1.0)?;
     at.within("search.u_tolerance", s.u_tolerance, 1e-6, 1.0)?;
+    if let Some(width) = s.certified_u_width {
+        at.within("search.certified_u_width", width, 1e-6, 0.1)?;
+    }
     at.within("search.max_turn_deg_per_mm", s.max_turn_deg_per_mm, 1e-9, 1e6)?;
     if let Some(cone) = &s.tool_axis_cone {
         at.direction("search.tool_axis_cone.axis", &cone.axis)?;

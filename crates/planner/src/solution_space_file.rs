@@ -1,0 +1,133 @@
+//! The file of a solution space, `"format": "facemill-solution-space/1"`.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// The feasible set over tilt × rotate at one CC point. Angles are those of the paper: rotate is positive to the left of the
+/// feed.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SolutionSpaceFile {
+    /// `"facemill-solution-space/1"`.
+    pub format: SolutionSpaceFormat,
+    /// Name of the job.
+    pub job: String,
+    /// Name of the setup.
+    pub setup: String,
+    /// Name of the operation.
+    pub operation: String,
+    /// Pass of the path, from 1 as in the program's comments.
+    pub pass: usize,
+    /// CC point of the pass, from 1.
+    pub point: usize,
+    /// The CC point, workpiece frame.
+    pub position_mm: [f64; 3],
+    /// Normal out of the material.
+    pub normal: [f64; 3],
+    /// Feed direction.
+    pub feed: [f64; 3],
+    /// Smallest and largest tilt of the map.
+    pub tilt_deg: [f64; 2],
+    /// Smallest and largest rotate of the map.
+    pub rotate_deg: [f64; 2],
+    /// No uncertain cell has a side longer than this.
+    pub resolution_deg: f64,
+    /// Number of postures tested, one in the middle of each range that was tried.
+    pub pose_tests: usize,
+    /// Parts of the map's area, 0 to 1.
+    pub area: AreaFile,
+    /// The posture that the operation's search finds at the point, before it is adapted to its neighbours; `null` where it finds
+    /// none.
+    pub found: Option<PostureFile>,
+    /// Cells that cover the map.
+    pub cells: Vec<CellFile>,
+}
+
+/// Version of the format.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum SolutionSpaceFormat {
+    /// `facemill-solution-space/1`.
+    #[default]
+    #[serde(rename = "facemill-solution-space/1")]
+    V1,
+}
+
+/// Parts of the map's area; their sum is 1.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct AreaFile {
+    /// Every posture is feasible: proven.
+    pub free: f64,
+    /// No posture is feasible: proven.
+    pub blocked: f64,
+    /// Neither is proven at the resolution.
+    pub uncertain: f64,
+}
+
+/// A posture.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PostureFile {
+    /// Tilt.
+    pub tilt_deg: f64,
+    /// Rotate.
+    pub rotate_deg: f64,
+}
+
+/// A cell of the map.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CellFile {
+    /// Smallest and largest tilt.
+    pub tilt_deg: [f64; 2],
+    /// Smallest and largest rotate.
+    pub rotate_deg: [f64; 2],
+    /// What is known of its postures.
+    pub state: StateFile,
+    /// Of a blocked cell, what blocks every posture of it. Of an uncertain cell, what blocks the posture in its middle;
+    /// missing where that is feasible.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reason: Option<ReasonFile>,
+}
+
+/// What is known of the postures of a cell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum StateFile {
+    /// Every posture is feasible: proven.
+    Free,
+    /// No posture is feasible: proven.
+    Blocked,
+    /// Neither is proven.
+    Uncertain,
+}
+
+/// Why a posture cannot be taken.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ReasonFile {
+    /// Kind of reason.
+    pub kind: ReasonKind,
+    /// The reason in words; values in it are those of the posture in the middle of the cell.
+    pub text: String,
+    /// The body that gouges or collides, where there is one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub body: Option<String>,
+    /// What it gouges or hits, where there is one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub obstacle: Option<String>,
+}
+
+/// Kind of a reason.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ReasonKind {
+    /// The cutter gouges, and seating does not free it.
+    Gouge,
+    /// Another body collides, or the cutter with the machine.
+    Collision,
+    /// No axis values within the limits.
+    AxisLimit,
+    /// The tool axis is outside the job's cone.
+    Cone,
+}
