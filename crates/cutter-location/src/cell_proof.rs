@@ -75,7 +75,7 @@ impl<'t, 'a> PostureCell<'t, 'a> {
             Infeasible::Gouge { .. } => self.gouged().or_else(|| self.hit_by_tool()),
             Infeasible::Collision { body: Body::Tool(_), .. } => self.hit_by_tool(),
             Infeasible::Collision { .. } => OnMachine::new(self, self.max_lift()).hit(),
-            Infeasible::OtherBranch(_) | Infeasible::TooLong | Infeasible::Ramp { .. } => None,
+            Infeasible::FromBelow | Infeasible::OtherBranch(_) | Infeasible::TooLong | Infeasible::Ramp { .. } => None,
         }
     }
 
