@@ -164,9 +164,11 @@ fn reason(test: &PoseTest<'_>, why: &Infeasible) -> ReasonFile {
         }
         Infeasible::OutsideCone { .. } => (ReasonKind::Cone, None, None),
         // The last three are reasons of ways, not of postures.
-        Infeasible::Unreachable(_) | Infeasible::OtherBranch(_) | Infeasible::TooLong | Infeasible::Ramp { .. } => {
-            (ReasonKind::AxisLimit, None, None)
-        }
+        Infeasible::Unreachable(_)
+        | Infeasible::OtherBranch(_)
+        | Infeasible::FromBelow
+        | Infeasible::TooLong
+        | Infeasible::Ramp { .. } => (ReasonKind::AxisLimit, None, None),
     };
     ReasonFile {
         kind,
