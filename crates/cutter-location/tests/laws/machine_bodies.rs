@@ -10,7 +10,7 @@ use nalgebra::{Isometry3, Point3, Unit, Vector3};
 use crate::kit::{MOUNT, Random, machine, stand, tool, workcell};
 
 /// The preset with a post on its bed that stands 180 mm beside the workpiece's origin, `top` above it.
-fn with_post(top: f64) -> Machine {
+pub(crate) fn with_post(top: f64) -> Machine {
     let mut file = machine().to_file();
     // Bed and table frame agree while C is at 0.
     file.bed_bodies = vec![BodyFile {

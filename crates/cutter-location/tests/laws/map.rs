@@ -4,13 +4,16 @@ use facemill_cl_data::{CcPoint, Posture, Silent};
 use facemill_cutter_location::map::{CellState, MapCell, MapError, PostureRange, SolutionMap, map};
 use facemill_cutter_location::{AxisCone, Body, Hints, Infeasible, PoseTest, Workcell, tool_frame};
 use facemill_interference::{MeshTree, ParryMesh};
-use facemill_inverse_kinematics::Machine;
+use facemill_inverse_kinematics::{BodyFile, Machine};
 use facemill_sample_parts::{AnalyticPart, AnalyticShape, MaterialSide, PatchSpec, patch};
 use facemill_surface_model::TriMesh;
 use facemill_tool_model::{Section, Stack, ToolAssembly, cl_from_cc};
 use nalgebra::{Isometry3, Point3, Unit, UnitQuaternion, Vector3};
 
-use crate::kit::{Ball, Random, cc_on_patch, cc_on_plane, machine, obstacle, plane, posture_deg, tool, workcell};
+use crate::kit::{
+    Ball, MOUNT, Random, cc_on_patch, cc_on_plane, machine, obstacle, plane, posture_deg, tool, workcell,
+};
+use crate::machine_bodies::with_post;
 
 fn range_deg(tilt: [f64; 2], rotate: [f64; 2]) -> PostureRange {
     PostureRange { tilt: tilt.map(f64::to_radians), rotate: rotate.map(f64::to_radians) }
@@ -315,4 +318,53 @@ fn ranges_that_make_no_map_are_refused() {
     for resolution in [0.0, -1.0, f64::NAN, 1e-3] {
         assert_eq!(refused([0.0, 5.0], [0.0, 10.0], resolution), MapError::Resolution);
     }
+}
+
+#[test]
+fn limits_and_bodies_of_the_bed_are_proven_as_the_single_postures_say() {
+    let flat = MeshTree::new(&plane(60.0));
+    // On both sides, because the tool leans to either side by the branch.
+    let mut file = with_post(200.0).to_file();
+    let [x, y, z] = file.bed_bodies[0].position_mm;
+    file.bed_bodies.push(BodyFile { position_mm: [-y, x, z], ..file.bed_bodies[0].clone() });
+    file.bed_bodies[0].position_mm = [y, x, z];
+    let machine = Machine::from_file(file).unwrap();
+    let tool = tool(16.0, 2.0, 12.0);
+    let mut random = Random(47);
+    let mut tested = Tested::default();
+    let (mut by_limits, mut by_post, mut known) = (0, 0, 0.0);
+    for round in 0..8 {
+        // Far out, where X ends at 2600 mm, or near the post; the part leans, so that C does not turn freely.
+        let far = round % 2 == 0;
+        let place = if far {
+            Isometry3::translation(random.between(2500.0, 2900.0), random.between(-100.0, 100.0), MOUNT)
+        } else {
+            Isometry3::translation(random.between(-20.0, 20.0), random.between(-20.0, 20.0), MOUNT)
+        };
+        let lean = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), random.between(0.6, 0.9));
+        let table_from_work = place * lean;
+        let cell = Workcell { table_from_work, ..workcell(&machine, &tool, vec![obstacle("part", &flat)]) };
+        let test = PoseTest::new(&cell);
+        let cc = cc_on_plane(random.between(-20.0, 20.0), random.between(-20.0, 20.0));
+        // Head and posts move by centimetres for a degree.
+        let (range, resolution) = if far {
+            (range_deg([0.0, 50.0], [-170.0, 170.0]), 2f64.to_radians())
+        } else {
+            let rotate = random.between(-170.0, 160.0);
+            (range_deg([20.0, 28.0], [rotate, rotate + 8.0]), 0.25f64.to_radians())
+        };
+        let map = map(&test, &cc, range, resolution, &Silent).unwrap();
+        assert_true(&test, &cc, &map, &mut random, &mut tested);
+        let blocked_by = |pick: fn(&Infeasible) -> bool| {
+            map.cells.iter().filter(|c| matches!(&c.state, CellState::Blocked(why) if pick(why))).count()
+        };
+        by_limits += blocked_by(|why| matches!(why, Infeasible::Unreachable(_)));
+        by_post += blocked_by(|why| matches!(why, Infeasible::Collision { obstacle: 1 | 2, .. }));
+        known += (1.0 - map.fractions().uncertain) / 8.0;
+    }
+    assert!(tested.free > 1000 && tested.blocked > 1000, "{} free, {} blocked", tested.free, tested.blocked);
+    assert!(
+        by_limits > 50 && by_post > 50 && known > 0.5,
+        "{by_limits} by limits, {by_post} by the post, {known} known"
+    );
 }
