@@ -201,15 +201,29 @@ fn turns_with_tool(placed: &PlacedSolid) -> bool {
     matches!(placed.solid, Solid::Frustum(_)) && axis.xy() == Vector3::zeros().xy() && origin.xy() == axis.xy()
 }
 
-/// A point of the mesh that is in the dilated solid in all poses of a range; `None` where none is found.
+/// A point of the mesh that is in the dilated solid in all poses of a range, or, of a solid that is wholly inside a closed
+/// part in all of them, a point on its way out; `None` where none is found.
 fn witness(mesh: &dyn Interference, solid: &Solid, range: &TurnRange) -> Option<Point3<f64>> {
     let Verdict::Hit(hit) = mesh.verdict(solid, &range.mesh_from_solid, None) else { return None };
     if stays_within(solid, range, &hit.point) {
         return Some(hit.point);
     }
+    if is_far_from_surface(mesh, solid, range) {
+        return Some(hit.point);
+    }
     // The deepest point stays longest where depth counts, which is everywhere but beside the fixed point.
     let deepest = penetration(mesh, solid, &range.mesh_from_solid)?.point;
     stays_within(solid, range, &deepest).then_some(deepest)
+}
+
+/// Whether the surface is farther from the dilated solid than it moves within the range: what is inside stays inside.
+fn is_far_from_surface(mesh: &dyn Interference, solid: &Solid, range: &TurnRange) -> bool {
+    let bounds = solid.aabb();
+    let pick = |k: usize, axis: usize| if k >> axis & 1 == 0 { bounds.min[axis] } else { bounds.max[axis] };
+    let corner = |k: usize| range.mesh_from_solid * Point3::new(pick(k, 0), pick(k, 1), pick(k, 2));
+    let reach = (0..8).map(|k| (corner(k) - range.center).norm()).fold(0.0, f64::max);
+    let beyond = solid.rounding() + range.farthest(reach) + MARGIN;
+    mesh.core_distance(solid, &range.mesh_from_solid, beyond, None).is_none()
 }
 
 /// Whether a point is in the dilated solid in all poses of a range.

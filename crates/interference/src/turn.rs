@@ -40,6 +40,11 @@ impl TurnRange {
         self.turns[0].norm() + self.turns[1].norm()
     }
 
+    /// No point at a distance from the centre moves farther than this, mm.
+    pub fn farthest(&self, from_center: f64) -> f64 {
+        self.angle() * from_center + self.shift
+    }
+
     /// What a point at a distance from the centre may depart from its first-order movement, mm.
     ///
     /// The second derivative along a straight way from the middle to any (a, b) is no longer than the square of the sum of
@@ -134,7 +139,7 @@ struct Turned<'b, B> {
 impl<B: Body> Turned<'_, B> {
     /// No point of a slab moves farther against the body than this, mm.
     fn farthest(&self, slab: &Slab) -> f64 {
-        self.range.angle() * self.reach_of(slab) + self.range.shift
+        self.range.farthest(self.reach_of(slab))
     }
 
     fn reach_of(&self, slab: &Slab) -> f64 {
@@ -164,8 +169,7 @@ impl<B: Body> Turned<'_, B> {
     /// Whether a triangle is proven to stay farther than `beyond` in all poses.
     fn clears_triangle(&self, corners: &[Point3<f64>; 3], splits: u32) -> bool {
         let reach = corners.iter().map(|p| (p - self.range.center).norm()).fold(0.0, f64::max);
-        let farthest = self.range.angle() * reach + self.range.shift;
-        let goal = Goal { enough: self.beyond, beyond: self.beyond + farthest };
+        let goal = Goal { enough: self.beyond, beyond: self.beyond + self.range.farthest(reach) };
         let Some(nearest) = nearest_on_triangle(self.body, corners, goal) else { return true };
         if nearest.distance <= self.beyond || nearest.distance.is_nan() {
             return false;

@@ -1,14 +1,14 @@
 //! The search with a proof against dense scans, where feasible stretches are too short for the paper's steps.
 
-use facemill_cl_data::{CcPoint, Posture};
+use facemill_cl_data::{CcPoint, Posture, Solid};
 use facemill_cutter_location::{
     Hints, MOST_TESTS, PoseTest, SearchCurve, SearchOrder, SearchSettings, certified_search, search,
 };
-use facemill_interference::MeshTree;
+use facemill_interference::{Interference, MeshTree, Separation, Verdict, Witness};
 use facemill_sample_parts::{PatchSpec, patch};
 use facemill_surface_model::TriMesh;
 use facemill_tool_model::{Cutter, cl_from_cc};
-use nalgebra::{Point3, Vector3};
+use nalgebra::{Isometry3, Point3, Vector3};
 
 use crate::kit::{Random, cc_on_patch, cc_on_plane, curve_deg, machine, obstacle, plane, tool, workcell};
 
@@ -144,7 +144,37 @@ fn a_search_from_a_later_u_is_proven_from_there_and_a_blocked_curve_names_what_b
     assert_eq!(test.describe(&blocked.found.unwrap_err()), "cutter gouges pillar");
     // Proven in a few intervals, not by a thousand tests.
     assert!(blocked.tests < 40, "{}", blocked.tests);
-    // A width that would need too many tests gives way, and says so.
-    let tiny = certified_search(&test, &cc, &curve, &settings, (0.0, 0.0), None, &mut Hints::default());
-    assert!(tiny.width >= 1e-6 && tiny.tests <= 40 * MOST_TESTS);
+}
+
+/// Something that is hit in every pose, but at no point that a proof could use.
+struct Everywhere;
+
+impl Interference for Everywhere {
+    fn verdict(&self, _: &Solid, _: &Isometry3<f64>, _: Option<u32>) -> Verdict {
+        Verdict::Hit(Witness { triangle: 0, point: Point3::new(1e4, 0.0, 0.0) })
+    }
+
+    fn core_distance(&self, _: &Solid, _: &Isometry3<f64>, _: f64, _: Option<u32>) -> Option<Separation> {
+        Some(Separation { distance: 0.0, triangle: 0, point: Point3::new(1e4, 0.0, 0.0) })
+    }
+}
+
+#[test]
+fn a_width_that_needs_too_many_tests_gives_way_and_says_so() {
+    let (machine, tool) = (machine(), tool(25.0, 2.0, 12.0));
+    let curve = curve_deg([1.0, 0.0], [25.0, -80.0], SearchOrder::TiltFirst, 1.0);
+    let cell = workcell(&machine, &tool, vec![obstacle("fog", &Everywhere)]);
+    let test = PoseTest::new(&cell);
+    let cc = cc_on_plane(10.0, 5.0);
+    let settings = SearchSettings::default();
+    let at = |width: f64| certified_search(&test, &cc, &curve, &settings, (0.0, width), None, &mut Hints::default());
+    for (asked, wide_enough) in [(0.01, true), (0.002, true), (1e-5, false), (0.0, false)] {
+        let blocked = at(asked);
+        assert_eq!(test.describe(&blocked.found.unwrap_err()), "cutter gouges fog");
+        assert_eq!(blocked.width == asked, wide_enough, "{}", blocked.width);
+        // Halving to the width takes twice as many intervals as it leaves, so there are as many as fit and no fewer.
+        let intervals = 2.0 / blocked.width;
+        assert!(intervals <= 2.0 * MOST_TESTS as f64 && (wide_enough || intervals > 0.25 * MOST_TESTS as f64));
+        assert!(blocked.tests <= 12 * MOST_TESTS, "{}", blocked.tests);
+    }
 }

@@ -368,3 +368,19 @@ fn limits_and_bodies_of_the_bed_are_proven_as_the_single_postures_say() {
         "{by_limits} by limits, {by_post} by the post, {known} known"
     );
 }
+
+#[test]
+fn a_cutter_wholly_inside_a_closed_part_is_proven_blocked() {
+    let part = Ball { center: Point3::new(0.0, 0.0, 60.0), radius: 400.0 };
+    let tree = MeshTree::new(&part.mesh());
+    let machine = without_bodies();
+    let tool = tool(16.0, 2.0, 12.0);
+    let cell = workcell(&machine, &tool, vec![obstacle("part", &tree)]);
+    let test = PoseTest::new(&cell);
+    let map = map(&test, &cc_on_plane(0.0, 0.0), range_deg([2.0, 30.0], [-90.0, 90.0]), 2f64.to_radians(), &Silent);
+    for cell in map.unwrap().cells {
+        let CellState::Blocked(why) = cell.state else { panic!("{cell:?}") };
+        assert_eq!(test.describe(&why), "cutter gouges part");
+        assert!(cell.range.tilt[1] - cell.range.tilt[0] > 3.0 * 2f64.to_radians(), "in large cells: {cell:?}");
+    }
+}
