@@ -33,6 +33,7 @@
 mod certain;
 mod estimate;
 mod heights;
+mod lattice;
 mod map;
 mod pyramid;
 mod raster;

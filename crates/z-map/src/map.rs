@@ -217,7 +217,9 @@ pub(crate) fn grid_over(
         for &v in chunk.iter().flatten() {
             let p = &vertices[v as usize];
             for k in 0..3 {
-                (low[k], high[k]) = (low[k].min(p[k]), high[k].max(p[k]));
+                // Every coordinate of a mesh is a number: no need for what `min` and `max` do about others.
+                low[k] = if p[k] < low[k] { p[k] } else { low[k] };
+                high[k] = if p[k] > high[k] { p[k] } else { high[k] };
             }
         }
         [Point3::from(low), Point3::from(high)]
