@@ -81,10 +81,10 @@ const SINE_SQ_SLACK: f64 = 4e-16;
 
 impl Slab {
     /// A slab around triangles: in the plane across their mean normal, or, where they face both ways, of their least spread.
-    pub(crate) fn around(corners: &[[Point3<f64>; 3]], run: &[u32]) -> Self {
-        let points = || run.iter().flat_map(|&t| &corners[t as usize]);
+    pub(crate) fn around(triangles: &[[Point3<f64>; 3]]) -> Self {
+        let points = || triangles.iter().flatten();
         let (mut sum, mut area) = (Vector3::zeros(), 0.0);
-        for [a, b, c] in run.iter().map(|&t| &corners[t as usize]) {
+        for [a, b, c] in triangles {
             let scaled = (b - a).cross(&(c - a));
             sum += scaled;
             area += scaled.norm();

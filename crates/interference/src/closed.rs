@@ -2,7 +2,6 @@
 
 use facemill_surface_model::TriMesh;
 use nalgebra::{Point3, Vector3};
-use rayon::prelude::*;
 
 /// How the inside of a closed component is told.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,55 +24,7 @@ pub(crate) struct ClosedParts {
 /// Component of triangles that bound nothing.
 const OPEN: u32 = u32::MAX;
 
-/// An edge of a triangle, with welded vertices in order of their index.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-struct Edge {
-    ends: [u32; 2],
-    triangle: u32,
-    reversed: bool,
-}
-
 impl ClosedParts {
-    /// The closed components of a mesh, its triangles named by their place in `order`; vertices with equal coordinates are
-    /// one vertex.
-    pub(crate) fn new(mesh: &TriMesh, order: &[u32]) -> Self {
-        let n_triangles = mesh.triangles().len();
-        let edges = grouped_edges(&welded(mesh), mesh.vertices().len());
-        let mut sets = Sets::new(n_triangles);
-        for pair in edges.windows(2) {
-            if pair[0].ends == pair[1].ends {
-                sets.join(pair[0].triangle, pair[1].triangle);
-            }
-        }
-        // Triangles without edges (two equal corners) are in no run of edges and so stay open.
-        let mut rule = vec![None; n_triangles];
-        for run in edges.chunk_by(|a, b| a.ends == b.ends) {
-            let root = sets.root(run[0].triangle) as usize;
-            let n_reversed = run.iter().filter(|e| e.reversed).count();
-            let here = if run.len() % 2 == 1 {
-                Whole::Open
-            } else if 2 * n_reversed == run.len() {
-                Whole::Wound
-            } else {
-                Whole::Closed
-            };
-            rule[root] = rule[root].max(Some(here));
-        }
-        let mut number = vec![OPEN; n_triangles];
-        let mut rules = Vec::new();
-        for (root, whole) in rule.iter().enumerate() {
-            let kind = match whole {
-                Some(Whole::Wound) => Rule::Winding,
-                Some(Whole::Closed) => Rule::Parity,
-                Some(Whole::Open) | None => continue,
-            };
-            number[root] = rules.len() as u32;
-            rules.push(kind);
-        }
-        let component = order.iter().map(|&t| number[sets.root(t) as usize]).collect();
-        Self { component, rules }
-    }
-
     /// Number of closed components.
     pub(crate) fn len(&self) -> usize {
         self.rules.len()
@@ -185,59 +136,163 @@ impl Ray {
     }
 }
 
+/// The closed components of a mesh; vertices with equal coordinates are one vertex.
+pub(crate) struct Components {
+    /// Component of each triangle; [`OPEN`] for one that is no part of a closed one.
+    number: Vec<u32>,
+    rules: Vec<Rule>,
+}
+
+impl Components {
+    /// The components with their triangles named by their place in `order`.
+    pub(crate) fn ordered(self, order: &[u32]) -> ClosedParts {
+        let component = order.iter().map(|&t| self.number[t as usize]).collect();
+        ClosedParts { component, rules: self.rules }
+    }
+
+    pub(crate) fn of(mesh: &TriMesh) -> Self {
+        let triangles = welded(mesh);
+        let Sides { start, mut sides } = Sides::of(&triangles, mesh.vertices().len());
+        let mut sets = Sets::new(triangles.len());
+        // Triangles without edges (two equal corners) bound nothing.
+        let mut whole: Vec<Whole> =
+            triangles.iter().map(|t| if is_proper(t) { Whole::Wound } else { Whole::Open }).collect();
+        for ends in start.windows(2) {
+            let of_vertex = &mut sides[ends[0]..ends[1]];
+            of_vertex.sort_unstable();
+            for run in of_vertex.chunk_by(|a, b| a.other_end() == b.other_end()) {
+                let first = run[0].triangle();
+                run[1..].iter().for_each(|side| sets.join(first, side.triangle()));
+                let n_reversed = run.iter().filter(|side| side.is_reversed()).count();
+                let here = if run.len() % 2 == 1 {
+                    Whole::Open
+                } else if 2 * n_reversed == run.len() {
+                    Whole::Wound
+                } else {
+                    Whole::Closed
+                };
+                whole[first as usize] = whole[first as usize].max(here);
+            }
+        }
+        let roots = sets.roots();
+        for (t, &root) in roots.iter().enumerate() {
+            whole[root as usize] = whole[root as usize].max(whole[t]);
+        }
+        // A component is numbered by its first triangle, which is its root.
+        let (mut number, mut rules) = (vec![OPEN; triangles.len()], Vec::new());
+        for (t, &root) in roots.iter().enumerate() {
+            let rule = match whole[root as usize] {
+                Whole::Wound => Rule::Winding,
+                Whole::Closed => Rule::Parity,
+                Whole::Open => continue,
+            };
+            if root as usize == t {
+                number[t] = rules.len() as u32;
+                rules.push(rule);
+            } else {
+                number[t] = number[root as usize];
+            }
+        }
+        Self { number, rules }
+    }
+}
+
+/// Whether no two corners are one: else it is an edge there and back.
+fn is_proper([a, b, c]: &[u32; 3]) -> bool {
+    a != b && b != c && c != a
+}
+
 /// Vertex numbers of the triangles, the same for equal coordinates.
 fn welded(mesh: &TriMesh) -> Vec<[u32; 3]> {
     // Adding 0 makes −0 the same vertex as 0.
-    let key = |i: u32| mesh.vertices()[i as usize].coords.map(|c| c + 0.0);
-    let order = |a: u32, b: u32| {
-        let (p, q) = (key(a), key(b));
-        p.x.total_cmp(&q.x).then(p.y.total_cmp(&q.y)).then(p.z.total_cmp(&q.z))
-    };
-    let mut all: Vec<u32> = (0..mesh.vertices().len() as u32).collect();
-    all.par_sort_unstable_by(|&a, &b| order(a, b));
-    let mut number = vec![0; all.len()];
-    for run in all.chunk_by(|&a, &b| order(a, b).is_eq()) {
-        // Any of them may stand for all: how edges are ordered changes nothing.
-        for &i in run {
-            number[i as usize] = run[0];
+    let key = |i: u32| mesh.vertices()[i as usize].coords.map(|c| (c + 0.0).to_bits());
+    let n = mesh.vertices().len();
+    // At most half full, so that a free slot is near.
+    let mut slots = vec![NO_VERTEX; (2 * n).next_power_of_two()];
+    let mask = slots.len() - 1;
+    let mut number = vec![0; n];
+    for i in 0..n as u32 {
+        let key_i = key(i);
+        let mut at = mixed(&key_i) as usize & mask;
+        while slots[at] != NO_VERTEX && key(slots[at]) != key_i {
+            at = (at + 1) & mask;
         }
+        if slots[at] == NO_VERTEX {
+            slots[at] = i;
+        }
+        number[i as usize] = slots[at];
     }
     mesh.triangles().iter().map(|t| t.map(|v| number[v as usize])).collect()
 }
 
-/// The edges of the triangles, those with the same ends next to each other.
-fn grouped_edges(triangles: &[[u32; 3]], n_vertices: usize) -> Vec<Edge> {
-    // A triangle with two equal corners is an edge there and back: it bounds nothing.
-    let proper = || triangles.iter().enumerate().filter(|(_, [a, b, c])| a != b && b != c && c != a);
-    let all = || {
-        proper().flat_map(|(t, &[a, b, c])| {
-            [(a, b), (b, c), (c, a)].map(|(from, to)| Edge {
-                ends: [from.min(to), from.max(to)],
-                triangle: t as u32,
-                reversed: from > to,
-            })
-        })
-    };
-    // Counted into place by the smaller end; what is left to sort are the few edges of one vertex.
-    let mut start = vec![0usize; n_vertices + 1];
-    all().for_each(|e| start[e.ends[0] as usize + 1] += 1);
-    for k in 0..n_vertices {
-        start[k + 1] += start[k];
-    }
-    let mut free = start.clone();
-    let mut edges = vec![Edge { ends: [0; 2], triangle: 0, reversed: false }; start[n_vertices]];
-    for edge in all() {
-        let place = &mut free[edge.ends[0] as usize];
-        edges[*place] = edge;
-        *place += 1;
-    }
-    for k in 0..n_vertices {
-        edges[start[k]..start[k + 1]].sort_unstable();
-    }
-    edges
+/// No vertex: a mesh has fewer.
+const NO_VERTEX: u32 = u32::MAX;
+
+/// The bits of three coordinates, all mixed into all (the finaliser of SplitMix64): regular grids differ in few of them.
+fn mixed(key: &Vector3<u64>) -> u64 {
+    key.iter().fold(0, |hash: u64, &bits| {
+        let mut h = (hash ^ bits).wrapping_add(0x9E37_79B9_7F4A_7C15);
+        h = (h ^ (h >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        h = (h ^ (h >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        h ^ (h >> 31)
+    })
 }
 
-/// Disjoint sets of triangles.
+/// A side of a triangle seen from the smaller of its ends: the other end (32 bits), the triangle (31 bits, as in the tree), and
+/// whether it runs toward the smaller end. Sides of one edge sort next to each other.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Side(u64);
+
+impl Side {
+    fn new(other_end: u32, triangle: u32, is_reversed: bool) -> Self {
+        Self(u64::from(other_end) << 32 | u64::from(triangle) << 1 | u64::from(is_reversed))
+    }
+
+    fn other_end(self) -> u32 {
+        (self.0 >> 32) as u32
+    }
+
+    fn triangle(self) -> u32 {
+        self.0 as u32 >> 1
+    }
+
+    fn is_reversed(self) -> bool {
+        self.0 & 1 == 1
+    }
+}
+
+/// The sides of all triangles by their smaller end.
+struct Sides {
+    /// Where the sides of each vertex start, and the end of all.
+    start: Vec<usize>,
+    sides: Vec<Side>,
+}
+
+impl Sides {
+    fn of(triangles: &[[u32; 3]], n_vertices: usize) -> Self {
+        let proper = || triangles.iter().enumerate().filter(|(_, t)| is_proper(t));
+        let ends = |[a, b, c]: [u32; 3]| [(a, b), (b, c), (c, a)];
+        let mut start = vec![0usize; n_vertices + 1];
+        for (_, t) in proper() {
+            ends(*t).iter().for_each(|(a, b)| start[*a.min(b) as usize + 1] += 1);
+        }
+        for k in 0..n_vertices {
+            start[k + 1] += start[k];
+        }
+        let mut free = start.clone();
+        let mut sides = vec![Side(0); start[n_vertices]];
+        for (t, corners) in proper() {
+            for (a, b) in ends(*corners) {
+                let place = &mut free[a.min(b) as usize];
+                sides[*place] = Side::new(a.max(b), t as u32, a > b);
+                *place += 1;
+            }
+        }
+        Self { start, sides }
+    }
+}
+
+/// Disjoint sets of triangles; the lowest member stands for its set.
 struct Sets {
     parent: Vec<u32>,
 }
@@ -259,5 +314,14 @@ impl Sets {
     fn join(&mut self, a: u32, b: u32) {
         let (a, b) = (self.root(a), self.root(b));
         self.parent[a.max(b) as usize] = a.min(b);
+    }
+
+    /// The lowest member of each triangle's set.
+    fn roots(mut self) -> Vec<u32> {
+        for t in 0..self.parent.len() {
+            // Parents come first, so theirs is known.
+            self.parent[t] = self.parent[self.parent[t] as usize];
+        }
+        self.parent
     }
 }

@@ -2,11 +2,10 @@ use facemill_cl_data::Solid;
 use facemill_surface_model::TriMesh;
 use nalgebra::{Isometry3, Point3, Unit, Vector3};
 use pulp::Arch;
-use rayon::prelude::*;
 
 use crate::body::{Body, Placed};
 use crate::certify::{MotionInterval, SweepVerdict};
-use crate::closed::ClosedParts;
+use crate::closed::{ClosedParts, Components};
 use crate::edge::{Goal, Sample};
 use crate::facet::nearest_on_triangle;
 use crate::query::{Interference, Separation, Verdict, Witness};
@@ -48,14 +47,13 @@ pub(crate) const STACK: usize = 96;
 impl MeshTree {
     /// The tree of a mesh; some 2 µs and 150 bytes per triangle.
     pub fn new(mesh: &TriMesh) -> Self {
-        let all: Vec<_> = (0..mesh.triangles().len()).into_par_iter().map(|t| mesh.corners(t)).collect();
-        let Tree { nodes, order: triangles } = Tree::build(&all);
-        let corners = triangles.par_iter().map(|&t| all[t as usize]).collect();
+        let (tree, components) = rayon::join(|| Tree::build(mesh), || Components::of(mesh));
+        let Tree { nodes, order: triangles, corners } = tree;
         let mut place = vec![0; triangles.len()];
         for (k, &t) in triangles.iter().enumerate() {
             place[t as usize] = k as u32;
         }
-        let closed = ClosedParts::new(mesh, &triangles);
+        let closed = components.ordered(&triangles);
         Self { nodes, corners, closed, triangles, place, arch: Arch::new() }
     }
 

@@ -7,7 +7,7 @@ use parry3d_f64::partitioning::{Bvh, BvhBuildStrategy};
 use parry3d_f64::query::gjk::{self, CsoPoint, GJKResult, VoronoiSimplex};
 use parry3d_f64::shape::{Cuboid, SupportMap, Triangle};
 
-use crate::closed::ClosedParts;
+use crate::closed::{ClosedParts, Components};
 use crate::mesh_tree::is_finite;
 use crate::query::{Interference, Separation, Verdict, Witness};
 
@@ -29,7 +29,7 @@ impl ParryMesh {
         let corners: Vec<_> = (0..mesh.triangles().len()).map(|t| mesh.corners(t)).collect();
         let boxes: Vec<_> = corners.iter().map(|c| Aabb::from_points(c.iter().map(vector))).collect();
         let order: Vec<u32> = (0..corners.len() as u32).collect();
-        let closed = ClosedParts::new(mesh, &order);
+        let closed = Components::of(mesh).ordered(&order);
         Self { boxes: Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes), corners, closed }
     }
 
