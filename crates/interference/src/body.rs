@@ -109,6 +109,7 @@ impl Body for Cylinder {
         Self { base: self.base + by, ..*self }
     }
 
+    #[inline(always)]
     fn support(&self, along: &Vector3<f64>) -> Point3<f64> {
         let up = along.dot(&self.axis);
         let end = if up > 0.0 { self.height } else { 0.0 };
@@ -228,6 +229,7 @@ impl Body for Frustum {
         Self { base: self.base + by, ..*self }
     }
 
+    #[inline(always)]
     fn support(&self, along: &Vector3<f64>) -> Point3<f64> {
         let up = along.dot(&self.axis);
         let outward = unit_across(along, &self.axis);
@@ -295,6 +297,7 @@ impl Body for Block {
         Self { center: self.center + by, ..*self }
     }
 
+    #[inline(always)]
     fn support(&self, along: &Vector3<f64>) -> Point3<f64> {
         let local = self.axes.tr_mul(along);
         self.center + self.axes * local.zip_map(&self.half, |x, h| if x < 0.0 { -h } else { h })
@@ -315,7 +318,7 @@ fn slope(beside: f64, out: f64, radial: f64, up: f64, distance: f64) -> f64 {
     if distance > 0.0 { (beside * share + up) / distance } else { 0.0 }
 }
 
-#[inline]
+#[inline(always)]
 fn sign(x: f64) -> f64 {
     if x > 0.0 {
         1.0
@@ -327,6 +330,7 @@ fn sign(x: f64) -> f64 {
 }
 
 /// Unit vector of the part of `v` across the unit vector `axis`; zero where there is none.
+#[inline(always)]
 fn unit_across(v: &Vector3<f64>, axis: &Vector3<f64>) -> Vector3<f64> {
     let across = v - axis * v.dot(axis);
     let norm = across.norm();

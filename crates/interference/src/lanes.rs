@@ -1,6 +1,7 @@
 //! Eight numbers side by side: plain arrays, in loops that the compiler turns into vector instructions.
 
 use nalgebra::Vector3;
+use pulp::{Arch, NullaryFnOnce};
 
 /// Children of a node. Eight doubles are two AVX2 registers or one of AVX-512; with four, the tree is deeper and slower.
 pub(crate) const N: usize = 8;
@@ -27,4 +28,22 @@ impl Lanes3 {
     pub(crate) fn get(&self, lane: usize) -> Vector3<f64> {
         Vector3::new(self.x[lane], self.y[lane], self.z[lane])
     }
+}
+
+/// What `run` returns, computed with the vector instructions that the processor has.
+///
+/// They reach what is inlined and nothing else: `run` has to be marked `#[inline(always)]` and what it calls, too. A closure
+/// given to [`Arch::dispatch`] itself is called through a shim that is not.
+#[inline(always)]
+pub(crate) fn vectorized<R>(arch: Arch, run: impl Fn() -> R) -> R {
+    struct Run<F>(F);
+    impl<R, F: Fn() -> R> NullaryFnOnce for Run<F> {
+        type Output = R;
+
+        #[inline(always)]
+        fn call(self) -> R {
+            (self.0)()
+        }
+    }
+    arch.dispatch(Run(run))
 }

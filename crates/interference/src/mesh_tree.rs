@@ -8,6 +8,7 @@ use crate::certify::{MotionInterval, SweepVerdict};
 use crate::closed::{ClosedParts, Components};
 use crate::edge::{Goal, Sample};
 use crate::facet::nearest_on_triangle;
+use crate::lanes::vectorized;
 use crate::query::{Interference, Separation, Verdict, Witness};
 use crate::rise::Way;
 use crate::tree_build::{Child, Node, Tree};
@@ -87,6 +88,22 @@ impl MeshTree {
         Verdict::Free
     }
 
+    fn vectorized_verdict(&self, body: &impl Body, rounding: f64, hint: Option<u32>) -> Verdict {
+        vectorized(
+            self.arch,
+            #[inline(always)]
+            || self.surface_verdict(body, rounding, hint),
+        )
+    }
+
+    fn vectorized_distance(&self, body: &impl Body, at_most: f64, hint: Option<u32>) -> Option<Separation> {
+        vectorized(
+            self.arch,
+            #[inline(always)]
+            || self.surface_distance(body, at_most, hint),
+        )
+    }
+
     #[inline(always)]
     fn surface_distance(&self, body: &impl Body, at_most: f64, hint: Option<u32>) -> Option<Separation> {
         let mut nearest = Nearest { beyond: at_most, found: None };
@@ -127,9 +144,9 @@ impl Interference for MeshTree {
         }
         let rounding = solid.rounding();
         let verdict = match Placed::new(solid, mesh_from_solid) {
-            Placed::Cylinder(body) => self.arch.dispatch(|| self.surface_verdict(&body, rounding, hint)),
-            Placed::Frustum(body) => self.arch.dispatch(|| self.surface_verdict(&body, rounding, hint)),
-            Placed::Block(body) => self.arch.dispatch(|| self.surface_verdict(&body, rounding, hint)),
+            Placed::Cylinder(body) => self.vectorized_verdict(&body, rounding, hint),
+            Placed::Frustum(body) => self.vectorized_verdict(&body, rounding, hint),
+            Placed::Block(body) => self.vectorized_verdict(&body, rounding, hint),
         };
         if !verdict.is_free() {
             return verdict;
@@ -157,9 +174,9 @@ impl Interference for MeshTree {
             return self.first_corner().map(|(triangle, point)| Separation { distance: 0.0, triangle, point });
         }
         match Placed::new(solid, mesh_from_solid) {
-            Placed::Cylinder(body) => self.arch.dispatch(|| self.surface_distance(&body, at_most, hint)),
-            Placed::Frustum(body) => self.arch.dispatch(|| self.surface_distance(&body, at_most, hint)),
-            Placed::Block(body) => self.arch.dispatch(|| self.surface_distance(&body, at_most, hint)),
+            Placed::Cylinder(body) => self.vectorized_distance(&body, at_most, hint),
+            Placed::Frustum(body) => self.vectorized_distance(&body, at_most, hint),
+            Placed::Block(body) => self.vectorized_distance(&body, at_most, hint),
         }
     }
 

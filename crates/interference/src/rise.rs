@@ -6,6 +6,7 @@ use nalgebra::{Isometry3, Translation3, Vector3};
 use crate::body::Body;
 use crate::edge::Goal;
 use crate::facet::nearest_on_triangle;
+use crate::lanes::vectorized;
 use crate::lift::Rising;
 use crate::mesh_tree::{MeshTree, Pending, TOUCH};
 use crate::tree_build::Child;
@@ -33,7 +34,11 @@ impl MeshTree {
         let rising = Rising { body, direction: way.direction, reach, accuracy: 0.5 * way.resolution };
         let mut lift = 0.0;
         loop {
-            lift = self.arch.dispatch(|| self.risen(&rising, lift, way.max_lift))?;
+            lift = vectorized(
+                self.arch,
+                #[inline(always)]
+                || self.risen(&rising, lift, way.max_lift),
+            )?;
             let pose = Translation3::from(way.direction * lift) * way.mesh_from_solid;
             let Some(out) = self.way_out(way.solid, &pose, &way.direction) else { return Some(lift) };
             // Inside until the half line leaves.
