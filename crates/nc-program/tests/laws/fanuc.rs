@@ -207,6 +207,8 @@ O1001 (PROPELLER [PRUEFUNG])
 (MACHINE AXIS Z FROM 0. TO 1500.)
 (MACHINE AXIS B FROM -30. TO 110.)
 (F IS THE NORM OVER ALL AXES WITH 1 DEG AS 1 MM)
+(G54 PLANNED AT X0. Y-2.5 Z100. B0. C45.)
+(G0 PLANNED ALONG STRAIGHT LINES: PARAMETER 1401 BIT 1 IS 1)
 N1 G17 G21 G40 G80 G90 G94
 N2 G91 G28 Z0.
 N3 G49
@@ -237,6 +239,16 @@ N26 M30
 %
 ";
     assert_eq!(text, expected);
+}
+
+#[test]
+fn header_says_what_rapids_were_planned() {
+    let first = words(&AXES.map(|l| (l, 1.5)));
+    let mut spec = spec(vec![Block::Rapid { words: first }]);
+    spec.rapid = facemill_cl_data::RapidLaw::PerAxis;
+    let text = write_program(&spec, &settings(FeedMode::G94)).unwrap();
+    assert!(text.contains("\n(G0 PLANNED WITH EACH AXIS AT ITS OWN SPEED: PARAMETER 1401 BIT 1 IS 0)\n"), "{text}");
+    assert!(!text.contains("STRAIGHT LINES"));
 }
 
 #[test]

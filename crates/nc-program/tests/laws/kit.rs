@@ -58,12 +58,13 @@ pub(crate) fn post_file() -> PostFile {
 
 pub(crate) fn spec(blocks: Vec<Block>) -> ProgramSpec {
     let limits = [(-100.0, 2000.0), (-900.0, 900.0), (0.0, 1500.0), (-30.0, 110.0), (f64::NEG_INFINITY, f64::INFINITY)];
-    let axes = AXES.iter().zip(limits).map(|(&letter, (min, max))| AxisSpec {
+    let offsets = [0.0, -2.5, 100.0, 0.0, 45.0];
+    let axes = AXES.iter().zip(limits).zip(offsets).map(|((&letter, (min, max)), work_offset)| AxisSpec {
         letter,
         min,
         max,
         along_spindle: letter == AxisLetter::Z,
-        work_offset: 0.0,
+        work_offset,
     });
     ProgramSpec {
         job_name: "Propeller (Prüfung)".to_owned(),
