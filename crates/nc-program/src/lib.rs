@@ -9,7 +9,13 @@
 //! use facemill_nc_program::*;
 //!
 //! let at = |x, b| AxisWords::from_words([(AxisLetter::X, x), (AxisLetter::Z, 50.0), (AxisLetter::B, b)]).unwrap();
-//! let axis = |letter| AxisSpec { letter, min: -900.0, max: 900.0, along_spindle: letter == AxisLetter::Z };
+//! let axis = |letter| AxisSpec {
+//!     letter,
+//!     min: -900.0,
+//!     max: 900.0,
+//!     along_spindle: letter == AxisLetter::Z,
+//!     work_offset: 0.0,
+//! };
 //! let spec = ProgramSpec {
 //!     job_name: "Blade".to_owned(),
 //!     tool: ToolSpec {
