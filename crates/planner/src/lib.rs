@@ -31,6 +31,7 @@ pub mod files;
 pub mod job_file;
 mod linearity;
 mod load;
+mod mending;
 #[cfg(test)]
 mod move_laws;
 mod moves;

@@ -1,5 +1,7 @@
 //! From planned operations to text, and the run of that text on the virtual machine.
 
+use std::collections::BTreeSet;
+
 use facemill_cl_data::ClPoint;
 use facemill_cutter_location::Pieces;
 use facemill_nc_program::{
@@ -13,6 +15,7 @@ use facemill_virtual_machine::{
 
 use crate::cell::budget;
 use crate::load::{Job, ObstacleRole, Setup};
+use crate::mending::CutBlock;
 use crate::moves::MoveKind;
 use crate::operation::PlannedOperation;
 use crate::program::{BlockWriter, Timed, program_spec, programmed_feed, table_from_rtcp_words};
@@ -32,6 +35,16 @@ pub(crate) struct Texts {
     pub apt: String,
     /// Line of the NC text, from 1, at which each operation begins.
     pub operation_lines: Vec<u32>,
+    /// Line of the NC text of every block of the program.
+    pub block_lines: Vec<u32>,
+}
+
+impl Texts {
+    /// Blocks along passes that stand on these lines.
+    pub(crate) fn cut_blocks_at(&self, lines: &BTreeSet<u32>) -> Vec<CutBlock> {
+        let on_them = |b: &&CutBlock| lines.contains(&self.block_lines[b.block]);
+        self.timed.cut_blocks.iter().filter(on_them).copied().collect()
+    }
 }
 
 /// Timed blocks, NC text and APT text; `verify` says whether the text will be run on the virtual machine.
@@ -68,7 +81,7 @@ pub(crate) fn write_texts(
         moves: apt_moves(operations, verify),
     };
     let apt = write_apt(&apt).map_err(|e| Failure::Internal(e.to_string()))?;
-    Ok(Texts { timed, nc: written.text, apt, operation_lines })
+    Ok(Texts { timed, nc: written.text, apt, operation_lines, block_lines: written.block_lines })
 }
 
 /// Tries the post's template on a program that only stands at home, so that a fault in it is told before anything is

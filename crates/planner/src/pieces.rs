@@ -146,12 +146,12 @@ pub(crate) fn filled(
 
 fn fill(test: &PoseTest<'_>, linearity: &Linearity, fallback: Option<&SearchSettings>, piece: Piece) -> Vec<Piece> {
     let Piece { copy, pass, uncut_left, curve, cuts } = piece;
-    let filler = Filler { test, linearity, fallback, curve };
+    let filler = Filler::new(test, fallback, curve);
     let mut hints = Hints::default();
     let mut runs: Vec<Vec<Cut>> = vec![Vec::new()];
     for cut in cuts {
         let run = runs.last_mut().expect("there is always one");
-        match run.last().map(|from| filler.between(from, &cut, MAX_HALVINGS, &mut hints)) {
+        match run.last().map(|from| filler.between(linearity, from, &cut, MAX_HALVINGS, &mut hints)) {
             Some(None) => runs.push(vec![cut]),
             way => {
                 run.extend(way.flatten().into_iter().flatten());
@@ -162,37 +162,57 @@ fn fill(test: &PoseTest<'_>, linearity: &Linearity, fallback: Option<&SearchSett
     runs.into_iter().map(|cuts| Piece { copy, pass, uncut_left, curve, cuts }).collect()
 }
 
+/// Two cuts, one after the other.
+pub(crate) struct PosePair<'c> {
+    pub from: &'c Cut,
+    pub to: &'c Cut,
+}
+
 /// Puts cuts between two.
-struct Filler<'t, 'a> {
+pub(crate) struct Filler<'t, 'a> {
     test: &'t PoseTest<'a>,
-    linearity: &'t Linearity,
     fallback: Option<&'t SearchSettings>,
     curve: SearchCurve,
 }
 
-impl Filler<'_, '_> {
+impl<'t, 'a> Filler<'t, 'a> {
+    pub(crate) fn new(test: &'t PoseTest<'a>, fallback: Option<&'t SearchSettings>, curve: SearchCurve) -> Self {
+        Self { test, fallback, curve }
+    }
+
     /// Cuts strictly between two, close enough for the control; `None` where one of them is not feasible.
-    fn between(&self, from: &Cut, to: &Cut, halvings: u32, hints: &mut Hints) -> Option<Vec<Cut>> {
+    fn between(
+        &self,
+        linearity: &Linearity,
+        from: &Cut,
+        to: &Cut,
+        halvings: u32,
+        hints: &mut Hints,
+    ) -> Option<Vec<Cut>> {
         let start = from.pose.configuration;
         let end = turned_near(self.test, &to.pose.configuration.axes, &start.axes);
-        if halvings == 0 || !self.linearity.judge(self.test, &start.axes, &end).1 {
+        if halvings == 0 || !linearity.judge(self.test, &start.axes, &end).1 {
             return Some(Vec::new());
         }
+        let middle = self.middle(&PosePair { from, to }, hints)?;
+        let mut cuts = self.between(linearity, from, &middle, halvings - 1, hints)?;
+        cuts.push(middle);
+        cuts.extend(self.between(linearity, &middle, to, halvings - 1, hints)?);
+        Some(cuts)
+    }
+
+    /// The tested cut halfway between two, on the branch of the first: the posture between theirs, or else the next feasible one
+    /// of the search curve.
+    pub(crate) fn middle(&self, PosePair { from, to }: &PosePair<'_>, hints: &mut Hints) -> Option<Cut> {
+        let near = from.pose.configuration;
         let (cc, posture) = middle(from, to)?;
-        let pose = self.test.try_posture(&cc, posture, Some(&start), hints).or_else(|why| {
+        let pose = self.test.try_posture(&cc, posture, Some(&near), hints).or_else(|why| {
             let settings = self.fallback.ok_or(why)?;
             let from_u = self.u_of(posture);
-            search(self.test, &cc, &self.curve, settings, from_u, Some(&start), hints).map(|found| found.pose)
+            search(self.test, &cc, &self.curve, settings, from_u, Some(&near), hints).map(|found| found.pose)
         });
-        let pose = pose.ok()?;
-        if pose.configuration.branch != start.branch {
-            return None;
-        }
-        let middle = Cut { cc, pose, inserted: true };
-        let mut cuts = self.between(from, &middle, halvings - 1, hints)?;
-        cuts.push(middle);
-        cuts.extend(self.between(&middle, to, halvings - 1, hints)?);
-        Some(cuts)
+        let pose = pose.ok().filter(|pose| pose.configuration.branch == near.branch)?;
+        Some(Cut { cc, pose, inserted: true })
     }
 
     /// Parameter of the search curve where it is as large as a posture: tilt and rotate together, which grow along it.

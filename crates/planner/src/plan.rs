@@ -2,10 +2,14 @@
 
 use std::time::Instant;
 
+use facemill_nc_program::WordMap;
+use facemill_virtual_machine::{Certificates, Verification};
+
 use crate::cell::z_map;
 use crate::load::{Job, Setup};
+use crate::mending::{ROUNDS, lines_to_mend, mend};
 use crate::operation::{Ground, PlannedOperation};
-use crate::output::{certificates_json, certify_text, try_template, verify_text, write_texts};
+use crate::output::{Texts, certificates_json, certify_text, try_template, verify_text, write_texts};
 use crate::program::word_map;
 use crate::report::Report;
 use crate::reporting::report;
@@ -63,18 +67,22 @@ pub fn plan_setup(job: &Job, index: usize, settings: PlanSettings, stages: &dyn 
         picture = picture.or(svg);
         operations.push(planned);
     }
-    let texts = write_texts(job, &setup, &operations, &words, settings.verify)?;
-    clock.lap("program");
-    let verification =
-        if settings.verify { Some(verify_text(job, &setup, &operations, &words, &texts, stages)?) } else { None };
-    clock.lap("verify");
-    let certificates = if settings.certificates {
-        Some(certify_text(job, &setup, &operations, &words, &texts, stages)?)
-    } else {
-        None
+    let mut mended = 0;
+    let mut rounds = 0;
+    let (texts, verification, certificates) = loop {
+        let (texts, verification, certificates) = written(&ground, &operations, &words, settings, stages, &mut clock)?;
+        rounds += 1;
+        let lines = lines_to_mend(verification.as_ref(), certificates.as_ref());
+        let blocks = if rounds == ROUNDS { Vec::new() } else { texts.cut_blocks_at(&lines) };
+        let put_in = mend(&ground, &mut operations, &blocks);
+        clock.lap("mend");
+        if put_in == 0 {
+            break (texts, verification, certificates);
+        }
+        mended += put_in;
     };
-    clock.lap("certify");
-    let report = report(job, &setup, &operations, &texts.timed, verification, certificates.as_ref());
+    let mut report = report(job, &setup, &operations, &texts.timed, verification, certificates.as_ref());
+    report.totals.mended_blocks = mended;
     let suffix = if job.file.setups.len() > 1 { format!("-{}", file_stem(&setup.file.name)) } else { String::new() };
     // A name that no one takes for a program to be run.
     let state = if report.findings.iter().any(|f| f.kind.is_fault()) { REJECTED } else { "" };
@@ -88,6 +96,28 @@ pub fn plan_setup(job: &Job, index: usize, settings: PlanSettings, stages: &dyn 
     }
     files.extend(picture.map(|svg| (format!("solution-space{suffix}.svg"), svg.into_bytes())));
     Ok(Planned { files, report, timings: clock.laps })
+}
+
+/// What is written of the operations, and what running and proving it gives.
+type Written = (Texts, Option<Verification>, Option<Certificates>);
+
+fn written(
+    Ground { job, setup, .. }: &Ground<'_>,
+    operations: &[PlannedOperation<'_>],
+    words: &WordMap,
+    settings: PlanSettings,
+    stages: &dyn Stages,
+    clock: &mut Clock,
+) -> Result<Written, Failure> {
+    let texts = write_texts(job, setup, operations, words, settings.verify)?;
+    clock.lap("program");
+    let verification =
+        if settings.verify { Some(verify_text(job, setup, operations, words, &texts, stages)?) } else { None };
+    clock.lap("verify");
+    let certificates =
+        if settings.certificates { Some(certify_text(job, setup, operations, words, &texts, stages)?) } else { None };
+    clock.lap("certify");
+    Ok((texts, verification, certificates))
 }
 
 /// Wall times of stages.

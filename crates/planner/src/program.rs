@@ -12,6 +12,7 @@ use nalgebra::Isometry3;
 use crate::Failure;
 use crate::job_file::{CoolantFile, FeedsFile, OperationFile};
 use crate::load::{Job, Setup};
+use crate::mending::CutBlock;
 use crate::moves::{Move, MoveKind, OperationMoves};
 
 /// How joint values become words in a setup.
@@ -107,6 +108,8 @@ pub(crate) struct Timed {
     pub tip_feeds: Vec<f64>,
     /// Index among the program's blocks of the first one of each operation.
     pub operation_starts: Vec<usize>,
+    /// Blocks along passes.
+    pub cut_blocks: Vec<CutBlock>,
 }
 
 /// Times moves by FEED and turns them into blocks.
@@ -147,6 +150,7 @@ impl<'a> BlockWriter<'a> {
                 n_blocks: 0,
                 tip_feeds: Vec::new(),
                 operation_starts: Vec::new(),
+                cut_blocks: Vec::new(),
             },
         })
     }
@@ -161,9 +165,16 @@ impl<'a> BlockWriter<'a> {
             self.change_of(&before, &operation.feeds);
         }
         self.comment(operation.name.clone());
-        for piece in &moves.pieces {
+        let index = self.timed.operation_starts.len() - 1;
+        for (k, piece) in moves.pieces.iter().enumerate() {
             self.comment(format!("PASS {} PLACE {}", piece.piece.pass + 1, piece.piece.copy + 1));
-            for m in &piece.moves {
+            let mut cut = 0;
+            for (at, m) in piece.moves.iter().enumerate() {
+                if m.kind == MoveKind::Cut {
+                    cut += 1;
+                    let block = self.timed.program.blocks.len();
+                    self.timed.cut_blocks.push(CutBlock { operation: index, piece: k, cut, at, block });
+                }
                 self.block(operation, m)?;
             }
         }

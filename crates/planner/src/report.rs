@@ -90,6 +90,8 @@ pub struct Totals {
     pub uncut_points: usize,
     /// Pieces of passes dropped because they are shorter than asked.
     pub dropped_pieces: usize,
+    /// Blocks that were halved because the program, as run or as proven, would have cut too deep in them.
+    pub mended_blocks: usize,
     /// Motion blocks written.
     pub blocks: usize,
     /// Length of the tool tip's way in passes.

@@ -1,0 +1,67 @@
+//! Poses put where the written program does not hold what it was planned for.
+
+use std::collections::BTreeSet;
+
+use facemill_cutter_location::{Hints, PoseTest};
+use facemill_virtual_machine::{Certificates, FindingKind, Verification};
+
+use crate::cell::{pass_settings, workcell};
+use crate::linearity::turned_near;
+use crate::moves::{Move, MoveKind};
+use crate::operation::{Ground, PlannedOperation};
+use crate::pieces::{Filler, PosePair};
+
+/// Rounds of writing, running and mending: each halves the blocks that are mended.
+pub(crate) const ROUNDS: usize = 4;
+
+/// A block of the program that ends at a cut.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct CutBlock {
+    /// Index of the operation.
+    pub operation: usize,
+    /// Index of its piece.
+    pub piece: usize,
+    /// Index of the piece's cut that the block ends at; at least 1.
+    pub cut: usize,
+    /// Index of the piece's move.
+    pub at: usize,
+    /// Index among the program's blocks.
+    pub block: usize,
+}
+
+/// Lines of blocks in which the cutter goes deeper than allowed, or that could not be certified.
+pub(crate) fn lines_to_mend(verification: Option<&Verification>, certificates: Option<&Certificates>) -> BTreeSet<u32> {
+    let findings = verification.iter().flat_map(|v| &v.findings).filter(|f| f.kind == FindingKind::Gouge);
+    let gouged = findings.flat_map(|f| f.first_line..=f.last_line);
+    let open = certificates.iter().flat_map(|c| &c.certificates).filter(|c| !c.certified).map(|c| c.line);
+    gouged.chain(open).collect()
+}
+
+/// Puts a tested pose into the middle of each of these blocks; the number of poses put in. Where none is feasible, the block
+/// stays as it is.
+pub(crate) fn mend(
+    Ground { job, setup, map }: &Ground<'_>,
+    operations: &mut [PlannedOperation<'_>],
+    blocks: &[CutBlock],
+) -> usize {
+    let mut put_in = 0;
+    for (index, planned) in operations.iter_mut().enumerate() {
+        let cell = workcell(job, setup, planned.operation, map);
+        let test = PoseTest::new(&cell);
+        let settings = pass_settings(planned.operation);
+        let mut hints = Hints::default();
+        // From the last one on: what stands before keeps its index.
+        let own: BTreeSet<&CutBlock> = blocks.iter().filter(|b| b.operation == index).collect();
+        for b in own.into_iter().rev() {
+            let piece = &mut planned.moves.pieces[b.piece];
+            let filler = Filler::new(&test, settings.fallback(), piece.piece.curve);
+            let pair = PosePair { from: &piece.piece.cuts[b.cut - 1], to: &piece.piece.cuts[b.cut] };
+            let Some(middle) = filler.middle(&pair, &mut hints) else { continue };
+            let axes = turned_near(&test, &middle.pose.configuration.axes, &piece.moves[b.at - 1].axes);
+            piece.moves.insert(b.at, Move { kind: MoveKind::Cut, cl: middle.pose.cl, axes });
+            piece.piece.cuts.insert(b.cut, middle);
+            put_in += 1;
+        }
+    }
+    put_in
+}
