@@ -5,14 +5,15 @@
 //! these poses is told by [`Interference::turn`](facemill_interference::Interference::turn), what is hit in all of them by
 //! a point of the mesh that stays within the body. Proofs are about [`PoseTest::try_posture`], seating included.
 
-use facemill_cl_data::{CcPoint, ClPoint, PlacedSolid, Posture, Solid};
+use facemill_cl_data::{CcPoint, ClPoint, Posture, Solid};
 use facemill_interference::{Interference, SweepVerdict, TurnRange, Verdict, penetration};
 use facemill_inverse_kinematics::PoseSet;
 use facemill_tool_model::cl_from_cc;
-use nalgebra::{Isometry3, Point3, Vector3};
+use nalgebra::{Isometry3, Point3};
 
 use crate::machine_proof::OnMachine;
-use crate::{Body, Hints, Infeasible, PoseTest, angle_between, tool_frame};
+use crate::pose_test::SpunBody;
+use crate::{Hints, Infeasible, PoseTest, angle_between, tool_frame};
 
 /// What is proven of a range of postures.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -73,8 +74,7 @@ impl<'t, 'a> PostureCell<'t, 'a> {
             Infeasible::OutsideCone { excess } => (*excess > self.axis_turn() + ANGLE_MARGIN).then_some(*why),
             Infeasible::Unreachable(_) => OnMachine::new(self, self.max_lift()).beyond_limits(),
             Infeasible::Gouge { .. } => self.gouged().or_else(|| self.hit_by_tool()),
-            Infeasible::Collision { body: Body::Tool(_), .. } => self.hit_by_tool(),
-            Infeasible::Collision { .. } => OnMachine::new(self, self.max_lift()).hit(),
+            Infeasible::Collision { .. } => self.hit_by_tool().or_else(|| OnMachine::new(self, self.max_lift()).hit()),
             Infeasible::FromBelow | Infeasible::OtherBranch(_) | Infeasible::TooLong | Infeasible::Ramp { .. } => None,
         }
     }
@@ -152,22 +152,23 @@ impl<'t, 'a> PostureCell<'t, 'a> {
         })
     }
 
-    /// The tool's other bodies against the obstacles of the workcell, dilated by their allowances.
-    fn tool_tests(&self) -> impl Iterator<Item = (usize, usize, &'t PlacedSolid, &'t dyn Interference, Solid)> {
+    /// The bodies that turn with the tool against the obstacles of the workcell, dilated by their allowances.
+    fn tool_tests(&self) -> impl Iterator<Item = (&'t SpunBody, usize, &'t dyn Interference, Solid)> {
         let test = self.test;
-        test.tool_bodies.iter().enumerate().flat_map(move |(slot, placed)| {
-            let obstacles = test.cell.obstacles.iter().enumerate().filter(move |(k, _)| test.meetings.bodies[slot][*k]);
-            obstacles.map(move |(k, o)| (slot, k, placed, o.mesh, placed.solid.dilated(o.collision_allowance)))
+        test.spun_bodies.iter().flat_map(move |spun| {
+            let meets = &test.meetings.bodies[spun.slot];
+            let obstacles = test.cell.obstacles.iter().enumerate().filter(move |(k, _)| meets[*k]);
+            obstacles.map(move |(k, o)| (spun, k, o.mesh, spun.solid.dilated(o.collision_allowance)))
         })
     }
 
-    /// Whether the tool's other bodies are free of the workcell's obstacles in all postures and lifts up to `lift`.
+    /// Whether these bodies are free in all postures and lifts up to `lift`.
     fn tool_is_free(&self, lift: f64, hints: &mut Hints) -> bool {
         let n = self.test.n_obstacles();
-        self.tool_tests().all(|(slot, k, placed, mesh, solid)| {
-            let hint = hints.collision.get(slot * n + k).copied().flatten();
-            let range = self.turns(&placed.frame_from_solid, [0.0, lift]);
-            turns_with_tool(placed) && mesh.turn(&solid.dilated(MARGIN), &range, hint) == SweepVerdict::Clear
+        self.tool_tests().all(|(spun, k, mesh, solid)| {
+            let hint = hints.collision.get(spun.slot * n + k).copied().flatten();
+            let range = self.turns(&spun.tool_from_solid, [0.0, lift]);
+            mesh.turn(&solid.dilated(MARGIN), &range, hint) == SweepVerdict::Clear
         })
     }
 
@@ -184,21 +185,14 @@ impl<'t, 'a> PostureCell<'t, 'a> {
         self.gouge_tests().find_map(|(k, mesh, body)| Some((k, witness(mesh, &body, &range)?)))
     }
 
-    /// A body of the tool with a point of an obstacle that stays in it in all postures and lifts.
+    /// A body that turns with the tool, with a point of an obstacle that stays in it in all postures and lifts.
     fn hit_by_tool(&self) -> Option<Infeasible> {
-        self.tool_tests().find_map(|(slot, obstacle, placed, mesh, solid)| {
-            let range = self.turns(&placed.frame_from_solid, [0.0, self.max_lift()]);
-            let place = turns_with_tool(placed).then(|| witness(mesh, &solid, &range)).flatten()?;
-            Some(Infeasible::Collision { body: Body::Tool(slot), obstacle, place })
+        self.tool_tests().find_map(|(spun, obstacle, mesh, solid)| {
+            let range = self.turns(&spun.tool_from_solid, [0.0, self.max_lift()]);
+            let place = witness(mesh, &solid, &range)?;
+            Some(Infeasible::Collision { body: spun.body, obstacle, place })
         })
     }
-}
-
-/// Whether a body of the tool is one of revolution about the tool's axis, so that the spindle's turn does not move it.
-fn turns_with_tool(placed: &PlacedSolid) -> bool {
-    let axis = placed.frame_from_solid * Vector3::z();
-    let origin = placed.frame_from_solid.translation.vector;
-    matches!(placed.solid, Solid::Frustum(_)) && axis.xy() == Vector3::zeros().xy() && origin.xy() == axis.xy()
 }
 
 /// A point of the mesh that is in the dilated solid in all poses of a range, or, of a solid that is wholly inside a closed

@@ -40,7 +40,7 @@ impl<'t, 'a> OnMachine<'t, 'a> {
         let AxisRanges::Both(branches) = &self.ranges else { return false };
         branches.iter().any(|range| {
             self.test.cell.machine.limits_over(range) == LimitVerdict::Within
-                && self.pairs(range, |pair| (!pair.is_free()).then_some(())).is_none()
+                && self.pairs(range).iter().all(Pair::is_free)
         })
     }
 
@@ -74,67 +74,68 @@ impl<'t, 'a> OnMachine<'t, 'a> {
 
     fn hit_on(&self, range: &AxisRange) -> Option<Infeasible> {
         let frames = self.test.machine_frames(&range.middle);
-        self.pairs(range, |pair| {
+        self.pairs(range).iter().find_map(|pair| {
             let place = self.test.at_work(pair.obstacle, &frames, &pair.witness()?);
             Some(Infeasible::Collision { body: pair.body, obstacle: pair.obstacle, place })
         })
     }
 
-    /// The first answer for a pair of bodies of which at least one is the machine's.
-    fn pairs<T>(&self, range: &AxisRange, mut answer: impl FnMut(&Pair<'_>) -> Option<T>) -> Option<T> {
+    /// The pairs that single postures are tested for, but for those that [`PostureCell`] bounds more sharply: bodies that turn
+    /// with the tool against the workpiece.
+    fn pairs(&self, range: &AxisRange) -> Vec<Pair<'t>> {
         let test = self.test;
-        let (machine, length) = (test.cell.machine, test.cell.tool.gauge_length());
         let (n_own, n_all) = (test.cell.obstacles.len(), test.n_obstacles());
         let frames = test.machine_frames(&range.middle);
-        let travel = |body: Body, solid: &Solid, frame: &Isometry3<f64>| match body {
-            Body::Machine(k) => machine.body_travel(k, range, &self.set, length),
-            Body::Cutter | Body::Tool(_) => self.tool_travel(solid, frame),
-        };
-        let of_obstacle = |k: usize| match k.checked_sub(n_own) {
-            None => 0.0,
-            Some(own) => machine.body_travel(test.machine_obstacles[own].body, range, &self.set, length),
-        };
-        for (slot, placed) in test.placed(&range.middle).enumerate() {
-            // Of the tool's bodies only against the machine: against the workpiece they are turned more sharply.
-            let first = if matches!(placed.body, Body::Tool(_)) { n_own } else { 0 };
-            let own_travel = travel(placed.body, placed.solid, &placed.work_from_body);
-            for k in (first..n_all).filter(|k| test.meetings.bodies[slot][*k]) {
-                let (mesh, allowance) = test.obstacle(k);
-                let found = answer(&Pair {
-                    body: placed.body,
-                    obstacle: k,
-                    mesh,
-                    solid: placed.solid.dilated(allowance),
-                    obstacle_from_solid: test.seen_from_obstacle(k, &frames, &placed.work_from_body),
-                    travel: own_travel + of_obstacle(k),
-                });
-                if found.is_some() {
-                    return found;
-                }
-            }
-        }
         let work_from_tool = test.work_from_tool(&range.middle);
-        for k in (n_own..n_all).filter(|k| test.meetings.cutter[*k]) {
-            let (mesh, allowance) = test.obstacle(k);
-            for solid in &test.cutter {
-                let found = answer(&Pair {
-                    body: Body::Cutter,
+        let cutter = test.cutter.iter().map(|solid| (Body::Cutter, solid, work_from_tool, &test.meetings.cutter));
+        let placed = test.placed(&range.middle).zip(&test.meetings.bodies);
+        let placed = placed.map(|(p, meets)| (p.body, p.solid, p.work_from_body, meets));
+        let mut pairs = Vec::new();
+        for (body, solid, work_from_solid, meets) in placed.chain(cutter) {
+            let first = if body == Body::Cutter || self.is_spun(body) { n_own } else { 0 };
+            let travel = self.travel(range, body, solid, &work_from_solid);
+            for k in (first..n_all).filter(|k| meets[*k]) {
+                let (mesh, allowance) = test.obstacle(k);
+                pairs.push(Pair {
+                    body,
                     obstacle: k,
                     mesh,
                     solid: solid.dilated(allowance),
-                    obstacle_from_solid: test.seen_from_obstacle(k, &frames, &work_from_tool),
-                    travel: travel(Body::Cutter, solid, &work_from_tool) + of_obstacle(k),
+                    obstacle_from_solid: test.seen_from_obstacle(k, &frames, &work_from_solid),
+                    travel: travel + self.obstacle_travel(range, k),
                 });
-                if found.is_some() {
-                    return found;
-                }
             }
         }
-        None
+        pairs
+    }
+
+    fn is_spun(&self, body: Body) -> bool {
+        self.test.spun_bodies.iter().any(|spun| spun.body == body)
+    }
+
+    /// How far a body moves within a range.
+    fn travel(&self, range: &AxisRange, body: Body, solid: &Solid, work_from_solid: &Isometry3<f64>) -> f64 {
+        let cell = self.test.cell;
+        let by_machine = |k: usize| cell.machine.body_travel(k, range, &self.set, cell.tool.gauge_length());
+        match body {
+            Body::Machine(k) if self.is_spun(body) => by_machine(k).min(self.spun_travel(solid, work_from_solid)),
+            Body::Machine(k) => by_machine(k),
+            // There is none; of one that the spindle moves, nothing would be proven.
+            Body::Tool(_) if !self.is_spun(body) => f64::INFINITY,
+            Body::Cutter | Body::Tool(_) => self.spun_travel(solid, work_from_solid),
+        }
+    }
+
+    fn obstacle_travel(&self, range: &AxisRange, obstacle: usize) -> f64 {
+        let cell = self.test.cell;
+        obstacle.checked_sub(cell.obstacles.len()).map_or(0.0, |own| {
+            let body = self.test.machine_obstacles[own].body;
+            cell.machine.body_travel(body, range, &self.set, cell.tool.gauge_length())
+        })
     }
 
     /// How far a body of revolution of the tool moves: with the tip, and with the tool axis' turn about it.
-    fn tool_travel(&self, solid: &Solid, work_from_solid: &Isometry3<f64>) -> f64 {
+    fn spun_travel(&self, solid: &Solid, work_from_solid: &Isometry3<f64>) -> f64 {
         let bounds = solid.aabb();
         let center = work_from_solid * nalgebra::center(&bounds.min, &bounds.max);
         let tip = self.test.work_from_table() * self.set.cl.tip;

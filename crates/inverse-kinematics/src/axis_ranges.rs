@@ -6,7 +6,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-use facemill_cl_data::ClPoint;
+use facemill_cl_data::{Aabb, ClPoint};
 use nalgebra::{Isometry3, Point3, Vector3};
 
 use crate::screw_chain::Screw;
@@ -192,9 +192,21 @@ impl Machine {
         let by_table = way(&mut (0..body.n_joints).rev());
         let turn: f64 = self.chain.screws.iter().filter(|s| s.kind == AxisKind::Rotary).map(half).sum();
         let against_tool = way(&mut (body.n_joints..n));
-        let by_tool = set.shift + turn * ((center - joints.tip).norm() + reach + against_tool) + against_tool;
+        let from_tip = |p: &Point3<f64>| p - joints.tip;
+        let tool_axis = self.linear_map(&range.middle, tool_length).tool_axis;
+        // The tool's frame turns as its axis does, and about its axis by no more than it turns in all and back.
+        let all = corners(&bounds).map(|p| pose * p);
+        let largest = |of: &dyn Fn(&Point3<f64>) -> f64| all.iter().map(of).fold(0.0, f64::max);
+        let by_axis =
+            largest(&|p| set.turn * from_tip(p).norm() + (turn + set.turn) * from_tip(p).cross(&tool_axis).norm());
+        let by_tool = set.shift + by_axis.min(largest(&|p| turn * from_tip(p).norm())) + against_tool;
         by_table.min(by_tool) + SLACK
     }
+}
+
+fn corners(bounds: &Aabb) -> [Point3<f64>; 8] {
+    let pick = |k: usize, axis: usize| if k >> axis & 1 == 0 { bounds.min[axis] } else { bounds.max[axis] };
+    std::array::from_fn(|k| Point3::new(pick(k, 0), pick(k, 1), pick(k, 2)))
 }
 
 /// The sides of the spherical triangle of first axis, second axis and tool axis that do not change.
