@@ -327,6 +327,33 @@ mod tests {
     }
 
     #[test]
+    fn a_point_that_comes_nearer_to_second_order_only_is_not_overlooked() {
+        // Above a disc that turns about a point 50 mm below its top: to first order a point over the middle goes sideways.
+        let disc = frustum([40.0, 50.0], [30.0, 30.0], 0.0);
+        for angle in [0.05f64, 0.1, 0.2] {
+            let dip = 50.0 * (1.0 - angle.cos());
+            for (gap, clear) in [(0.9 * dip, false), (1.2 * dip, true)] {
+                let top = Point3::new(0.0, 0.0, 50.0 + gap);
+                let speck = vec![top, top + Vector3::new(1e-3, 0.0, 0.0), top + Vector3::new(0.0, 1e-3, 0.0)];
+                let tree = MeshTree::new(&TriMesh::new(speck, vec![[0, 1, 2]]).unwrap());
+                let range = |turns: [f64; 2]| TurnRange {
+                    mesh_from_solid: Isometry3::identity(),
+                    center: Point3::origin(),
+                    turns: [Vector3::x() * turns[0], Vector3::x() * turns[1]],
+                    shift: 0.0,
+                };
+                // In one turn, or half of it in each.
+                for turns in [[angle, 0.0], [0.0, angle], [0.5 * angle, 0.5 * angle]] {
+                    let verdict = tree.turn(&disc, &range(turns), None);
+                    assert_eq!(verdict == SweepVerdict::Clear, clear, "{angle} {gap} {verdict:?}");
+                    let met = tree.verdict(&disc, &turned_pose(&range(turns), 1.0, 1.0, Vector3::zeros()), None);
+                    assert_eq!(met.is_free(), clear, "{angle} {gap}");
+                }
+            }
+        }
+    }
+
+    #[test]
     fn a_body_inside_a_closed_part_and_numbers_that_are_none_are_not_cleared() {
         let corners = |k: usize| {
             let pick = |axis: usize| if k >> axis & 1 == 0 { -20.0 } else { 20.0 };

@@ -384,3 +384,33 @@ fn a_cutter_wholly_inside_a_closed_part_is_proven_blocked() {
         assert!(cell.range.tilt[1] - cell.range.tilt[0] > 3.0 * 2f64.to_radians(), "in large cells: {cell:?}");
     }
 }
+
+#[test]
+fn a_ceiling_that_only_a_lifted_cutter_meets_blocks_nothing_that_needs_no_lift() {
+    let flat = MeshTree::new(&plane(300.0));
+    let machine = without_bodies();
+    let tool = tool(16.0, 2.0, 12.0);
+    let cc = cc_on_plane(0.0, 0.0);
+    let middle = posture_deg(10.0, 0.0);
+    let frame = tool_frame(&cl_from_cc(tool.cutter(), &cc, middle));
+    let axis = frame * Vector3::z();
+    let front = (Vector3::x() - axis * axis.x).normalize();
+    let speck = |at: Point3<f64>, up: f64| {
+        let (u, v) = (Vector3::new(0.01, 0.0, up), Vector3::new(0.0, 0.01, up));
+        MeshTree::new(&TriMesh::new(vec![at, at + u, at + v], vec![[0, 1, 2]]).unwrap())
+    };
+    // Under the rear as high as the cutter at 10°, and as far above its upper end as half of the largest lift.
+    let floor = speck(frame * Point3::origin() - front * 14.0 + axis * 0.02, -1.0);
+    let ceiling = speck(frame * Point3::origin() + front * 14.0 + axis * 12.3, 1.0);
+    let obstacles = vec![obstacle("part", &flat), obstacle("floor", &floor), obstacle("ceiling", &ceiling)];
+    let cell = Workcell { max_lift: 0.6, ..workcell(&machine, &tool, obstacles) };
+    let test = PoseTest::new(&cell);
+    let at = |tilt: f64| test.try_posture(&cc, posture_deg(tilt, 0.0), None, &mut Hints::default());
+    assert_eq!(at(10.2).map(|pose| pose.lift), Ok(0.0));
+    assert!(matches!(at(9.8), Err(Infeasible::Gouge { obstacle: 2, .. })), "{:?}", at(9.8));
+    let map = map(&test, &cc, range_deg([9.3, 10.3], [-0.5, 0.5]), 0.05f64.to_radians(), &Silent).unwrap();
+    let mut tested = Tested::default();
+    assert_true(&test, &cc, &map, &mut Random(51), &mut tested);
+    let fractions = map.fractions();
+    assert!(fractions.free > 0.2 && fractions.blocked > 0.3 && fractions.uncertain < 0.2, "{fractions:?}");
+}
