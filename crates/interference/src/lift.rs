@@ -105,8 +105,11 @@ pub(crate) struct Rising<'a, B> {
     pub(crate) accuracy: f64,
 }
 
-/// Bound on the steps to an exit: Newton's take 2 to 6, and every third one halves the bracket.
+/// Bound on the steps to an exit.
 const MAX_EXIT_STEPS: usize = 200;
+
+/// Steps after which every second one halves the bracket: Newton's take 2 to 6.
+const NEWTON_STEPS: usize = 8;
 
 impl<B: Body> Rising<'_, B> {
     /// The body at a lift.
@@ -117,34 +120,50 @@ impl<B: Body> Rising<'_, B> {
 
     /// The end of the interval of lifts at which the body touches a triangle that it touches at `low`: not before the end,
     /// and beyond it by at most the accuracy.
-    ///
-    /// The distance is a convex function of the lift, so that beyond the end Newton's steps come closer from above.
     #[inline(always)]
-    pub(crate) fn exit(&self, corners: &[Point3<f64>; 3], mut low: f64) -> f64 {
+    pub(crate) fn exit(&self, corners: &[Point3<f64>; 3], low: f64) -> f64 {
         let top = corners.iter().map(|p| self.direction.dot(&p.coords)).fold(f64::NEG_INFINITY, f64::max);
         let bottom = self.direction.dot(&self.body.support(&-self.direction).coords);
         // Above this the body is over the triangle's highest point.
-        let mut high = (top - bottom + self.reach + 2.0 * FINEST).max(low + self.accuracy);
-        let mut next = high;
+        let high = (top - bottom + self.reach + 2.0 * FINEST).max(low + self.accuracy);
+        self.exit_between(corners, low, high, high)
+    }
+
+    /// The same below a lift at which the triangle is not touched, with its nearest point there.
+    #[inline(always)]
+    pub(crate) fn exit_below(&self, corners: &[Point3<f64>; 3], low: f64, above: f64, nearest: &Sample) -> f64 {
+        let next = above - (nearest.distance - self.reach) / -nearest.gradient.dot(&self.direction);
+        self.exit_between(corners, low, above, next)
+    }
+
+    /// The same by steps from `next` on.
+    ///
+    /// The distance is a convex function of the lift, so that beyond the end Newton's steps come closer from above.
+    #[inline(always)]
+    fn exit_between(&self, corners: &[Point3<f64>; 3], mut low: f64, mut high: f64, mut next: f64) -> f64 {
         for step in 0..MAX_EXIT_STEPS {
-            if high - low <= self.accuracy {
-                break;
+            if !(low < next && next <= high) {
+                next = 0.5 * (low + high);
             }
             match self.beyond(corners, next) {
                 None => low = next,
                 Some((excess, slope)) => {
                     high = next;
                     next = high - excess / slope;
-                    // As near as Newton comes: half an accuracy farther the body should touch.
-                    if next > high - 0.5 * self.accuracy {
-                        next = high - 0.9 * self.accuracy;
-                    }
                 }
             }
-            if !(low < next && next < high) || step % 3 == 2 && next >= 0.5 * (low + high) {
+            if high - low <= self.accuracy {
+                break;
+            }
+            // As near as Newton comes: half an accuracy farther the body should touch.
+            if next > high - 0.5 * self.accuracy {
+                next = high - 0.9 * self.accuracy;
+            }
+            if step >= NEWTON_STEPS && step % 2 == 0 {
                 next = 0.5 * (low + high);
             }
-            if !(low < next && next < high) {
+            let middle = 0.5 * (low + high);
+            if !(low < middle && middle < high) {
                 break;
             }
         }

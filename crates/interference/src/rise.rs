@@ -11,11 +11,13 @@ use crate::lift::Rising;
 use crate::mesh_tree::{MeshTree, Pending, TOUCH};
 use crate::tree_build::Child;
 
-/// Most trials of a leap: 20 halvings take 100 mm to [`LEAST_LEAP`].
-const MAX_LEAPS: usize = 24;
+/// Most trials on the way up: what is then left is climbed triangle by triangle.
+const MAX_TRIALS: usize = 32;
 
-/// Distance (mm) from a free trial at which leaping ends: smaller costs trials, larger leaves more triangles to climb over.
-const LEAST_LEAP: f64 = 5e-4;
+/// Height (mm) of a trial above the present lift, at least, and as part of what the last one brought: smaller, and more trials
+/// end below the free lift; larger, and more of the surface is as near to the trial as what is in the way.
+const LEAST_HEADROOM: f64 = 0.003;
+const HEADROOM: f64 = 0.01;
 
 /// A solid to be lifted.
 pub(crate) struct Way<'a> {
@@ -53,7 +55,7 @@ impl MeshTree {
     /// The first lift not below `lift` at which the body touches nothing; `None` where it is above `max_lift`.
     #[inline(always)]
     fn risen<B: Body>(&self, rising: &Rising<B>, lift: f64, max_lift: f64) -> Option<f64> {
-        let mut lift = self.leapt(rising, lift);
+        let mut lift = self.climbed(rising, lift);
         if lift > max_lift {
             return None;
         }
@@ -87,23 +89,44 @@ impl MeshTree {
 
     /// A lift from which the first free one is near: no lift from `lift` up to it is free.
     ///
-    /// A triangle that is touched at a trial lift and at the present one is touched at all between. Trials grow until one is
-    /// free, and then halve.
+    /// Triangles are looked at from a trial lift above, the nearest first: what is as far as the trial is above the present lift
+    /// cannot be in the way in between. From each that is touched at the present lift, that goes to the end of its interval.
     #[inline(always)]
-    fn leapt<B: Body>(&self, rising: &Rising<B>, mut lift: f64) -> f64 {
-        let (mut free, mut step) = (f64::INFINITY, 0.0);
-        for _ in 0..MAX_LEAPS {
-            let trial = if free.is_finite() { 0.5 * (lift + free) } else { lift + step };
-            let touched = self.touched(&rising.at(trial), rising.reach).map(|place| &self.corners[place]);
-            match touched.filter(|c| step == 0.0 || rising.touches(c, lift)) {
-                Some(corners) => {
-                    let end = rising.exit(corners, trial);
-                    (step, lift) = (2.0 * (end - lift), end);
+    fn climbed<B: Body>(&self, rising: &Rising<B>, mut lift: f64) -> f64 {
+        let mut before = lift;
+        let Some(place) = self.touched(&rising.at(lift), rising.reach) else { return lift };
+        lift = rising.exit(&self.corners[place], lift);
+        for _ in 0..MAX_TRIALS {
+            let above = lift + LEAST_HEADROOM.max(HEADROOM * (lift - before));
+            before = lift;
+            let body = rising.at(above);
+            let mut stack = Pending::new();
+            stack.push_root(&self.nodes);
+            while let Some((bound, child)) = stack.pop() {
+                let beyond = rising.reach + (above - lift);
+                if bound > beyond {
+                    continue;
                 }
-                None if step == 0.0 => return lift,
-                None => free = trial,
+                match Child::unpack(child) {
+                    Child::Node(node) => stack.push_children(&self.nodes[node as usize], &body, beyond),
+                    Child::Triangle(place) => {
+                        let corners = &self.corners[place as usize];
+                        let goal = Goal { enough: rising.reach, beyond };
+                        let Some(nearest) = nearest_on_triangle(&body, corners, goal) else { continue };
+                        if rising.touches(corners, lift) {
+                            lift = if nearest.distance > rising.reach {
+                                rising.exit_below(corners, lift, above, &nearest)
+                            } else {
+                                rising.exit(corners, above)
+                            };
+                            if lift > above {
+                                break;
+                            }
+                        }
+                    }
+                }
             }
-            if free - lift < LEAST_LEAP {
+            if lift <= above {
                 break;
             }
         }
