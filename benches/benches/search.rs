@@ -3,8 +3,8 @@
 use std::time::Duration;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use facemill_benches::{Scene, blade_scene, machine, patch_scene, tool};
-use facemill_cl_data::{Pass, Posture, Silent};
+use facemill_benches::{Scene, blade_passes, blade_scene, machine, patch_passes, patch_scene, tool};
+use facemill_cl_data::{CcPoint, Pass, Posture, Silent};
 use facemill_cutter_location::cusp::Strip;
 use facemill_cutter_location::{
     Hints, Obstacle, PassSettings, PassTask, PoseTest, PostureMode, SearchCurve, SearchOrder, SearchSettings,
@@ -15,7 +15,7 @@ use facemill_inverse_kinematics::BranchPreference;
 use facemill_tool_model::ToolAssembly;
 use nalgebra::Isometry3;
 
-fn scene(c: &mut Criterion, scene: &Scene, tool: &ToolAssembly) {
+fn scene(c: &mut Criterion, scene: &Scene, passes: &[Vec<CcPoint>], tool: &ToolAssembly, step_over: f64) {
     let machine = machine();
     let tree = MeshTree::new(&scene.mesh);
     let cell = Workcell {
@@ -51,19 +51,24 @@ fn scene(c: &mut Criterion, scene: &Scene, tool: &ToolAssembly) {
             scene.cc.iter().filter(|cc| search(&test, cc, &curve, &settings, 0.0, None, &mut hints).is_ok()).count()
         });
     });
-    let tasks = [PassTask { pass: Pass::new(scene.cc.clone()), curve, strips: Vec::new() }];
-    let pass_settings = |mode| PassSettings { search: settings, mode, max_turn_per_mm: 0.1f64.to_radians() };
-    let smooth = SmoothSettings { feed: 20.0, cusp: 0.1, strip: Strip { step_over: 20.0, curvature: 0.0 } };
-    for (name, mode) in [("pass", PostureMode::Smallest), ("smooth pass", PostureMode::Smooth(smooth))] {
-        let settings = pass_settings(mode);
-        group.bench_function(name, |b| b.iter(|| plan_passes(&test, &tasks, &settings, &Silent)));
+    let tasks: Vec<PassTask> =
+        passes.iter().map(|p| PassTask { pass: Pass::new(p.clone()), curve, strips: Vec::new() }).collect();
+    let points: usize = passes.iter().map(Vec::len).sum();
+    group.throughput(Throughput::Elements(points as u64));
+    let smooth = SmoothSettings { feed: 20.0, cusp: 0.1, strip: Strip { step_over, curvature: 0.0 } };
+    let one_core = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
+    for (name, mode) in [("passes", PostureMode::Smallest), ("smooth passes", PostureMode::Smooth(smooth))] {
+        let settings = PassSettings { search: settings, mode, max_turn_per_mm: 0.1f64.to_radians() };
+        group.bench_function(format!("{name} of {points}"), |b| {
+            b.iter(|| one_core.install(|| plan_passes(&test, &tasks, &settings, &Silent)));
+        });
     }
     group.finish();
 }
 
 fn bench(c: &mut Criterion) {
-    scene(c, &patch_scene(500), &tool(25.0, 2.0));
-    scene(c, &blade_scene(500), &tool(80.0, 6.0));
+    scene(c, &patch_scene(10_000), &patch_passes(), &tool(25.0, 2.0), 3.4);
+    scene(c, &blade_scene(10_000), &blade_passes(), &tool(80.0, 6.0), 17.0);
 }
 
 criterion_group!(benches, bench);

@@ -56,6 +56,50 @@ pub fn blade_scene(n_points: usize) -> Scene {
     Scene { name: "blade_200k", mesh, cc }
 }
 
+/// Fifty passes of 200 points each over [`patch_scene`].
+///
+/// # Panics
+/// Never: the numbers are in range.
+pub fn patch_passes() -> Vec<Vec<CcPoint>> {
+    let spec = PatchSpec::new([200.0, 200.0], 15.0, [1.1, 1.0]).expect("numbers are in range");
+    let at = |x: f64, y: f64| {
+        let p = spec.at(x, y);
+        CcPoint::new(p.point, p.normal.into_inner(), Vector3::x()).expect("the patch is nowhere vertical")
+    };
+    let spread = |k: u32, n: u32| 170.0 * f64::from(k) / f64::from(n - 1) - 85.0;
+    (0..50).map(|j| (0..200).map(|k| at(spread(k, 200), spread(j, 50))).collect()).collect()
+}
+
+/// Passes of about 10,000 points, 5 mm apart, over the suction side of [`blade_scene`]: on cylinders about the shaft.
+///
+/// # Panics
+/// Never: the numbers are in range.
+pub fn blade_passes() -> Vec<Vec<CcPoint>> {
+    let spec = PropellerSpec::new(PropellerSeries::Dtmb4119, 3048.0).expect("numbers are in range");
+    let mesh = blade(&spec, BladeResolution::new(200, 240).expect("numbers are in range"));
+    let suction = mesh.groups()[0].triangles.clone();
+    let surface = Surface::new(mesh, SurfaceSettings::default());
+    let down = -Vector3::z_axis();
+    (0..45)
+        .map(|j| {
+            let radius = 705.0 + 17.0 * f64::from(j);
+            let step = 5.0 / radius;
+            (0..(3.0 / step) as u32)
+                .filter_map(|k| {
+                    let (sin, cos) = (f64::from(k) * step - 1.5).sin_cos();
+                    let above = Point3::new(radius * cos, radius * sin, 2000.0);
+                    let hit = surface.ray(&above, &down, 4000.0)?;
+                    let normal = surface.normal_at(&hit.point);
+                    // Not over the edge.
+                    let inside = suction.contains(&(hit.point.triangle as usize)) && normal.z > 0.5;
+                    let cc = CcPoint::new(hit.point.position, normal.into_inner(), Vector3::new(sin, -cos, 0.0));
+                    cc.ok().filter(|_| inside)
+                })
+                .collect()
+        })
+        .collect()
+}
+
 /// Uniform numbers in 0..1, always the same.
 pub struct Lcg(pub u64);
 
