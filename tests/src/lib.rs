@@ -3,6 +3,7 @@
 //! Independent of the crates under test, from the papers alone:
 //! - [`brute`]: how deep a cutter is in a mesh and how far a turned body is from it, over all triangles;
 //! - [`touch`]: whether a body touches a mesh, by subdividing triangles; [`sweep`] compares it with the mesh tree;
+//! - [`onset`]: the tilt from which on a cutter is free of a torus or saddle, from the surface's equation;
 //! - [`interpreter`]: what a FANUC program does to its axes;
 //! - [`paper_machine`]: FEED (9), from axis values of the head-B, table-C mill to the tool;
 //! - [`read_back`]: a written program against the meshes of its job, by these three.
@@ -14,6 +15,7 @@ pub mod brute;
 pub mod interpreter;
 pub mod jobs;
 pub mod meshes;
+pub mod onset;
 pub mod paper_machine;
 pub mod program;
 pub mod random;
