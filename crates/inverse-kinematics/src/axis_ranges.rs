@@ -118,14 +118,8 @@ impl Machine {
         if !beside {
             return None;
         }
-        let [at_first, at_second] = sides.angles(to_first);
-        let ends = [sides.angles(least), sides.angles(most)];
-        let mut first_half = ends.iter().map(|e| (e[0] - at_first).abs()).fold(0.0, f64::max);
-        if let Some(turning) = sides.turning_point().filter(|a| least < *a && *a < most) {
-            first_half = first_half.max((sides.angles(turning)[0] - at_first).abs());
-        }
+        let [first_half, second_half] = sides.halves(to_first, set.turn);
         let azimuth = (set.turn.sin() / to_first.sin()).min(1.0).asin();
-        let second_half = ends.iter().map(|e| (e[1] - at_second).abs()).fold(0.0, f64::max);
         Some([azimuth + first_half, second_half])
     }
 
@@ -210,6 +204,7 @@ fn corners(bounds: &Aabb) -> [Point3<f64>; 8] {
 }
 
 /// The sides of the spherical triangle of first axis, second axis and tool axis that do not change.
+#[derive(Debug)]
 struct Sides {
     /// Between the two rotary axes.
     between: f64,
@@ -233,7 +228,19 @@ impl Sides {
         [at_first, 2.0 * (between * spindle).sqrt().atan2((all * first).sqrt())]
     }
 
-    /// Where the angle at the first axis is largest: its cosine (cos c − cos a·cos b)/(sin a·sin b) has the derivative
+    /// How far both angles get from those at `to_first` when it changes by up to `turn`. The second is monotone; the first turns
+    /// back at most once.
+    fn halves(&self, to_first: f64, turn: f64) -> [f64; 2] {
+        let (least, most) = (to_first - turn, to_first + turn);
+        let at = self.angles(to_first);
+        let turning = self.turning_point().filter(|a| least < *a && *a < most);
+        let extremes = [least, most].into_iter().chain(turning);
+        extremes
+            .map(|a| self.angles(a))
+            .fold([0.0, 0.0], |far: [f64; 2], e| [far[0].max((e[0] - at[0]).abs()), far[1].max((e[1] - at[1]).abs())])
+    }
+
+    /// Where the angle at the first axis is largest or smallest: its cosine (cos c − cos a·cos b)/(sin a·sin b) has the derivative
     /// (cos b − cos c·cos a)/(sin²a·sin b), with a the side to the tool axis, b between, c of the spindle.
     fn turning_point(&self) -> Option<f64> {
         let cosine = self.between.cos() / self.spindle.cos();
@@ -308,4 +315,33 @@ fn nearest_to(axis: &Axis, value: f64) -> f64 {
 
 fn angle(a: &Vector3<f64>, b: &Vector3<f64>) -> f64 {
     a.cross(b).norm().atan2(a.dot(b))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn angles_at_both_axes_stay_within_their_halves_where_the_first_turns_back_too() {
+        let mut turned_back = 0;
+        for (between, spindle) in [(0.5, 0.9), (1.2, 0.4), (1.3, 0.9), (2.0, 0.7), (0.7, 0.7), (1.5, 1.6)] {
+            let sides = Sides { between, spindle };
+            let (nearest, farthest) = sides.reach();
+            for k in 1..60 {
+                let to_first = nearest + (farthest - nearest) * f64::from(k) / 60.0;
+                let turn = 0.9 * (to_first - nearest).min(farthest - to_first);
+                let [first, second] = sides.halves(to_first, turn);
+                let at = sides.angles(to_first);
+                let mut seen = [0.0f64; 2];
+                for j in 0..=200 {
+                    let a = sides.angles(to_first + turn * (f64::from(j) / 100.0 - 1.0));
+                    seen = [seen[0].max((a[0] - at[0]).abs()), seen[1].max((a[1] - at[1]).abs())];
+                }
+                assert!(seen[0] <= first + 1e-12 && seen[1] <= second + 1e-12, "{sides:?} {to_first} {seen:?}");
+                assert!(seen[0] > 0.99 * first - 1e-9 && seen[1] > 0.99 * second - 1e-9, "no larger than need be");
+                turned_back += usize::from(sides.turning_point().is_some_and(|a| (a - to_first).abs() < turn));
+            }
+        }
+        assert!(turned_back > 10, "{turned_back}");
+    }
 }
