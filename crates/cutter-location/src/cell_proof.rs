@@ -12,7 +12,7 @@ use facemill_tool_model::cl_from_cc;
 use nalgebra::{Isometry3, Point3};
 
 use crate::machine_proof::OnMachine;
-use crate::pose_test::SpunBody;
+use crate::spun_bodies::SpunBody;
 use crate::{Hints, Infeasible, PoseTest, angle_between, tool_frame};
 
 /// What is proven of a range of postures.

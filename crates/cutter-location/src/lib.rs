@@ -35,6 +35,7 @@ mod search;
 mod smooth_band;
 mod smooth_pass;
 mod solution_space;
+mod spun_bodies;
 mod stance;
 mod workcell;
 

@@ -217,16 +217,16 @@ impl SolutionMap {
     /// How much of the range is free, blocked and uncertain.
     pub fn fractions(&self) -> AreaFractions {
         let mut sums = AreaFractions::default();
-        let whole = self.range.area();
         for cell in &self.cells {
-            let share = cell.range.area() / whole;
             match cell.state {
-                CellState::Free => sums.free += share,
-                CellState::Blocked(_) => sums.blocked += share,
-                CellState::Uncertain(_) => sums.uncertain += share,
+                CellState::Free => sums.free += cell.range.area(),
+                CellState::Blocked(_) => sums.blocked += cell.range.area(),
+                CellState::Uncertain(_) => sums.uncertain += cell.range.area(),
             }
         }
-        sums
+        // By the cells' own sum, so that a map of one kind is all of that kind.
+        let all = sums.free + sums.blocked + sums.uncertain;
+        AreaFractions { free: sums.free / all, blocked: sums.blocked / all, uncertain: sums.uncertain / all }
     }
 
     /// The first cell that holds a posture.

@@ -6,6 +6,7 @@ use facemill_z_map::certainly_free;
 use nalgebra::{Isometry3, Point3, Unit, Vector3};
 
 use crate::machine_obstacles::{MachineObstacle, Meetings};
+use crate::spun_bodies::{SpunBody, spun_bodies};
 use crate::{Body, Configuration, FeasiblePose, Hints, Infeasible, Workcell, angle_between, tool_frame};
 
 /// The workcell with what does not change from pose to pose worked out.
@@ -20,15 +21,6 @@ pub struct PoseTest<'a> {
     pub(crate) machine_obstacles: Vec<MachineObstacle>,
     pub(crate) meetings: Meetings,
     pub(crate) spun_bodies: Vec<SpunBody>,
-}
-
-/// A body of revolution about the tool's axis that is fixed to the tool: where it is depends on the tool pose alone.
-pub(crate) struct SpunBody {
-    /// Its place among the bodies that are tested for collision.
-    pub(crate) slot: usize,
-    pub(crate) body: Body,
-    pub(crate) solid: Solid,
-    pub(crate) tool_from_solid: Isometry3<f64>,
 }
 
 /// A body where it is.
@@ -451,32 +443,6 @@ impl<'a> PoseTest<'a> {
     pub fn tool_bodies(&self) -> &[PlacedSolid] {
         &self.tool_bodies
     }
-}
-
-/// The bodies of tool and machine that are fixed to the tool and turn about its axis into themselves.
-fn spun_bodies(cell: &Workcell<'_>, tool_bodies: &[PlacedSolid]) -> Vec<SpunBody> {
-    let machine = cell.machine;
-    let home = machine.home();
-    let tool_from_table = machine.forward(&home, cell.tool.gauge_length()).inverse();
-    let of_tool = tool_bodies.iter().enumerate().map(|(k, b)| (Body::Tool(k), b.solid, b.frame_from_solid, true));
-    let n_axes = machine.axes().len();
-    let moving = machine.body_poses(&home).enumerate().filter(|(_, p)| p.body.joints_from_table() > 0);
-    let of_machine = moving.map(|(k, p)| {
-        let fixed = p.body.joints_from_table() == n_axes;
-        (Body::Machine(k), p.body.body.solid, tool_from_table * p.table_from_solid, fixed)
-    });
-    of_tool
-        .chain(of_machine)
-        .enumerate()
-        .filter(|(_, (_, solid, pose, fixed))| *fixed && matches!(solid, Solid::Frustum(_)) && is_on_z(pose))
-        .map(|(slot, (body, solid, tool_from_solid, _))| SpunBody { slot, body, solid, tool_from_solid })
-        .collect()
-}
-
-/// Whether a frame has its z axis on that of the other, to rounding: a body of revolution there is off by less than 1e-8 mm
-/// when it is turned about it.
-fn is_on_z(pose: &Isometry3<f64>) -> bool {
-    (pose * Vector3::z()).xy().norm() < 1e-12 && pose.translation.vector.xy().norm() < 1e-9
 }
 
 /// Bisections of a lift: enough to exhaust a double.

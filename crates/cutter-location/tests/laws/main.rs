@@ -7,6 +7,7 @@ mod kit;
 mod link;
 mod machine_bodies;
 mod map;
+mod map_cases;
 mod passes;
 mod postures;
 mod reasons;
