@@ -25,7 +25,8 @@ pub const MOST_TESTS: usize = 4096;
 /// Smallest width: finer, angles of postures differ by less than axis values are written with.
 const FINEST: f64 = 1e-6;
 
-/// The first feasible posture of the curve from `from_u` on, where stretches shorter than `width` may be missed.
+/// The first feasible posture of the curve from `from_u` on, where stretches shorter than `settings.certified` may be missed
+/// (shorter than `settings.u_step`, where that is `None`).
 ///
 /// Intervals of the curve are taken from the left. One is passed over where a single proof blocks all its postures; it is
 /// halved where none is found; and where it is no longer than the width, both ends and the middle are tested. So every
@@ -36,11 +37,11 @@ pub fn certified_search(
     cc: &CcPoint,
     curve: &SearchCurve,
     settings: &SearchSettings,
-    (from_u, width): (f64, f64),
+    from_u: f64,
     near: Option<&Configuration>,
     hints: &mut Hints,
 ) -> CertifiedSearch {
-    let mut width = width.max(FINEST);
+    let mut width = settings.certified.unwrap_or(settings.u_step).max(FINEST);
     let mut tests = 0;
     loop {
         let mut walk = Walk { test, cc, curve, settings, near, width, tests: 0, reasons: Reasons::default() };

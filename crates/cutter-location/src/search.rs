@@ -48,8 +48,8 @@ pub fn search(
     near: Option<&Configuration>,
     hints: &mut Hints,
 ) -> Result<Found, Infeasible> {
-    if let Some(width) = settings.certified {
-        return certified_search(test, cc, curve, settings, (from_u, width), near, hints).found;
+    if settings.certified.is_some() {
+        return certified_search(test, cc, curve, settings, from_u, near, hints).found;
     }
     let mut try_at = |u: f64| test.try_posture(cc, curve.at(u), near, hints).map(|pose| Found { u, pose });
     let mut blocked = None;

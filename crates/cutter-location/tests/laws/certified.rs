@@ -92,8 +92,7 @@ fn no_feasible_stretch_of_the_width_lies_before_what_is_found() {
                     let cell = workcell(&machine, &tool, obstacles);
                     let test = PoseTest::new(&cell);
                     let feasible = stretches(&scan(&test, &cc, &curve));
-                    let certified =
-                        certified_search(&test, &cc, &curve, &settings, (0.0, width), None, &mut Hints::default());
+                    let certified = certified_search(&test, &cc, &curve, &settings, 0.0, None, &mut Hints::default());
                     total_tests += certified.tests;
                     points += 1;
                     assert!(certified.tests <= MOST_TESTS && certified.width == width);
@@ -140,7 +139,7 @@ fn a_search_from_a_later_u_is_proven_from_there_and_a_blocked_curve_names_what_b
     let pillar = MeshTree::new(&post(&Point3::new(-3.0, 5.0, 9.0), 1.0));
     let cell = workcell(&machine, &tool, vec![obstacle("part", &flat), obstacle("pillar", &pillar)]);
     let test = PoseTest::new(&cell);
-    let blocked = certified_search(&test, &cc, &curve, &settings, (0.0, 0.001), None, &mut Hints::default());
+    let blocked = certified_search(&test, &cc, &curve, &settings, 0.0, None, &mut Hints::default());
     assert_eq!(test.describe(&blocked.found.unwrap_err()), "cutter gouges pillar");
     // Proven in a few intervals, not by a thousand tests.
     assert!(blocked.tests < 40, "{}", blocked.tests);
@@ -166,8 +165,10 @@ fn a_width_that_needs_too_many_tests_gives_way_and_says_so() {
     let cell = workcell(&machine, &tool, vec![obstacle("fog", &Everywhere)]);
     let test = PoseTest::new(&cell);
     let cc = cc_on_plane(10.0, 5.0);
-    let settings = SearchSettings::default();
-    let at = |width: f64| certified_search(&test, &cc, &curve, &settings, (0.0, width), None, &mut Hints::default());
+    let at = |width: f64| {
+        let settings = SearchSettings { certified: Some(width), ..SearchSettings::default() };
+        certified_search(&test, &cc, &curve, &settings, 0.0, None, &mut Hints::default())
+    };
     for (asked, wide_enough) in [(0.01, true), (0.002, true), (1e-5, false), (0.0, false)] {
         let blocked = at(asked);
         assert_eq!(test.describe(&blocked.found.unwrap_err()), "cutter gouges fog");
