@@ -146,7 +146,13 @@ fn what_does_not_exist_is_told_with_what_does() {
 #[test]
 fn a_certified_search_is_planned_and_its_width_is_checked() {
     let job = crowded();
-    job.set("job.json", &[("/operations/0/infeasible/trim/max_trimmed_fraction", json!(1.0))]);
+    job.set(
+        "job.json",
+        &[
+            ("/operations/0/infeasible/trim/max_trimmed_fraction", json!(1.0)),
+            ("/operations/0/path/strategy/strategy/cylindrical_sections/from_radius_mm", json!(92.0)),
+        ],
+    );
     for (width, message) in [(json!(0.0), "must be from"), (json!(0.2), "to 0.1"), (json!("fine"), "certified_u_width")]
     {
         job.set("job.json", &[("/operations/0/search/certified_u_width", width)]);
