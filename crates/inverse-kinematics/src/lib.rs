@@ -1,9 +1,10 @@
 //! Machine tools as Denavit-Hartenberg chains: machine file, forward and inverse solution, limits, bodies.
 //!
-//! A [`Machine`] is read from a [machine file](MachineFile): two chains of DH rows from the bed, one to the table, one to
-//! the spindle nose. [`AxisValues`] are what its scales show. [`Machine::forward`] says where the tool is in the table
-//! frame, [`Machine::inverse`] which axis values bring it to a CL point, [`Motion`] what happens between two positions,
-//! [`Machine::axis_ranges`] which values a whole set of CL points asks for, [`deviation_bound`] how far that is from what was meant, [`Machine::body_poses`] where the machine's own bodies are.
+//! A [`Machine`] is read from a [machine file](MachineFile): two chains of DH rows from the bed, one to the table, one
+//! to the spindle nose. [`AxisValues`] are what its scales show. [`Machine::forward`] says where the tool is in the
+//! table frame, [`Machine::inverse`] which axis values bring it to a CL point, [`Machine::axis_ranges`] which ones a
+//! whole set of CL points asks for, [`Motion`] what happens between two positions, [`deviation_bound`] how far that is
+//! from what was meant, [`Machine::body_poses`] where the machine's own bodies are.
 //!
 //! ```
 //! use facemill_cl_data::ClPoint;
