@@ -49,12 +49,17 @@ impl Slabs {
         let (distances, cosines) = body.distances(&self.center, &self.normal);
         let mut bounds = [0.0; N];
         for k in 0..N {
-            let cos = cosines[k];
-            let rest = 1.0 - cos * cos;
-            let sin = (if rest < 0.0 { 0.0 } else { rest } + SINE_SQ_SLACK).sqrt();
-            bounds[k] = distances[k] - (self.radius[k] * sin + self.half_thickness[k] * cos.abs());
+            bounds[k] = distances[k] - self.reach(k, cosines[k]);
         }
         bounds
+    }
+
+    /// How far a slab reaches from its centre along a direction of at most unit length whose component along its normal is `cos`.
+    #[inline(always)]
+    pub(crate) fn reach(&self, lane: usize, cos: f64) -> f64 {
+        let rest = 1.0 - cos * cos;
+        let sin = (if rest < 0.0 { 0.0 } else { rest } + SINE_SQ_SLACK).sqrt();
+        self.radius[lane] * sin + self.half_thickness[lane] * cos.abs()
     }
 
     pub(crate) fn get(&self, lane: usize) -> Slab {

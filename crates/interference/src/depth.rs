@@ -17,7 +17,7 @@ pub struct Penetration {
 }
 
 /// Accuracy of a depth that is found by steps, mm: a tenth of what is promised.
-const ACCURACY: f64 = 1e-7;
+pub(crate) const ACCURACY: f64 = 1e-7;
 
 /// Bound on the steps: every third one halves the bracket.
 const MAX_STEPS: usize = 200;
@@ -45,7 +45,7 @@ pub fn penetration(
         // The body is dilated by the rounding: what of the mesh is outside its core is that much less deep.
         Some(s) if s.distance > 0.0 => at((rounding - s.distance).max(0.0), &s),
         Some(s) => {
-            let (depth, s) = depth_in_core(mesh, solid, mesh_from_solid, s);
+            let (depth, s) = mesh.core_depth(solid, mesh_from_solid, s);
             at(rounding + depth, &s)
         }
         None => {
@@ -55,45 +55,55 @@ pub fn penetration(
     }
 }
 
-/// Depth of the surface in the undilated core, which it meets (`met`), with a place.
-///
-/// The core made smaller by t is away from the surface just where t is more than the depth, and then by at least the
-/// excess: so each distance brackets the depth from both sides.
-fn depth_in_core(
+/// [`Interference::core_depth`] by distances alone, for any mesh.
+pub(crate) fn stepped_depth(
     mesh: &(impl Interference + ?Sized),
     solid: &Solid,
     pose: &Isometry3<f64>,
     met: Separation,
 ) -> (f64, Separation) {
-    let at = |t: f64, hint: u32| mesh.core_distance(&eroded(solid, t), pose, f64::INFINITY, Some(hint)).unwrap_or(met);
-    let (mut low, mut high) = (0.0, inner_radius(solid));
+    let mut nearest = met;
+    innermost(0.0, inner_radius(solid), |t| {
+        let hint = Some(nearest.triangle);
+        nearest = mesh.core_distance(&eroded(solid, t), pose, f64::INFINITY, hint).unwrap_or(met);
+        (nearest.distance, nearest)
+    })
+}
+
+/// The depth of a surface in a body between two bounds, at most [`ACCURACY`] too large, and what `away` tells of it there: the
+/// distance of the surface from the body made smaller by so much, 0 where they meet, and where it is.
+///
+/// The smaller body is away from the surface just where it is smaller by more than the depth, and then by at least the
+/// excess: so each distance brackets the depth from both sides.
+#[inline(always)]
+pub(crate) fn innermost<P>(mut low: f64, mut high: f64, mut away: impl FnMut(f64) -> (f64, P)) -> (f64, P) {
     // Nearest to the body that is away, and so the deepest.
-    let mut nearest = at(high, met.triangle);
-    if nearest.distance <= 0.0 {
+    let (mut distance, mut nearest) = away(high);
+    if distance <= 0.0 {
         return (high, nearest);
     }
     // Slope of the excess: 1 where one face is nearest, more where the body shrinks at an edge.
     let mut slope = 1.0;
     for step in 0..MAX_STEPS {
-        low = f64::max(low, high - nearest.distance);
+        low = f64::max(low, high - distance);
         if high - low <= ACCURACY {
             break;
         }
-        let guess = (high - nearest.distance / slope + 0.5 * ACCURACY).max(low + 0.5 * ACCURACY);
+        let guess = (high - distance / slope + 0.5 * ACCURACY).max(low + 0.5 * ACCURACY);
         let next = if step % 3 == 2 || guess >= high { 0.5 * (low + high) } else { guess };
-        let here = at(next, nearest.triangle);
-        if here.distance <= 0.0 {
+        let (here, place) = away(next);
+        if here <= 0.0 {
             low = next;
         } else {
-            slope = ((nearest.distance - here.distance) / (high - next)).max(1.0);
-            (high, nearest) = (next, here);
+            slope = ((distance - here) / (high - next)).max(1.0);
+            (high, distance, nearest) = (next, here, place);
         }
     }
     (high, nearest)
 }
 
 /// Radius of the largest ball within the undilated body, mm.
-fn inner_radius(solid: &Solid) -> f64 {
+pub(crate) fn inner_radius(solid: &Solid) -> f64 {
     match solid {
         Solid::Box(b) => b.half_extents.min(),
         Solid::Frustum(f) => {
@@ -108,7 +118,7 @@ fn inner_radius(solid: &Solid) -> f64 {
 }
 
 /// The undilated body without what is nearer than `by` to its outside; `by` is at most the inner radius.
-fn eroded(solid: &Solid, by: f64) -> Solid {
+pub(crate) fn eroded(solid: &Solid, by: f64) -> Solid {
     match solid {
         Solid::Box(b) => {
             Solid::Box(RoundBox { half_extents: b.half_extents.map(|h| (h - by).max(0.0)), rounding: 0.0 })

@@ -6,6 +6,7 @@ use facemill_cl_data::{RoundBox, RoundFrustum, Solid};
 use facemill_surface_model::TriMesh;
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 
+use crate::depth::{inner_radius, stepped_depth};
 use crate::test_kit::{Lcg, cube, frustum, golden, patch, sample_solids, soup, sphere};
 use crate::{Interference, MeshTree, ParryMesh, penetration};
 
@@ -73,6 +74,30 @@ fn depth_is_that_of_golden_sections() {
         }
     }
     assert!(n_shallow > 20 && n_deep > 80, "{n_shallow} in the skin, {n_deep} in the core");
+}
+
+#[test]
+fn depth_of_one_walk_is_that_of_steps_by_distance() {
+    let mut lcg = Lcg::new(54);
+    let (mut n_deep, mut n_whole) = (0, 0);
+    for mesh in [patch(60), cube(15.0, 9), soup(&mut Lcg::new(4), 900), sphere(22.0, 40)] {
+        let tree = MeshTree::new(&mesh);
+        for solid in sample_solids() {
+            for _ in 0..40 {
+                let pose = lcg.pose(25.0);
+                let Some(met) = tree.core_distance(&solid, &pose, 0.0, None) else { continue };
+                let (walked, at) = tree.core_depth(&solid, &pose, met);
+                let (stepped, _) = stepped_depth(&tree, &solid, &pose, met);
+                assert!((walked - stepped).abs() < 3e-7, "{solid:?} {pose}: {walked} for {stepped}");
+                let core = solid.dilated(-solid.rounding());
+                let there = -signed_distance(&core, &pose.inverse_transform_point(&at.point));
+                assert!((there - walked).abs() < 3e-7, "{solid:?} {pose}: {there} for {walked}");
+                n_deep += 1;
+                n_whole += usize::from(walked > 0.99 * inner_radius(&solid));
+            }
+        }
+    }
+    assert!(n_deep > 600 && n_whole > 10, "{n_deep} in the core, {n_whole} to its middle");
 }
 
 #[test]

@@ -42,6 +42,7 @@ mod body;
 mod bound;
 mod certify;
 mod closed;
+mod deepest;
 mod depth;
 #[cfg(test)]
 mod depth_laws;

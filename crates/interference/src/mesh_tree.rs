@@ -8,7 +8,7 @@ use crate::certify::{MotionInterval, SweepVerdict};
 use crate::closed::{ClosedParts, Components};
 use crate::edge::{Goal, Sample};
 use crate::facet::nearest_on_triangle;
-use crate::lanes::vectorized;
+use crate::lanes::{Lanes, vectorized};
 use crate::query::{Interference, Separation, Verdict, Witness};
 use crate::rise::Way;
 use crate::tree_build::{Child, Node, Tree};
@@ -180,6 +180,10 @@ impl Interference for MeshTree {
         }
     }
 
+    fn core_depth(&self, solid: &Solid, mesh_from_solid: &Isometry3<f64>, met: Separation) -> (f64, Separation) {
+        self.deepest(solid, mesh_from_solid, met)
+    }
+
     fn least_lift(
         &self,
         solid: &Solid,
@@ -308,7 +312,12 @@ impl Pending {
     /// All children unless proven farther than `beyond`.
     #[inline(always)]
     pub(crate) fn push_children(&mut self, node: &Node, body: &impl Body, beyond: f64) {
-        let bounds = node.slabs.least_distances(body);
+        self.push_bounded(node, &node.slabs.least_distances(body), beyond);
+    }
+
+    /// All children whose bounds are not above `beyond`.
+    #[inline(always)]
+    pub(crate) fn push_bounded(&mut self, node: &Node, bounds: &Lanes, beyond: f64) {
         let first = self.n;
         for (lane, child) in node.packed_children() {
             let bound = bounds[lane];

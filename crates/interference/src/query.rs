@@ -2,6 +2,7 @@ use facemill_cl_data::Solid;
 use nalgebra::{Isometry3, Point3, Unit, Vector3};
 
 use crate::certify::{MotionInterval, SweepVerdict};
+use crate::depth::stepped_depth;
 use crate::lift::stepped_lift;
 use crate::turn::TurnRange;
 
@@ -98,5 +99,10 @@ pub trait Interference: Sync {
         resolution: f64,
     ) -> Option<f64> {
         stepped_lift(self, solid, mesh_from_solid, direction, max_lift, resolution)
+    }
+    /// How deep the surface is in the undilated core, which it meets in `met`, to 1e-6 mm, and where: for
+    /// [`penetration`](crate::penetration).
+    fn core_depth(&self, solid: &Solid, mesh_from_solid: &Isometry3<f64>, met: Separation) -> (f64, Separation) {
+        stepped_depth(self, solid, mesh_from_solid, met)
     }
 }
