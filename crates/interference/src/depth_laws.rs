@@ -4,7 +4,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use facemill_cl_data::{RoundBox, RoundFrustum, Solid};
 use facemill_surface_model::TriMesh;
-use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Point3, Translation3, Unit, UnitQuaternion, Vector3};
 
 use crate::depth::{inner_radius, stepped_depth};
 use crate::test_kit::{Lcg, cube, frustum, golden, patch, sample_solids, soup, sphere};
@@ -166,4 +166,28 @@ fn body_inside_counts_as_deep_as_it_can_be_and_a_free_one_has_no_depth() {
     let up = crate::lift_to_free(&tree, &small, &Isometry3::identity(), Vector3::z_axis(), 50.0, 1e-6).unwrap();
     assert!((up - 10.5).abs() < 1e-6, "{up}");
     assert!(tree.verdict(&small, &Isometry3::translation(0.0, 0.0, 10.4), None).triangle().is_some());
+}
+
+#[test]
+fn lift_on_fine_meshes_is_free_and_hits_just_below() {
+    // Thousands of small triangles near the trial: what one walk keeps aside must suffice, or the walk be repeated.
+    let mut lcg = Lcg::new(55);
+    let mut n_lifted = 0;
+    for mesh in [patch(90), sphere(25.0, 60), soup(&mut Lcg::new(5), 3000)] {
+        let tree = MeshTree::new(&mesh);
+        for solid in sample_solids() {
+            for k in 0..40 {
+                let pose = lcg.pose(25.0);
+                let along = if k % 2 == 0 { Vector3::z_axis() } else { Unit::new_normalize(lcg.unit()) };
+                let resolution = [1e-6, 1e-3][k % 2];
+                let at = |lift: f64| Translation3::from(along.into_inner() * lift) * pose;
+                let Some(lift) = crate::lift_to_free(&tree, &solid, &pose, along, 120.0, resolution) else { continue };
+                assert!(tree.verdict(&solid, &at(lift), None).is_free(), "{solid:?} {pose} {lift}");
+                let short = lift - 1.01 * resolution;
+                assert!(short < 0.0 || !tree.verdict(&solid, &at(short), None).is_free(), "{solid:?} {pose} {lift}");
+                n_lifted += usize::from(lift > 0.0);
+            }
+        }
+    }
+    assert!(n_lifted > 400, "{n_lifted}");
 }

@@ -55,9 +55,12 @@ impl MeshTree {
     /// The first lift not below `lift` at which the body touches nothing; `None` where it is above `max_lift`.
     #[inline(always)]
     fn risen<B: Body>(&self, rising: &Rising<B>, lift: f64, max_lift: f64) -> Option<f64> {
-        let mut lift = self.climbed(rising, lift);
+        let (mut lift, is_free) = self.climbed(rising, lift);
         if lift > max_lift {
             return None;
+        }
+        if is_free {
+            return Some(lift);
         }
         let goal = Goal { enough: rising.reach, beyond: rising.reach };
         let mut stack = Pending::new();
@@ -87,50 +90,70 @@ impl MeshTree {
         }
     }
 
-    /// A lift from which the first free one is near: no lift from `lift` up to it is free.
+    /// A lift with no free one below it, and whether it is proven free itself, which it mostly is.
     ///
     /// Triangles are looked at from a trial lift above, the nearest first: what is as far as the trial is above the present lift
     /// cannot be in the way in between. From each that is touched at the present lift, that goes to the end of its interval.
     #[inline(always)]
-    fn climbed<B: Body>(&self, rising: &Rising<B>, mut lift: f64) -> f64 {
+    fn climbed<B: Body>(&self, rising: &Rising<B>, mut lift: f64) -> (f64, bool) {
         let mut before = lift;
-        let Some(place) = self.touched(&rising.at(lift), rising.reach) else { return lift };
+        let Some(place) = self.touched(&rising.at(lift), rising.reach) else { return (lift, true) };
         lift = rising.exit(&self.corners[place], lift);
         for _ in 0..MAX_TRIALS {
             let above = lift + LEAST_HEADROOM.max(HEADROOM * (lift - before));
             before = lift;
-            let body = rising.at(above);
-            let mut stack = Pending::new();
-            stack.push_root(&self.nodes);
-            while let Some((bound, child)) = stack.pop() {
-                let beyond = rising.reach + (above - lift);
-                if bound > beyond {
+            let passed = self.climbed_below(rising, above, &mut lift);
+            if lift <= above {
+                return (lift, self.are_clear(rising, &passed, above, lift));
+            }
+        }
+        (lift, false)
+    }
+
+    /// Raises a lift up to a trial at `above`, or beyond it, by triangles that are touched on the way; returns those that may
+    /// be in the way between lift and trial.
+    #[inline(always)]
+    fn climbed_below<B: Body>(&self, rising: &Rising<B>, above: f64, lift: &mut f64) -> Passed {
+        let body = rising.at(above);
+        let mut passed = Passed { near: [(0.0, 0); MOST_PASSED], n: 0 };
+        let mut stack = Pending::new();
+        stack.push_root(&self.nodes);
+        while let Some((bound, child)) = stack.pop() {
+            let beyond = rising.reach + (above - *lift);
+            if bound > beyond {
+                continue;
+            }
+            let place = match Child::unpack(child) {
+                Child::Triangle(place) => place,
+                Child::Node(node) => {
+                    stack.push_children(&self.nodes[node as usize], &body, beyond);
                     continue;
                 }
-                match Child::unpack(child) {
-                    Child::Node(node) => stack.push_children(&self.nodes[node as usize], &body, beyond),
-                    Child::Triangle(place) => {
-                        let corners = &self.corners[place as usize];
-                        let goal = Goal { enough: rising.reach, beyond };
-                        let Some(nearest) = nearest_on_triangle(&body, corners, goal) else { continue };
-                        if rising.touches(corners, lift) {
-                            lift = if nearest.distance > rising.reach {
-                                rising.exit_below(corners, lift, above, &nearest)
-                            } else {
-                                rising.exit(corners, above)
-                            };
-                            if lift > above {
-                                break;
-                            }
-                        }
-                    }
-                }
+            };
+            let corners = &self.corners[place as usize];
+            let goal = Goal { enough: rising.reach, beyond };
+            let Some(nearest) = nearest_on_triangle(&body, corners, goal) else { continue };
+            let is_away = nearest.distance > rising.reach;
+            if !rising.touches(corners, *lift) {
+                passed.push(nearest.distance, place);
+                continue;
             }
-            if lift <= above {
+            *lift =
+                if is_away { rising.exit_below(corners, *lift, above, &nearest) } else { rising.exit(corners, above) };
+            if *lift > above {
                 break;
             }
         }
-        lift
+        passed
+    }
+
+    /// Whether none of the triangles passed at a trial lift is touched at a lift below: with the others, that proves it free.
+    #[inline(always)]
+    fn are_clear<B: Body>(&self, rising: &Rising<B>, passed: &Passed, above: f64, lift: f64) -> bool {
+        let beyond = rising.reach + (above - lift);
+        let is_clear = |place: u32| !rising.touches(&self.corners[place as usize], lift);
+        passed.n <= MOST_PASSED
+            && passed.near[..passed.n].iter().all(|&(distance, place)| distance > beyond || is_clear(place))
     }
 
     /// Place of a triangle within `reach` of the body.
@@ -150,5 +173,27 @@ impl MeshTree {
             }
         }
         None
+    }
+}
+
+/// Most triangles kept aside: with more of them the tree is walked again.
+const MOST_PASSED: usize = 128;
+
+/// Triangles near a trial that were not touched at the lift of the moment, with their distances at the trial.
+struct Passed {
+    near: [(f64, u32); MOST_PASSED],
+    /// Their number, or one more than there is room for.
+    n: usize,
+}
+
+impl Passed {
+    #[inline(always)]
+    fn push(&mut self, distance: f64, place: u32) {
+        if let Some(free) = self.near.get_mut(self.n) {
+            *free = (distance, place);
+            self.n += 1;
+        } else {
+            self.n = MOST_PASSED + 1;
+        }
     }
 }
