@@ -166,7 +166,11 @@ fn with_clamp(job: &JobFolder) {
 #[test]
 fn a_clamp_is_kept_off_and_what_it_forbids_is_left_out() {
     let job = tiny_patch();
-    job.set("job.json", &[("/setups/0/clearance/plane/origin_mm", json!([0, 0, 60]))]);
+    // Postures point by point: along a whole pass they give way to the clamp from afar.
+    job.set(
+        "job.json",
+        &[("/setups/0/clearance/plane/origin_mm", json!([0, 0, 60])), ("/operations/0/search/mode", json!("smallest"))],
+    );
     let free = planned(&job);
     with_clamp(&job);
     let w = planned(&job);

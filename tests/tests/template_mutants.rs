@@ -130,7 +130,9 @@ fn check(job: &JobFolder, m: &Mutant) {
     let template = ours();
     assert!(template.contains(m.from), "{what}: no such place");
     let planned = plan_with(job, &template.replacen(m.from, m.to, 1));
-    let nc = text_of(&planned, "program.nc");
+    // A fault, or something that is only told.
+    let name = planned.files.iter().map(|(n, _)| n).find(|n| n.ends_with(".nc")).expect("a program");
+    let nc = text_of(&planned, name);
     let findings = &planned.report.findings;
     let found: Vec<_> = findings.iter().filter(|f| f.kind == m.kind).collect();
     assert!(!found.is_empty(), "{what}: {findings:?}");
