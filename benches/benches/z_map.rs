@@ -1,12 +1,12 @@
-//! Z-map of a mesh: build, and the proof that a body is above it.
+//! Z-map of a mesh: heights of the nodes on one thread, build with proven maxima, and the proof that a body is above it.
 
 use std::hint::black_box;
 use std::time::Duration;
 
-use criterion::{Criterion, criterion_group, criterion_main};
-use facemill_benches::{bodies, patch_scene, poses};
+use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use facemill_benches::{bodies, patch_mesh, patch_scene, poses, propeller_mesh};
 use facemill_tool_model::Cutter;
-use facemill_z_map::{ZMap, ZMapSettings, certainly_free};
+use facemill_z_map::{NodeHeights, ZMap, ZMapSettings, certainly_free};
 use nalgebra::Isometry3;
 
 fn z_map(c: &mut Criterion) {
@@ -30,5 +30,26 @@ fn z_map(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, z_map);
+/// Heights of the nodes of a map of 0.25 mm, on one thread.
+fn heights(c: &mut Criterion) {
+    let mut group = c.benchmark_group("z_map_heights");
+    group.sample_size(10).measurement_time(Duration::from_secs(3));
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread starts");
+    let settings = ZMapSettings { cell: 0.25, margin: 0.0 };
+    let meshes = [
+        ("patch_200k", patch_mesh(316)),
+        ("patch_2m", patch_mesh(1000)),
+        ("propeller_200k", propeller_mesh(110)),
+        ("propeller_2m", propeller_mesh(348)),
+    ];
+    for (name, mesh) in meshes {
+        let build = || NodeHeights::build(black_box(&mesh), &Isometry3::identity(), &settings);
+        let n_nodes: usize = build().map_or(0, |map| map.n_nodes().iter().product());
+        group.throughput(Throughput::Elements(n_nodes as u64));
+        group.bench_function(name, |b| pool.install(|| b.iter(build)));
+    }
+    group.finish();
+}
+
+criterion_group!(benches, z_map, heights);
 criterion_main!(benches);

@@ -2,7 +2,7 @@
 
 use facemill_cl_data::{CcPoint, ClPoint, Posture, RoundBox, RoundFrustum, Solid};
 use facemill_inverse_kinematics::Machine;
-use facemill_sample_parts::{BladeResolution, PatchSpec, PropellerSeries, PropellerSpec, blade, patch};
+use facemill_sample_parts::{BladeResolution, PatchSpec, PropellerSeries, PropellerSpec, blade, blade_pose, patch};
 use facemill_surface_model::{Surface, SurfaceSettings, TriMesh};
 use facemill_tool_model::{Cutter, Section, SpindleRotation, Stack, ToolAssembly, ToolFile, cl_from_cc};
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
@@ -98,6 +98,26 @@ pub fn blade_passes() -> Vec<Vec<CcPoint>> {
                 .collect()
         })
         .collect()
+}
+
+/// Wavy patch of 200 mm with n × n squares.
+///
+/// # Panics
+/// When `n` is 0 or above what a mesh may have.
+pub fn patch_mesh(n: usize) -> TriMesh {
+    let spec = PatchSpec::new([200.0, 200.0], 15.0, [1.1, 1.0]).expect("numbers are in range");
+    patch(&spec, n, n).expect("numbers are in range")
+}
+
+/// Four-bladed propeller of 500 mm without hub, with about n × n × 16.6 triangles.
+///
+/// # Panics
+/// When `n` is below 8 or above 1600.
+pub fn propeller_mesh(n: usize) -> TriMesh {
+    let series = PropellerSeries::WageningenB { n_blades: 4, area_ratio: 0.7, pitch_ratio: 1.0 };
+    let spec = PropellerSpec::new(series, 500.0).expect("numbers are in range");
+    let first = blade(&spec, BladeResolution::new(n, n * 6 / 5).expect("numbers are in range"));
+    (1..spec.n_blades()).fold(first.clone(), |all, k| all.joined(&first.transformed(&blade_pose(&spec, k))))
 }
 
 /// Uniform numbers in 0..1, always the same.
