@@ -4,8 +4,7 @@
 //! posture at one CC point: the pose, seated and with axis values, or [`Infeasible`] with the body that blocks.
 //! [`search`](fn@search) walks the paper's rational Bézier [`SearchCurve`] at one point, or with a proof that nothing feasible
 //! was stepped over ([`certified_search`]); [`plan_passes`] does it along passes and keeps the axis from jumping.
-//! [`solution_space`](fn@solution_space) tests a whole grid of postures, [`map`](fn@map::map) proves for whole ranges of them
-//! that all are feasible or none is. [`approach`] and [`link`] hold the moves that do not cut: entry and exit of a pass, and
+//! [`map`](fn@map::map) proves for whole ranges of postures that all are feasible or none is. [`approach`] and [`link`] hold the moves that do not cut: entry and exit of a pass, and
 //! the way from one to the next.
 //!
 //! What is returned as feasible has been tested as it stands, with the verdicts of `facemill-interference`: no point of
@@ -34,7 +33,6 @@ mod relief;
 mod search;
 mod smooth_band;
 mod smooth_pass;
-mod solution_space;
 mod spun_bodies;
 mod stance;
 mod workcell;
@@ -47,7 +45,6 @@ pub use pass_plan::{
 pub use pose_test::PoseTest;
 pub use relief::{Relief, reliefs};
 pub use search::{Found, SearchSettings, search};
-pub use solution_space::{SolutionSpace, solution_space};
 pub use workcell::{
     AxisCone, Body, Configuration, FeasiblePose, Hints, Infeasible, Obstacle, Pieces, Workcell, angle_between,
     tool_frame,

@@ -2,12 +2,12 @@
 
 use std::collections::BTreeMap;
 
-use facemill_cl_data::{CcPoint, Pass, Silent};
+use facemill_cl_data::{CcPoint, Pass, Posture, Silent};
 use facemill_cutter_location::cusp::{CutPoint, Ridge, Strip, ridges, strips};
 use facemill_cutter_location::link::{ClearanceSurface, LinkSettings};
 use facemill_cutter_location::{
-    Hints, Optimum, Outcome, PassTask, PoseTest, Relief, SearchCurve, SearchSettings, Workcell, plan_passes, reliefs,
-    search, solution_space,
+    Hints, Optimum, Outcome, PassTask, PoseTest, Relief, SearchCurve, SearchSettings, Workcell, map::map, plan_passes,
+    reliefs, search,
 };
 use facemill_inverse_kinematics::{Branch, BranchPreference};
 use facemill_tool_model::{Cutter, cl_from_cc};
@@ -22,9 +22,10 @@ use crate::linearity::Linearity;
 use crate::load::{Job, Setup, direction};
 use crate::moves::{Move, MoveSettings, OperationMoves, approach_settings, operation_moves};
 use crate::path::lay;
-use crate::pieces::{Cut, LaidTask, LeftOut, Piece, copy_outcomes, filled, places, split};
+use crate::pieces::{LaidTask, LeftOut, Piece, copy_outcomes, filled, places, split};
 use crate::plan::Clock;
-use crate::solution_svg::solution_svg;
+use crate::solution_space::mapped_range;
+use crate::solution_svg::map_svg;
 use crate::{Failure, Stages};
 
 /// What all operations of a setup stand on.
@@ -91,7 +92,7 @@ impl<'a> PlannedOperation<'a> {
         let pieces = filled(&test, &settings.linearity, passes.fallback(), pieces, &*monitor)?;
         drop(monitor);
         clock.lap("search");
-        let picture = if picture { picture_of(&test, operation, &laid.tasks, &pieces)? } else { None };
+        let picture = if picture { picture_of(&test, operation, &laid.tasks)? } else { None };
         let monitor = stages.start("entries and links", 2 * pieces.len());
         let moves = operation_moves(&test, &settings, pieces, from, &mut left_out, &*monitor)?;
         drop(monitor);
@@ -241,45 +242,38 @@ fn carried_on(mut strips: Vec<Option<Strip>>) -> Vec<Option<Strip>> {
     strips
 }
 
-/// The solution space at the point of the first place that needs the largest tilt, the first of equals: where it is
-/// narrowest.
-fn picture_of(
-    test: &PoseTest<'_>,
-    operation: &OperationFile,
-    tasks: &[LaidTask],
-    pieces: &[Piece],
-) -> Result<Option<String>, Failure> {
-    let cuts =
-        pieces.iter().filter(|p| p.copy == 0).flat_map(|p| p.cuts.iter().enumerate().map(move |(k, c)| (p, k, c)));
-    let steeper = |a: &Cut, b: &Cut| a.pose.posture.tilt > b.pose.posture.tilt;
-    let narrowest = cuts.fold(None, |best: Option<(&Piece, usize, &Cut)>, next| match best {
-        Some(b) if !steeper(next.2, b.2) => Some(b),
-        _ => Some(next),
-    });
-    let Some((piece, point, cut)) = narrowest else { return Ok(None) };
-    let curve = &tasks[piece.pass].curve;
-    let title = format!("{}, pass {}, point {} of the piece", operation.name, piece.pass + 1, point + 1);
-    Ok(Some(solution_picture(test, &cut.cc, curve, &search_settings(operation), &title)?))
-}
+/// CC points among which the picture's is sought.
+const PICTURE_CANDIDATES: usize = 300;
 
-/// Columns and rows of the picture's grid.
-const PICTURE_COLUMNS: usize = 61;
-const PICTURE_ROWS: usize = 69;
+/// Resolution of the picture, rad.
+const PICTURE_RESOLUTION: f64 = 0.25 * std::f64::consts::PI / 180.0;
 
-/// The solution space at a CC point as a picture, from tilt 0 and rotate 0 to the ends of the curve.
-fn solution_picture(
-    test: &PoseTest<'_>,
-    cc: &CcPoint,
-    curve: &SearchCurve,
-    settings: &SearchSettings,
-    title: &str,
-) -> Result<String, Failure> {
-    let steps = |to: f64, n: usize| (0..n).map(|k| to * k as f64 / (n - 1) as f64).collect::<Vec<f64>>();
-    let end = curve.end();
-    let rotate_end = if end.rotate == 0.0 { -85f64.to_radians() } else { end.rotate };
-    let space = solution_space(test, cc, steps(end.tilt, PICTURE_COLUMNS), steps(rotate_end, PICTURE_ROWS), &Silent)?;
-    let found = search(test, cc, curve, settings, 0.0, None, &mut Hints::default()).ok();
-    Ok(solution_svg(&space, curve, found.map(|f| f.pose.posture), title))
+/// The solution space at the point of the path, of some hundred spread over it, whose smallest feasible posture has the largest
+/// tilt, the first of equals: where it is narrowest.
+fn picture_of(test: &PoseTest<'_>, operation: &OperationFile, tasks: &[LaidTask]) -> Result<Option<String>, Failure> {
+    let settings = search_settings(operation);
+    let smallest = |task: &LaidTask, cc: &CcPoint| {
+        search(test, cc, &task.curve, &settings, 0.0, None, &mut Hints::default()).ok().map(|f| f.pose.posture)
+    };
+    let all: Vec<(usize, usize)> = tasks
+        .iter()
+        .enumerate()
+        .flat_map(|(pass, task)| (0..task.pass.points.len()).map(move |point| (pass, point)))
+        .collect();
+    let some: Vec<(usize, usize)> =
+        all.iter().step_by(all.len().div_ceil(PICTURE_CANDIDATES).max(1)).copied().collect();
+    let found: Vec<Option<Posture>> =
+        some.par_iter().map(|&(pass, point)| smallest(&tasks[pass], &tasks[pass].pass.points[point])).collect();
+    let feasible = some.iter().zip(&found).filter_map(|(at, found)| Some((*at, (*found)?)));
+    let Some(((pass, point), taken)) = feasible.reduce(|a, b| if b.1.tilt > a.1.tilt { b } else { a }) else {
+        return Ok(None);
+    };
+    let (task, title) = (&tasks[pass], format!("{}, pass {}, point {}", operation.name, pass + 1, point + 1));
+    let range = mapped_range(&task.curve);
+    match map(test, &task.pass.points[point], range, PICTURE_RESOLUTION, &Silent) {
+        Ok(found) => Ok(Some(map_svg(&found, &task.curve, Some(taken), &title))),
+        Err(e) => Err(Failure::Internal(format!("solution space: {e}"))),
+    }
 }
 
 fn move_settings(job: &Job, setup: &Setup<'_>, operation: &OperationFile) -> MoveSettings {

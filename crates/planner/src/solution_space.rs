@@ -126,7 +126,7 @@ fn point_of<'l>(
 }
 
 /// From tilt 0 and rotate 0 to the ends of the curve.
-fn mapped_range(curve: &SearchCurve) -> PostureRange {
+pub(crate) fn mapped_range(curve: &SearchCurve) -> PostureRange {
     let end = curve.end();
     let rotate = if end.rotate == 0.0 { -SHOWN_ROTATE } else { end.rotate };
     let rotate = rotate.abs().max(NARROWEST).copysign(rotate);

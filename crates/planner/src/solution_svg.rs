@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use facemill_cl_data::Posture;
 use facemill_cutter_location::map::{CellState, SolutionMap};
-use facemill_cutter_location::{Infeasible, SearchCurve, SolutionSpace};
+use facemill_cutter_location::{Infeasible, SearchCurve};
 
 /// What a cell of the picture shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -53,16 +53,8 @@ const TOP: f64 = 62.0;
 const WIDTH: f64 = 560.0;
 const HEIGHT: f64 = 380.0;
 
-/// The picture: tilt to the right, amount of rotate upward; each grid node as a cell in the colour of its reason, the search
-/// curve as a line, the posture taken as a ring.
-pub(crate) fn solution_svg(space: &SolutionSpace, curve: &SearchCurve, taken: Option<Posture>, title: &str) -> String {
-    let plot = Plot::new(space);
-    let kinds: Vec<Kind> = space.blocked_by.iter().map(|b| Kind::of(b.as_ref())).collect();
-    picture(title, &plot, curve, taken, &kinds, &["verdicts at grid nodes"], |svg| cells(svg, space, &plot))
-}
-
-/// The same of a map: cells in the colour of what is proven of them; where nothing is, paler, in that of the verdict on the
-/// posture in the middle.
+/// The picture: tilt to the right, amount of rotate upward; cells in the colour of what is proven of them, where nothing is,
+/// paler, in that of the verdict on the posture in the middle; the search curve as a line, the posture taken as a ring.
 pub(crate) fn map_svg(map: &SolutionMap, curve: &SearchCurve, taken: Option<Posture>, title: &str) -> String {
     let plot = Plot::of_map(map);
     let kinds: Vec<Kind> = map.cells.iter().map(|c| kind_of(&c.state)).collect();
@@ -111,56 +103,21 @@ fn picture(
 struct Plot {
     tilt: [f64; 2],
     rotate: [f64; 2],
-    cell: [f64; 2],
 }
 
 impl Plot {
-    fn new(space: &SolutionSpace) -> Self {
-        let ends = |v: &[f64]| [v.first().copied().unwrap_or(0.0), v.last().copied().unwrap_or(1.0)];
-        let step = |v: &[f64]| if v.len() > 1 { (v[1] - v[0]).abs() } else { 0.1 };
-        let (tilt, rotate) = (ends(&space.tilts), ends(&space.rotates));
-        let width = (tilt[1] - tilt[0]).abs() + step(&space.tilts);
-        let height = (rotate[1] - rotate[0]).abs() + step(&space.rotates);
-        Self { tilt, rotate, cell: [WIDTH * step(&space.tilts) / width, HEIGHT * step(&space.rotates) / height] }
-    }
-
     /// The map's own edges, with rotate 0 at the bottom.
     fn of_map(map: &SolutionMap) -> Self {
         let [a, b] = map.range.rotate;
         let rotate = if a.abs() <= b.abs() { [a, b] } else { [b, a] };
-        Self { tilt: map.range.tilt, rotate, cell: [0.0; 2] }
+        Self { tilt: map.range.tilt, rotate }
     }
 
-    /// Middle of the cell of a posture.
+    /// Place of a posture.
     fn at(&self, p: Posture) -> (f64, f64) {
         let share = |v: f64, ends: [f64; 2]| if ends[1] == ends[0] { 0.5 } else { (v - ends[0]) / (ends[1] - ends[0]) };
-        let x = LEFT + 0.5 * self.cell[0] + share(p.tilt, self.tilt) * (WIDTH - self.cell[0]);
-        let y = TOP + HEIGHT - 0.5 * self.cell[1] - share(p.rotate, self.rotate) * (HEIGHT - self.cell[1]);
-        (x, y)
+        (LEFT + share(p.tilt, self.tilt) * WIDTH, TOP + HEIGHT - share(p.rotate, self.rotate) * HEIGHT)
     }
-}
-
-/// Neighbouring nodes of a row with the same verdict are one rectangle.
-fn cells(svg: &mut String, space: &SolutionSpace, plot: &Plot) {
-    svg.push_str("<g shape-rendering=\"crispEdges\">\n");
-    for (row, verdicts) in space.blocked_by.chunks(space.tilts.len().max(1)).enumerate() {
-        let kinds: Vec<Kind> = verdicts.iter().map(|b| Kind::of(b.as_ref())).collect();
-        let mut column = 0;
-        for run in kinds.chunk_by(|a, b| a == b) {
-            let (x, y) = plot.at(Posture { tilt: space.tilts[column], rotate: space.rotates[row] });
-            let _ = writeln!(
-                svg,
-                r#"<rect x="{:.2}" y="{:.2}" width="{:.2}" height="{:.2}" fill="{}"/>"#,
-                x - 0.5 * plot.cell[0],
-                y - 0.5 * plot.cell[1],
-                plot.cell[0] * run.len() as f64,
-                plot.cell[1],
-                run[0].color()
-            );
-            column += run.len();
-        }
-    }
-    svg.push_str("</g>\n");
 }
 
 fn kind_of(state: &CellState) -> Kind {

@@ -1,7 +1,5 @@
-use facemill_cl_data::{CcPoint, Posture, Silent};
-use facemill_cutter_location::{
-    Hints, Infeasible, PoseTest, SearchOrder, SearchSettings, Workcell, search, solution_space,
-};
+use facemill_cl_data::{CcPoint, Posture};
+use facemill_cutter_location::{Hints, Infeasible, PoseTest, SearchOrder, SearchSettings, Workcell, search};
 use facemill_interference::{MeshTree, ParryMesh};
 use facemill_sample_parts::{AnalyticPart, AnalyticShape, MaterialSide, PatchSpec, patch};
 use facemill_surface_model::TriMesh;
@@ -172,26 +170,4 @@ fn a_seated_pose_is_lifted_no_more_than_it_needs() {
         }
     }
     assert!(lifted > 20 && refused > 5, "{lifted} lifted, {refused} refused");
-}
-
-#[test]
-fn solution_space_is_the_single_postures() {
-    let spec = PatchSpec::new([240.0, 240.0], 9.0, [2.0, 1.5]).unwrap();
-    let tree = MeshTree::new(&patch(&spec, 120, 120).unwrap());
-    let (machine, tool) = (machine(), tool(16.0, 2.0, 12.0));
-    let cell = workcell(&machine, &tool, vec![obstacle("part", &tree)]);
-    let test = PoseTest::new(&cell);
-    let cc = cc_on_patch(&spec, 25.0, 20.0, Vector3::x());
-    let tilts: Vec<f64> = (0..12).map(|k| f64::from(2 * k).to_radians()).collect();
-    let rotates: Vec<f64> = (0..9).map(|k| f64::from(-10 * k).to_radians()).collect();
-    let space = solution_space(&test, &cc, tilts.clone(), rotates.clone(), &Silent).unwrap();
-    let mut feasible = 0;
-    for (j, &rotate) in rotates.iter().enumerate() {
-        for (i, &tilt) in tilts.iter().enumerate() {
-            let single = test.try_posture(&cc, Posture { tilt, rotate }, None, &mut Hints::default());
-            assert_eq!(space.blocked_by[j * tilts.len() + i].is_none(), single.is_ok());
-            feasible += usize::from(single.is_ok());
-        }
-    }
-    assert!(0 < feasible && feasible < tilts.len() * rotates.len(), "{feasible}");
 }
