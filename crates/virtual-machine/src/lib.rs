@@ -66,7 +66,11 @@ mod dead_core;
 mod episodes;
 mod finding;
 mod moves;
+mod prover;
 mod ramp;
+mod rates;
+#[cfg(test)]
+mod rates_laws;
 mod reader_notes;
 mod report;
 mod rtcp;
@@ -75,6 +79,7 @@ mod setup;
 mod stepping;
 mod timing;
 mod track;
+mod turned_rotaries;
 mod verify;
 mod walker;
 

@@ -91,7 +91,7 @@ struct Bound {
 const MAX_SPLITS: u32 = 20;
 
 /// Largest turn of all rotary axes together over which speeds are bounded at once, rad. The bound is of second order in it.
-const MAX_TURN: f64 = 0.25;
+pub(crate) const MAX_TURN: f64 = 0.25;
 
 /// Positions of the motion from `start` to `end` under `law` such that neither tip nor rim move farther, nor the tool axis
 /// turns farther, than `spacing` allows from one position to the next, relative to the table (and so to the workpiece);
@@ -122,7 +122,7 @@ pub(crate) fn positions(
 }
 
 /// When each axis stops, as a fraction of the rapid's time.
-fn stops<'a>(machine: &'a Machine, [start, end]: [&'a AxisValues; 2]) -> impl Iterator<Item = f64> + 'a {
+pub(crate) fn stops<'a>(machine: &'a Machine, [start, end]: [&'a AxisValues; 2]) -> impl Iterator<Item = f64> + 'a {
     let time = machine.travel_time(start, end);
     let stop = move |k: usize| (end[k] - start[k]).abs() / machine.axes()[k].max_velocity / time;
     (0..start.len()).map(stop).filter(|t| *t > 0.0 && *t < 1.0)
@@ -176,7 +176,7 @@ impl Walk<'_> {
 }
 
 /// Sum of the ways of the linear axes (mm) and of the rotary axes (rad).
-fn ways(machine: &Machine, start: &AxisValues, end: &AxisValues) -> [f64; 2] {
+pub(crate) fn ways(machine: &Machine, start: &AxisValues, end: &AxisValues) -> [f64; 2] {
     let way = |kind: AxisKind| -> f64 {
         let of_kind = machine.axes().iter().enumerate().filter(|(_, a)| a.kind == kind);
         of_kind.map(|(k, _)| (end[k] - start[k]).abs()).sum()
@@ -217,40 +217,9 @@ fn joint_bound(machine: &Machine, start: &AxisValues, end: &AxisValues, tool_len
     Some(Bound { tip: velocity.norm() + slack, turn, slack })
 }
 
-/// Largest acceleration, in mm per square of the motion's time, of any point of tool and machine against any other part of the
-/// machine while all axes go linearly from `start` to `end`; the point is at most `reach` from the tool tip at the start.
-/// `None` where the rotary axes turn too far for the bound.
-///
-/// The velocity of a point is a sum of one vector per axis between the two parts, which is turned by the others at a rate of
-/// at most D and whose lever, at most L, changes at a rate of at most S + D·L: together 2·D·(S + D·L) at most, as in
-/// [`joint_bound`].
-pub(crate) fn motion_bound(
-    machine: &Machine,
-    start: &AxisValues,
-    end: &AxisValues,
-    tool_length: f64,
-    reach: f64,
-) -> Option<f64> {
-    let axes = machine.axes();
-    let [linear, turn] = ways(machine, start, end);
-    // Written so that NaN is refused, too.
-    if !(turn <= MAX_TURN && linear.is_finite()) {
-        return None;
-    }
-    let tip = machine.cl_point(start, tool_length).tip;
-    let table_from_tool = machine.forward(start, tool_length);
-    let mut lever = 0.0_f64;
-    for k in (0..axes.len()).filter(|&k| axes[k].kind == AxisKind::Rotary && end[k] != start[k]) {
-        let (direction, point) = rotary_axis(machine, start, k, &table_from_tool, tool_length);
-        lever = lever.max(direction.cross(&(tip.coords - point)).norm());
-    }
-    let lever = (lever + reach + linear) / (1.0 - turn);
-    Some(2.0 * turn * (linear + turn * lever))
-}
-
 /// Direction of a rotary axis and a point on it, table frame, as they show in the forward solution: a quarter turn of it
 /// moves the tool by a rotation about that line.
-fn rotary_axis(
+pub(crate) fn rotary_axis(
     machine: &Machine,
     q: &AxisValues,
     axis: usize,

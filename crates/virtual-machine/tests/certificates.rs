@@ -6,12 +6,12 @@ use std::fmt::Write;
 
 use facemill_cl_data::{Silent, Solid};
 use facemill_interference::{Interference, MeshTree};
-use facemill_inverse_kinematics::{BlockLaw, Machine, Motion};
+use facemill_inverse_kinematics::{AxisValues, BlockLaw, CuttingLawFile, Machine, Motion, RapidLawFile};
 use facemill_nc_program::{AxisLetter, Dialect, read_program};
 use facemill_surface_model::TriMesh;
 use facemill_virtual_machine::{Certificates, ObstacleKind, VerifySettings, VirtualObstacle, VirtualSetup, certify};
 use kit::{Shop, Text};
-use nalgebra::Point3;
+use nalgebra::{Isometry3, Point3, Translation3, Unit, UnitQuaternion, Vector3};
 
 struct Lcg(u64);
 
@@ -45,10 +45,19 @@ fn certified(text: &Text<'_>, setup: &VirtualSetup<'_>, limit: f64) -> Certifica
     certify(&program, setup, &VerifySettings { gouge_limit: limit, ..VerifySettings::default() }, &Silent).unwrap()
 }
 
-/// A walk over the sheet: blocks of some millimetres, the axis turning, the cutter now in the sheet, now over it.
-fn walk<'a>(shop: &'a Shop, lcg: &mut Lcg, n: usize) -> (Text<'a>, Vec<[f64; 5]>) {
+/// A place that the walk goes to.
+#[derive(Clone, Copy)]
+struct Stop {
+    tip: Point3<f64>,
+    axis: Unit<Vector3<f64>>,
+    joints: AxisValues,
+}
+
+/// A walk over the sheet: blocks of some millimetres, the axis turning, the cutter now in the sheet, now over it. With RTCP
+/// the linear words are the tip's.
+fn walk<'a>(shop: &'a Shop, lcg: &mut Lcg, n: usize, rtcp: bool) -> (Text<'a>, Vec<Stop>) {
     let mut text = Text::new(shop);
-    let mut joints = Vec::new();
+    let mut stops = Vec::new();
     let (mut x, mut y) = (0.0, 0.0);
     for k in 0..=n {
         x = (x + lcg.between(-6.0, 6.0)).clamp(-120.0, 120.0);
@@ -57,36 +66,32 @@ fn walk<'a>(shop: &'a Shop, lcg: &mut Lcg, n: usize) -> (Text<'a>, Vec<[f64; 5]>
         // The tilted disc's lower rim is below the tip: lift by most of it.
         let tilt = (axis[0] * axis[0] + axis[1] * axis[1]).sqrt().atan();
         let z = height(x, y) + 21.0 * tilt.sin() + lcg.between(-0.1, 1.2);
-        let q = shop.axes_at([x, y, z], axis);
-        let words = shop.words.words(q.as_slice()).unwrap();
+        let joints = shop.axes_at([x, y, z], axis);
+        let words = shop.words.words(joints.as_slice()).unwrap();
         let word = |l: AxisLetter| words.get(l).unwrap();
         let [a, b, c, d, e] = [AxisLetter::X, AxisLetter::Y, AxisLetter::Z, AxisLetter::B, AxisLetter::C].map(word);
-        let code = if k == 0 { "G0 G43 H7" } else { "G1 F1000." };
+        let [a, b, c] = if rtcp { [x, y, z] } else { [a, b, c] };
+        let compensation = if rtcp { "G43.4" } else { "G43" };
+        let code = if k == 0 { format!("G0 {compensation} H7") } else { "G1 F1000.".to_owned() };
         writeln!(text.text, "{code} X{a:.4} Y{b:.4} Z{c:.4} B{d:.4} C{e:.4}").unwrap();
-        joints.push(std::array::from_fn(|i| q[i]));
+        stops.push(Stop { tip: Point3::new(x, y, z), axis: Unit::new_normalize(Vector3::from(axis)), joints });
     }
-    (text, joints)
+    (text, stops)
 }
 
-#[test]
-fn no_sampled_depth_of_a_random_block_exceeds_its_certificate() {
-    let shop = Shop::new();
+/// Depths of a walk of `n` blocks at 200 times of each against their certificates; `at` is the tool, in the frame of the work,
+/// between two stops.
+fn check_walk(shop: &Shop, n: usize, rtcp: bool, at: impl Fn(&Stop, &Stop, f64) -> Isometry3<f64>) {
     let mesh = MeshTree::new(&sheet());
-    let setup = setup(&shop, &mesh);
-    let mut lcg = Lcg(5);
-    let (text, joints) = walk(&shop, &mut lcg, 700);
-    let found = certified(&text, &setup, 5.0);
-    let cuts = &found.certificates[found.certificates.len() - 700..];
+    let (text, stops) = walk(shop, &mut Lcg(5), n, rtcp);
+    let found = certified(&text, &setup(shop, &mesh), 5.0);
+    let cuts = &found.certificates[found.certificates.len() - n..];
     let (mut touching, mut slacks) = (0, Vec::new());
     let core = Solid::Frustum(shop.tool.cutter().core());
-    for (k, c) in cuts.iter().enumerate() {
-        let [start, end] = [&joints[k], &joints[k + 1]].map(|q| facemill_inverse_kinematics::AxisValues::from(*q));
-        let law = BlockLaw::Cutting(facemill_cl_data::CuttingLaw::AxesLinear);
-        let motion = Motion::new(&shop.machine, law, &start, &end, shop.tool.gauge_length()).unwrap();
+    for (c, ends) in cuts.iter().zip(stops.windows(2)) {
         let mut deepest = 0.0_f64;
         for step in 0..=200 {
-            let axes = motion.at(f64::from(step) / 200.0).unwrap();
-            let pose = shop.table_from_work.inverse() * shop.machine.forward(&axes, shop.tool.gauge_length());
+            let pose = at(&ends[0], &ends[1], f64::from(step) / 200.0);
             // Up to the corner radius the depth is what lacks to it from the core.
             let near = mesh.core_distance(&core, &pose, kit::CORNER, None);
             deepest = deepest.max(near.map_or(0.0, |s| kit::CORNER - s.distance));
@@ -102,8 +107,49 @@ fn no_sampled_depth_of_a_random_block_exceeds_its_certificate() {
         slacks.push(depth - deepest);
     }
     slacks.sort_by(f64::total_cmp);
-    assert!(slacks.len() > 650 && touching > 200, "{} judged, {touching} touch", slacks.len());
+    assert!(slacks.len() * 14 > 13 * n && touching * 4 > n, "{} judged, {touching} touch", slacks.len());
     assert!(slacks[slacks.len() / 2] <= 5e-3, "{}", slacks[slacks.len() / 2]);
+}
+
+/// The preset with other motion laws.
+fn shop_with(cutting: CuttingLawFile, rapid: RapidLawFile) -> Shop {
+    let mut file = Machine::head_b_table_c().unwrap().to_file();
+    (file.motion.cutting, file.motion.rapid) = (cutting, rapid);
+    Shop::with_machine(Machine::from_file(file).unwrap())
+}
+
+#[test]
+fn no_sampled_depth_of_a_random_block_exceeds_its_certificate() {
+    let shop = Shop::new();
+    let law = BlockLaw::Cutting(facemill_cl_data::CuttingLaw::AxesLinear);
+    let length = shop.tool.gauge_length();
+    check_walk(&shop, 700, false, |a, b, t| {
+        let motion = Motion::new(&shop.machine, law, &a.joints, &b.joints, length).unwrap();
+        shop.table_from_work.inverse() * shop.machine.forward(&motion.at(t).unwrap(), length)
+    });
+}
+
+#[test]
+fn a_tip_on_a_straight_line_with_even_rotaries_is_never_deeper_than_certified() {
+    let shop = shop_with(CuttingLawFile::TipAndRotariesLinear, RapidLawFile::Linear);
+    check_walk(&shop, 400, true, |a, b, t| {
+        // Of the forward solution the rotation alone: where the tip is the law says.
+        let joints = a.joints.lerp(&b.joints, t);
+        let axis = shop.machine.forward(&joints, 0.0).rotation * Vector3::z();
+        tool_at(a, b, t, &(shop.table_from_work.rotation.inverse() * axis))
+    });
+}
+
+#[test]
+fn a_turned_tool_vector_is_never_deeper_than_certified() {
+    let shop = shop_with(CuttingLawFile::TipLinearVectorTurned, RapidLawFile::Linear);
+    check_walk(&shop, 400, true, |a, b, t| tool_at(a, b, t, &a.axis.slerp(&b.axis, t)));
+}
+
+/// The tip on the straight way between two stops, about the axis, workpiece frame.
+fn tool_at(a: &Stop, b: &Stop, t: f64, axis: &Vector3<f64>) -> Isometry3<f64> {
+    let upright = UnitQuaternion::rotation_between(&Vector3::z(), axis).unwrap();
+    Isometry3::from_parts(Translation3::from(a.tip.coords.lerp(&b.tip.coords, t)), upright)
 }
 
 #[test]
@@ -125,7 +171,7 @@ fn a_bump_between_two_ends_is_in_the_certificate() {
 }
 
 #[test]
-fn bodies_are_certified_by_their_clearance_and_what_the_law_does_not_tell_is_not() {
+fn bodies_are_certified_by_their_clearance() {
     let shop = Shop::new();
     let mesh = MeshTree::new(&kit::box_mesh([40.0, -200.0, -80.0], [60.0, 200.0, 100.0]));
     let setup = setup(&shop, &mesh);
@@ -141,12 +187,23 @@ fn bodies_are_certified_by_their_clearance_and_what_the_law_does_not_tell_is_not
     assert_eq!(near.clearance_between.unwrap(), ["holder section 1".to_owned(), "sheet".to_owned()]);
     let touching = last(&past(-1.0), &setup);
     assert!(!touching.certified && touching.clearance_mm.is_none(), "{touching:?}");
-    // A control that goes another way between the ends: nothing is said.
-    let mut file = Machine::head_b_table_c().unwrap().to_file();
-    file.motion.rapid = facemill_inverse_kinematics::RapidLawFile::PerAxis;
-    let shop = Shop::with_machine(Machine::from_file(file).unwrap());
-    let setup = VirtualSetup { obstacles: setup.obstacles.clone(), ..shop.setup() };
-    let rapid = Text::new(&shop).rapid([-150.0, -100.0, 20.0]).rapid([-140.0, 100.0, 30.0]);
-    let c = last(&rapid, &setup);
-    assert!(!c.certified && c.depth_mm.is_none());
+}
+
+#[test]
+fn a_rapid_with_each_axis_at_its_own_speed_is_certified_on_the_way_it_takes() {
+    let [linear, per_axis] =
+        [RapidLawFile::Linear, RapidLawFile::PerAxis].map(|law| shop_with(CuttingLawFile::AxesLinear, law));
+    let mesh = MeshTree::new(&kit::box_mesh([40.0, -200.0, -80.0], [60.0, 200.0, 100.0]));
+    let last = |shop: &Shop, from: [f64; 3], to: [f64; 3]| {
+        let text = Text::new(shop).rapid(from).rapid(to);
+        certified(&text, &setup(shop, &mesh), 0.1).certificates.last().unwrap().clone()
+    };
+    for shop in [&linear, &per_axis] {
+        let along = last(shop, [-150.0, -100.0, 20.0], [-140.0, 100.0, 30.0]);
+        assert!(along.certified && along.depth_mm == Some(0.0), "{along:?}");
+    }
+    // Over the wall: straight it goes well above, but X and Y are there before Z is.
+    let over = |shop| last(shop, [-60.0, 0.0, 20.0], [150.0, 0.0, 320.0]);
+    assert!(over(&linear).certified, "{:?}", over(&linear));
+    assert!(!over(&per_axis).certified && over(&per_axis).depth_mm.is_none(), "{:?}", over(&per_axis));
 }

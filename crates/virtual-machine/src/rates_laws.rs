@@ -1,0 +1,203 @@
+//! Rates and accelerations against finite differences: random machines, places, blocks and intervals.
+
+use facemill_cl_data::{CuttingLaw, RapidLaw};
+use facemill_inverse_kinematics::{AxisKind, AxisValues, BlockLaw, BodyFile, Machine, Motion, ShapeFile};
+use nalgebra::{Isometry3, Point3};
+
+use self::common::Random;
+use crate::rates::{RateBounds, Rates};
+use crate::stepping::stops;
+
+#[path = "../../inverse-kinematics/tests/common/mod.rs"]
+mod common;
+
+const LENGTH: f64 = 180.0;
+
+/// Of an interval, the time between values that are held against each other.
+const STEP: f64 = 0.1;
+
+/// What rounding gives to a second difference over it, mm or rad: coordinates of metres to 1e-11.
+const ROUNDING: f64 = 1e-8;
+
+/// The machine with a body at every row of both chains, and one on the bed.
+fn with_bodies(machine: &Machine) -> Machine {
+    let mut file = machine.to_file();
+    let body = |name: String| BodyFile {
+        name,
+        shape: ShapeFile::Box { size_mm: [1.0; 3] },
+        position_mm: [30.0, -70.0, 45.0],
+        rotation_xyz_deg: [20.0, 0.0, -50.0],
+        clearance_mm: 0.0,
+    };
+    file.bed_bodies = vec![body("bed".into())];
+    for (k, row) in file.workpiece_chain.rows.iter_mut().enumerate() {
+        row.bodies = vec![body(format!("table {k}"))];
+    }
+    for (k, row) in file.tool_chains[0].rows.iter_mut().enumerate() {
+        row.bodies = vec![body(format!("head {k}"))];
+    }
+    Machine::from_file(file).unwrap()
+}
+
+fn machines() -> Vec<Machine> {
+    let mut r = Random(77);
+    let random = std::iter::repeat_with(|| common::random_machine(&mut r)).take(16);
+    common::families().into_iter().take(5).chain(random).map(|m| with_bodies(&m)).collect()
+}
+
+/// Table, tool and all bodies, table frame.
+fn parts(machine: &Machine, q: &AxisValues) -> Vec<Isometry3<f64>> {
+    let bodies = machine.body_poses(q).map(|b| b.table_from_solid);
+    [Isometry3::identity(), machine.forward(q, LENGTH)].into_iter().chain(bodies).collect()
+}
+
+fn random_ends(machine: &Machine, r: &mut Random, mm: f64, rad: f64) -> [AxisValues; 2] {
+    let start = AxisValues::from_fn(machine.axes().len(), |k| match machine.axes()[k].kind {
+        AxisKind::Linear => r.within(-800.0, 800.0),
+        AxisKind::Rotary => r.within(-1.5, 1.5),
+    });
+    let end = AxisValues::from_fn(start.len(), |k| {
+        let reach = if machine.axes()[k].kind == AxisKind::Linear { mm } else { rad };
+        start[k] + r.within(-reach, reach)
+    });
+    [start, end]
+}
+
+/// Sum over the axes of a kind of the lengths of a combination of positions.
+fn sum(machine: &Machine, kind: AxisKind, of: impl Fn(usize) -> f64) -> f64 {
+    (0..machine.axes().len()).filter(|&k| machine.axes()[k].kind == kind).map(|k| of(k).abs()).sum()
+}
+
+/// One interval of a motion, sampled evenly.
+struct Sampled<'a> {
+    machine: &'a Machine,
+    samples: Vec<AxisValues>,
+    rates: Rates,
+}
+
+impl Sampled<'_> {
+    /// Speeds and accelerations of the axes against their bounds; returns acceleration over bound, where there is one.
+    fn check_axes(&self, what: &str) {
+        for w in self.samples.windows(3) {
+            let second = |k: usize| (w[0][k] - 2.0 * w[1][k] + w[2][k]) / (STEP * STEP);
+            let first = |k: usize| (w[1][k] - w[0][k]) / STEP;
+            let r = &self.rates;
+            for (kind, speed, change) in
+                [(AxisKind::Linear, r.linear, r.linear_change), (AxisKind::Rotary, r.turn, r.turn_change)]
+            {
+                let (v, a) = (sum(self.machine, kind, first), sum(self.machine, kind, second));
+                assert!(v <= speed * (1.0 + 1e-9) + ROUNDING, "{what}: {kind:?} at {v}, bound {speed}");
+                assert!(a <= change * (1.0 + 1e-9) + ROUNDING, "{what}: {kind:?} changes by {a}, bound {change}");
+            }
+        }
+    }
+
+    /// Accelerations of points of every part against every other; returns the largest one over its bound.
+    fn check_parts(&self, r: &mut Random, what: &str) -> f64 {
+        let poses: Vec<_> = self.samples.iter().map(|q| parts(self.machine, q)).collect();
+        let tip = Point3::from(poses[0][1].translation.vector);
+        let mut largest = 0.0_f64;
+        for moving in 0..poses[0].len() {
+            let point = Point3::from(r.direction().into_inner() * r.within(0.0, 400.0));
+            let reach = (poses[0][moving] * point - tip).norm();
+            let bound = self.rates.acceleration(reach);
+            for against in 0..poses[0].len() {
+                let at: Vec<_> = poses.iter().map(|p| p[against].inv_mul(&p[moving]) * point).collect();
+                for w in at.windows(3) {
+                    let a = (w[0].coords - w[1].coords * 2.0 + w[2].coords).norm() / (STEP * STEP);
+                    assert!(a <= bound * (1.0 + 1e-9) + ROUNDING, "{what}: {moving} on {against} {a}, bound {bound}");
+                    largest = largest.max(a / (bound + ROUNDING));
+                }
+            }
+        }
+        largest
+    }
+
+    /// Under RTCP the tool against the table: at most the square of the turn times the distance from the tip.
+    fn check_tool(&self, r: &mut Random, what: &str) {
+        let reach = r.within(0.0, 400.0);
+        let point = Point3::from(r.direction().into_inner() * reach);
+        let at: Vec<_> = self.samples.iter().map(|q| self.machine.forward(q, LENGTH) * point).collect();
+        for w in at.windows(3) {
+            let a = (w[0].coords - w[1].coords * 2.0 + w[2].coords).norm() / (STEP * STEP);
+            let bound = self.rates.turn.powi(2) * reach;
+            assert!(a <= bound * (1.0 + 1e-9) + ROUNDING, "{what}: tool {a}, bound {bound}");
+        }
+    }
+}
+
+fn interval_in(breaks: &[f64], r: &mut Random) -> [f64; 2] {
+    let k = r.below(breaks.len() - 1);
+    let (low, high) = (breaks[k], breaks[k + 1]);
+    let [a, b] = [r.within(0.0, 0.6), r.within(0.0, 0.4)];
+    if r.below(3) == 0 { [low, high] } else { [low + a * (high - low), high - b * (high - low)] }
+}
+
+/// Share of the intervals that have a bound; of those the median over the intervals of the largest acceleration over its
+/// bound.
+fn judged(law: BlockLaw, mm: f64, rad: f64) -> (f64, f64) {
+    let mut r = Random(901);
+    let (mut n, mut shares) = (0, Vec::new());
+    for (index, machine) in machines().iter().enumerate() {
+        for block in 0..40 {
+            let [start, end] = random_ends(machine, &mut r, mm, rad);
+            let Ok(motion) = Motion::new(machine, law, &start, &end, LENGTH) else { continue };
+            let mut breaks = vec![0.0, 1.0];
+            if law == BlockLaw::Rapid(RapidLaw::PerAxis) {
+                breaks.extend(stops(machine, [&start, &end]));
+                breaks.sort_by(f64::total_cmp);
+            }
+            let [from, to] = interval_in(&breaks, &mut r);
+            n += 1;
+            let bounds = RateBounds::new(machine, motion, law, [&start, &end], LENGTH);
+            let Some(rates) = bounds.over(from, to) else { continue };
+            let samples = (0..=10).map(|k| motion.at(from + (to - from) * f64::from(k) * STEP).unwrap()).collect();
+            let sampled = Sampled { machine, samples, rates };
+            let what = format!("machine {index}, block {block}, {law:?}");
+            sampled.check_axes(&what);
+            shares.push(sampled.check_parts(&mut r, &what));
+            if law == BlockLaw::Cutting(CuttingLaw::TipAndRotariesLinear) {
+                sampled.check_tool(&mut r, &what);
+            }
+        }
+    }
+    let told = shares.len() as f64 / f64::from(n);
+    shares.sort_by(f64::total_cmp);
+    (told, shares[shares.len() / 2])
+}
+
+#[test]
+fn nothing_is_faster_or_more_accelerated_than_told() {
+    // Short blocks are told of, but for those near to where the axes cannot follow; long ones are to be halved.
+    let laws = [
+        (BlockLaw::Cutting(CuttingLaw::AxesLinear), [1.0, 0.9], 0.1),
+        (BlockLaw::Rapid(RapidLaw::Linear), [1.0, 0.9], 0.1),
+        (BlockLaw::Rapid(RapidLaw::PerAxis), [1.0, 0.9], 1e-3),
+        (BlockLaw::Cutting(CuttingLaw::TipAndRotariesLinear), [0.95, 0.5], 5e-3),
+        (BlockLaw::Cutting(CuttingLaw::TipLinearVectorTurned), [0.8, 0.2], 5e-4),
+    ];
+    for (law, [short, long], least) in laws {
+        for (mm, rad, told) in [(2.0, 0.004, short), (50.0, 0.05, long), (400.0, 0.6, 0.0)] {
+            let (part, share) = judged(law, mm, rad);
+            assert!(part >= told && share >= least, "{law:?}, {mm} mm, {rad}: told of {part}, {share} of the bounds");
+        }
+    }
+}
+
+#[test]
+fn axes_that_stand_still_turn_nothing_and_a_pole_on_the_way_is_not_told_of() {
+    let machine = Machine::head_b_table_c().unwrap();
+    let law = BlockLaw::Cutting(CuttingLaw::TipLinearVectorTurned);
+    let rates = |start: [f64; 5], end: [f64; 5]| {
+        let [start, end] = [start, end].map(AxisValues::from);
+        let motion = Motion::new(&machine, law, &start, &end, LENGTH).unwrap();
+        RateBounds::new(&machine, motion, law, [&start, &end], LENGTH).over(0.0, 1.0)
+    };
+    // Upright, where the table's turn is free: it stands still all the same.
+    let upright = rates([100.0, 50.0, 300.0, 0.0, 0.4], [180.0, -20.0, 310.0, 0.0, 0.4]).unwrap();
+    assert_eq!((upright.turn, upright.linear_change), (0.0, 0.0));
+    let tilted = rates([100.0, 50.0, 300.0, 0.3, 0.4], [180.0, -20.0, 310.0, 0.305, 0.405]);
+    assert!(tilted.is_some_and(|r| r.turn >= 0.01 && r.linear_change > 0.0), "{tilted:?}");
+    // From one side of the pole to the other: the table has to turn by half a turn.
+    assert_eq!(rates([0.0, 0.0, 300.0, 0.02, 0.0], [0.0, 0.0, 300.0, -0.02, 0.0]), None);
+}
