@@ -1,5 +1,5 @@
-//! Certificates of planned jobs under every motion law, held to depths and distances by brute force over all triangles at
-//! times close together.
+//! Certificates of planned jobs under every motion law, held to depths and distances by brute force over all
+//! triangles at times close together.
 
 use facemill_tests::interpreter::{Axes, Motion};
 use facemill_tests::jobs::JobFolder;

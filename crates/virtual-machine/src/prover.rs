@@ -69,8 +69,8 @@ const MEASURED: f64 = 1e-3;
 /// Rounding of a velocity so measured, mm per interval: coordinates of metres to 1e-12, over the time.
 const VELOCITY_ROUNDING: f64 = 1e-8;
 
-/// The same where rotary values are solved from the tool axis and linear ones from them: 1e-7 mm of a point anywhere on the
-/// machine, over the time.
+/// The same where rotary values are solved from the tool axis and linear ones from them: 1e-7 mm of a point anywhere
+/// on the machine, over the time.
 const TURNED_ROUNDING: f64 = 1e-4;
 
 /// Proves one move.
@@ -189,7 +189,8 @@ impl<'s, 'a> Prover<'s, 'a> {
         found.map_or(0.0, |d| d.depth)
     }
 
-    /// Whether no cutter point is deeper than `depth` at any time of an interval: its test bodies for it touch nothing.
+    /// Whether no cutter point is deeper than `depth` at any time of an interval: its test bodies for it touch
+    /// nothing.
     fn cutter_stays_above(&mut self, obstacle: usize, thickness: f64, depth: f64, interval: [f64; 2]) -> bool {
         let cutter = self.scene.setup.tool.cutter();
         let lower = Solid::Frustum(cutter.test_body(depth)).dilated(thickness);
@@ -258,9 +259,9 @@ impl<'s, 'a> Prover<'s, 'a> {
 
     /// The motion of a solid relative to an obstacle over an interval, in units of its length.
     ///
-    /// A point whose acceleration is at most A is by at most A/8 farther than its velocity in the middle tells, half an
-    /// interval from it; the mean velocity over a short piece around the middle is by at most A times its half length
-    /// another.
+    /// A point whose acceleration is at most A is by at most A/8 farther than its velocity in the middle tells, half
+    /// an interval from it; the mean velocity over a short piece around the middle is by at most A times its half
+    /// length another.
     fn interval(&self, pair: &Pair<'_>, from: f64, to: f64) -> Option<MotionInterval> {
         let start = self.motion.at(from).ok()?;
         let tip = self.pose(pair.mount, pair.frame, &start).inverse()
@@ -275,8 +276,8 @@ impl<'s, 'a> Prover<'s, 'a> {
         let rates = self.rates.over(from, to)?;
         let follows = self.m.law == BlockLaw::Cutting(CuttingLaw::TipAndRotariesLinear);
         let acceleration = if follows && self.is_tool_against_work(pair) {
-            // The tip goes straight at even speed, and every point turns about it with the product of two even turns: the
-            // second derivative of a product of rotations is at most the square of the sum of their speeds.
+            // The tip goes straight at even speed, and every point turns about it with the product of two even turns:
+            // the second derivative of a product of rotations is at most the square of the sum of their speeds.
             rates.turn * rates.turn * reach
         } else {
             rates.acceleration(reach)
@@ -295,9 +296,9 @@ impl<'s, 'a> Prover<'s, 'a> {
         })
     }
 
-    /// The same for a solid round about the tool axis against the workpiece, while the tool axis is turned in the plane of
-    /// its ends about a tip that goes straight: how the tool turns about its own axis does not matter. A point at a distance
-    /// from the tip is accelerated by that times the square of the turn.
+    /// The same for a solid round about the tool axis against the workpiece, while the tool axis is turned in the
+    /// plane of its ends about a tip that goes straight: how the tool turns about its own axis does not matter. A
+    /// point at a distance from the tip is accelerated by that times the square of the turn.
     fn turned_interval(&self, pair: &Pair<'_>, from: f64, to: f64, reach: f64) -> Option<MotionInterval> {
         let here = self.motion.at(0.5 * (from + to)).ok()?;
         let [a, b] = [from, to].map(|t| self.motion.ideal(t));

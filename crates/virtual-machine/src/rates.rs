@@ -23,12 +23,13 @@ pub(crate) struct Rates {
 }
 
 impl Rates {
-    /// Largest acceleration of any point of tool and machine against any other part of the machine, mm; the point is at most
-    /// `reach` from the tool tip at the start.
+    /// Largest acceleration of any point of tool and machine against any other part of the machine, mm; the point is
+    /// at most `reach` from the tool tip at the start.
     ///
-    /// The velocity of a point is a sum of one vector per axis between the two parts, which is turned by the others at a rate
-    /// of at most D and whose lever, at most L, changes at a rate of at most S + D·L: together 2·D·(S + D·L) at most. To that
-    /// comes what the axes' own speeds change: at most the sum of the linear accelerations and L times that of the rotary.
+    /// The velocity of a point is a sum of one vector per axis between the two parts, which is turned by the others
+    /// at a rate of at most D and whose lever, at most L, changes at a rate of at most S + D·L: together 2·D·(S +
+    /// D·L) at most. To that comes what the axes' own speeds change: at most the sum of the linear accelerations and
+    /// L times that of the rotary.
     pub(crate) fn acceleration(&self, reach: f64) -> f64 {
         let lever = (self.lever + reach + self.linear) / (1.0 - self.turn);
         2.0 * self.turn * (self.linear + self.turn * lever) + self.linear_change + self.turn_change * lever
@@ -68,8 +69,8 @@ impl<'a> RateBounds<'a> {
         }
     }
 
-    /// Over the interval from `from` to `to`, in which no axis of a rapid stops; `None` where no bound is known: the interval
-    /// turns too far, or the motion is too near to where the axes cannot follow.
+    /// Over the interval from `from` to `to`, in which no axis of a rapid stops; `None` where no bound is known: the
+    /// interval turns too far, or the motion is too near to where the axes cannot follow.
     pub(crate) fn over(&self, from: f64, to: f64) -> Option<Rates> {
         let (start, end) = (self.motion.at(from).ok()?, self.motion.at(to).ok()?);
         let [linear, turn] = ways(self.machine, &start, &end);
@@ -97,7 +98,11 @@ impl<'a> RateBounds<'a> {
     pub(crate) fn turned_is_reached(&self, from: f64, to: f64) -> bool {
         let reached = self.turned.as_ref().is_some_and(|t| t.is_reached(from, to));
         // Linear axes that cannot be turned against each other are as independent as they are anywhere.
-        reached && (self.linears_are_rigid || self.over(from, to).is_some())
+        let is_rigid = || {
+            let q = self.motion.at(from).ok().filter(|_| self.linears_are_rigid);
+            q.is_some_and(|q| largest_inverse(self.machine, &q).is_some())
+        };
+        reached && (is_rigid() || self.over(from, to).is_some())
     }
 
     fn tip_way(&self, from: f64, to: f64) -> f64 {
@@ -117,13 +122,13 @@ impl<'a> RateBounds<'a> {
         distances.fold(0.0, f64::max)
     }
 
-    /// Rates of linear axes that carry the tip along a straight line at even speed, V = `tip_way` long, while the rotary
-    /// ones turn at D and change that by α at most.
+    /// Rates of linear axes that carry the tip along a straight line at even speed, V = `tip_way` long, while the
+    /// rotary ones turn at D and change that by α at most.
     ///
-    /// With U the directions of the linear axes and N a bound on its inverse, U·l̇ is the tip's velocity less what the
-    /// rotaries give it: S ≤ κ·(V + D·L), κ = √3·N. The tip is not accelerated, so that U·l̈ takes back what the others do:
-    /// at most 2·D·(S + D·L) + α·L. L grows at a rate of at most S + D·L; with S put in, L ≤ (L at the start + κ·V) /
-    /// (1 − D·(1 + κ)). A column of U turns by at most D, so that U changes by at most √3·D.
+    /// With U the directions of the linear axes and N a bound on its inverse, U·l̇ is the tip's velocity less what
+    /// the rotaries give it: S ≤ κ·(V + D·L), κ = √3·N. The tip is not accelerated, so that U·l̈ takes back what the
+    /// others do: at most 2·D·(S + D·L) + α·L. L grows at a rate of at most S + D·L; with S put in, L ≤ (L at the
+    /// start + κ·V) / (1 − D·(1 + κ)). A column of U turns by at most D, so that U changes by at most √3·D.
     fn following(&self, start: &AxisValues, [turn, turn_change]: [f64; 2], lever: f64, tip_way: f64) -> Option<Rates> {
         let inverse = largest_inverse(self.machine, start)?;
         let turned_apart = if self.linears_are_rigid { 0.0 } else { 3.0_f64.sqrt() * turn * inverse };
@@ -140,7 +145,8 @@ impl<'a> RateBounds<'a> {
     }
 }
 
-/// Largest way of the linear axes together (root of the squares) per way of the tip, up to which the tip's way is followed.
+/// Largest way of the linear axes together (root of the squares) per way of the tip, up to which the tip's way is
+/// followed.
 const MAX_INVERSE: f64 = 100.0;
 
 /// What the directions lack by the rounding of two tips whose difference they are, as a share.
@@ -173,8 +179,8 @@ const RIGID: f64 = 1e-9;
 
 /// Whether no rotary axis turns the linear ones against each other.
 ///
-/// A product of two of their directions is a trigonometric polynomial of first degree in each rotary value, which is constant
-/// where it is on three evenly spaced values of each.
+/// A product of two of their directions is a trigonometric polynomial of first degree in each rotary value, which is
+/// constant where it is on three evenly spaced values of each.
 fn linears_are_rigid(machine: &Machine, q: &AxisValues) -> bool {
     let axes = machine.axes();
     let rotaries: Vec<usize> = (0..axes.len()).filter(|&k| axes[k].kind == AxisKind::Rotary).collect();

@@ -76,7 +76,8 @@ struct Sampled<'a> {
 }
 
 impl Sampled<'_> {
-    /// Speeds and accelerations of the axes against their bounds; returns acceleration over bound, where there is one.
+    /// Speeds and accelerations of the axes against their bounds; returns acceleration over bound, where there is
+    /// one.
     fn check_axes(&self, what: &str) {
         for w in self.samples.windows(3) {
             let second = |k: usize| (w[0][k] - 2.0 * w[1][k] + w[2][k]) / (STEP * STEP);
@@ -133,8 +134,8 @@ fn interval_in(breaks: &[f64], r: &mut Random) -> [f64; 2] {
     if r.below(3) == 0 { [low, high] } else { [low + a * (high - low), high - b * (high - low)] }
 }
 
-/// Share of the intervals that have a bound; of those the median over the intervals of the largest acceleration over its
-/// bound.
+/// Share of the intervals that have a bound; of those the median over the intervals of the largest acceleration over
+/// its bound.
 fn judged(law: BlockLaw, mm: f64, rad: f64) -> (f64, f64) {
     let mut r = Random(901);
     let (mut n, mut shares) = (0, Vec::new());
@@ -200,4 +201,27 @@ fn axes_that_stand_still_turn_nothing_and_a_pole_on_the_way_is_not_told_of() {
     assert!(tilted.is_some_and(|r| r.turn >= 0.01 && r.linear_change > 0.0), "{tilted:?}");
     // From one side of the pole to the other: the table has to turn by half a turn.
     assert_eq!(rates([0.0, 0.0, 300.0, 0.02, 0.0], [0.0, 0.0, 300.0, -0.02, 0.0]), None);
+}
+
+#[test]
+fn a_turned_vector_that_is_told_to_be_reached_is_reached_at_every_time() {
+    let mut r = Random(31);
+    let (mut told, mut lost) = (0, 0);
+    let law = BlockLaw::Cutting(CuttingLaw::TipLinearVectorTurned);
+    for machine in machines() {
+        for _ in 0..60 {
+            let [start, end] = random_ends(&machine, &mut r, 20.0, 1.0);
+            let Ok(motion) = Motion::new(&machine, law, &start, &end, LENGTH) else { continue };
+            let bounds = RateBounds::new(&machine, motion, law, [&start, &end], LENGTH);
+            for k in 0..4 {
+                let [from, to] = [0.25 * f64::from(k), 0.25 * f64::from(k + 1)];
+                let is_ok = (0..=40).all(|n| motion.at(from + (to - from) * f64::from(n) / 40.0).is_ok());
+                let is_told = bounds.turned_is_reached(from, to);
+                assert!(is_ok || !is_told, "{}: from {from} of {start:?} to {end:?}", machine.name());
+                told += u32::from(is_told);
+                lost += u32::from(!is_ok);
+            }
+        }
+    }
+    assert!(told > 500 && lost > 50, "{told} told, {lost} not reached");
 }

@@ -7,8 +7,8 @@ use crate::stepping::{rotary_axis, ways};
 
 /// The rotary axes of a motion whose tool vector is turned.
 ///
-/// With d the direction of the rotary axis nearer to the workpiece, which stands still on the table, w = d·a of the tool
-/// axis a depends on the other axis alone: w = c₀ + c₁·cos(θ₂ − φ).
+/// With d the direction of the rotary axis nearer to the workpiece, which stands still on the table, w = d·a of the
+/// tool axis a depends on the other axis alone: w = c₀ + c₁·cos(θ₂ − φ).
 pub(crate) struct TurnedRotaries<'a> {
     machine: &'a Machine,
     motion: Motion<'a>,
@@ -20,8 +20,8 @@ pub(crate) struct TurnedRotaries<'a> {
     amplitude: f64,
 }
 
-/// Smallest distance of the tool axis from the first rotary axis, and of cos(θ₂ − φ) from ±1, as sines, at which rates are
-/// told: nearer, they are without use, and rounded values tell the speed of nothing.
+/// Smallest distance of the tool axis from the first rotary axis, and of cos(θ₂ − φ) from ±1, as sines, at which
+/// rates are told: nearer, they are without use, and rounded values tell the speed of nothing.
 const NEAREST: f64 = 0.01;
 
 /// By what constant values may differ from rounding.
@@ -72,14 +72,14 @@ impl<'a> TurnedRotaries<'a> {
         (high >= 1.0 - FULL || height + 0.5 * turn <= high) && (low <= FULL - 1.0 || height - 0.5 * turn >= low)
     }
 
-    /// Bounds on the sum of the rotary speeds and on that of their accelerations, per length of the interval; `None` where
-    /// the axes come near to where they go without bounds, or may change to their other branch.
+    /// Bounds on the sum of the rotary speeds and on that of their accelerations, per length of the interval; `None`
+    /// where the axes come near to where they go without bounds, or may change to their other branch.
     ///
-    /// a turns at ω, so that |ẇ| ≤ ω·ρ and |ẅ| ≤ ω²·|w| with ρ² = 1 − w². With z = (w − c₀)/c₁, θ₂ = φ ± acos z has the speed
-    /// |ż|/√(1 − z²) and an acceleration of at most |z̈|/√(1 − z²) + |z|·ż²/√(1 − z²)³. θ₁ is the azimuth of a about d less
-    /// that of where θ₂ turns the tool axis to with θ₁ = 0. That of a has a speed of at most ω/ρ and, as ρ² times it is
-    /// constant, an acceleration of at most 2·ω²·|w|/ρ². The other one, as a function of θ₂, has derivatives of at most 1/ρ and
-    /// 1/ρ + 2/ρ².
+    /// a turns at ω, so that |ẇ| ≤ ω·ρ and |ẅ| ≤ ω²·|w| with ρ² = 1 − w². With z = (w − c₀)/c₁, θ₂ = φ ± acos z has
+    /// the speed |ż|/√(1 − z²) and an acceleration of at most |z̈|/√(1 − z²) + |z|·ż²/√(1 − z²)³. θ₁ is the azimuth
+    /// of a about d less that of where θ₂ turns the tool axis to with θ₁ = 0. That of a has a speed of at most ω/ρ
+    /// and, as ρ² times it is constant, an acceleration of at most 2·ω²·|w|/ρ². The other one, as a function of θ₂,
+    /// has derivatives of at most 1/ρ and 1/ρ + 2/ρ².
     pub(crate) fn over(&self, from: f64, to: f64) -> Option<[f64; 2]> {
         let middle = 0.5 * (from + to);
         let [start, end] = &self.ends;
@@ -109,8 +109,9 @@ impl<'a> TurnedRotaries<'a> {
                 + second[1] / rho,
         ];
         let speed = first[0] + second[0];
-        // The control takes the branch that is nearer to the straight way of the axes. The other one is 2·acos z away in θ₂
-        // alone; what is nearer than half of that all over the interval is the nearest all over it, and has no other winding.
+        // The control takes the branch that is nearer to the straight way of the axes. The other one is 2·acos z away
+        // in θ₂ alone; what is nearer than half of that all over the interval is the nearest all over it, and has no
+        // other winding.
         let farthest = off + 0.5 * (speed + straight_way * (to - from));
         (farthest < z.acos()).then_some([speed, first[1] + second[1]])
     }
