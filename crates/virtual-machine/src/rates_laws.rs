@@ -225,3 +225,30 @@ fn a_turned_vector_that_is_told_to_be_reached_is_reached_at_every_time() {
     }
     assert!(told > 500 && lost > 50, "{told} told, {lost} not reached");
 }
+
+#[test]
+fn no_rates_are_told_where_the_control_changes_branches() {
+    let mut r = Random(5);
+    let (mut told, mut changes) = (0, 0);
+    let law = BlockLaw::Cutting(CuttingLaw::TipLinearVectorTurned);
+    for (index, machine) in machines().iter().enumerate() {
+        for block in 0..60 {
+            let [start, end] = random_ends(machine, &mut r, 5.0, 0.05);
+            // The same end on either branch.
+            let Ok(ends) = machine.inverse_near(&machine.cl_point(&end, LENGTH), LENGTH, &start) else { continue };
+            for end in ends.iter().map(|s| s.values) {
+                let Ok(motion) = Motion::new(machine, law, &start, &end, LENGTH) else { continue };
+                changes += u32::from(machine.branch_of(&start) != machine.branch_of(&end));
+                let bounds = RateBounds::new(machine, motion, law, [&start, &end], LENGTH);
+                for k in 0..8 {
+                    let at = |n: u32| (f64::from(k) + f64::from(n) * STEP) / 8.0;
+                    let Some(rates) = bounds.over(at(0), at(10)) else { continue };
+                    let samples = (0..=10).map(|n| motion.at(at(n)).unwrap()).collect();
+                    Sampled { machine, samples, rates }.check_axes(&format!("machine {index}, block {block}"));
+                    told += 1;
+                }
+            }
+        }
+    }
+    assert!(told > 500 && changes > 100, "{told} told, {changes} change");
+}
