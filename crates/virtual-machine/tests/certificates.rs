@@ -211,19 +211,19 @@ fn a_rapid_with_each_axis_at_its_own_speed_is_certified_on_the_way_it_takes() {
 #[test]
 fn a_post_under_the_bend_of_a_rapid_is_met() {
     let shop = shop_with(CuttingLawFile::AxesLinear, RapidLawFile::PerAxis);
-    // Along X of the machine, four times as far as up: Z is there after a quarter of the time. A post stands where the
-    // cutter is on its way up, far from where it is at the start, in the middle and at the end.
+    // Along X of the machine, three times as far as up: Z is there after a third of the time. The post is met after a quarter
+    // and before the bend; whoever goes on straight from behind the bend back to the quarter passes over it.
     let along = shop.table_from_work.rotation.inverse() * Vector3::x();
-    let [foot, end] = [55.0, 400.0].map(|way| along * way);
+    let [foot, end] = [110.0, 300.0].map(|way| along * way);
     let rapid = |top: f64| {
         let post = kit::box_mesh([foot.x - 3.0, foot.y - 3.0, -80.0], [foot.x + 3.0, foot.y + 3.0, top]);
         let mesh = MeshTree::new(&post);
         let text = Text::new(&shop).rapid([0.0, 0.0, 20.0]).rapid([end.x, end.y, 120.0]);
         certified(&text, &setup(&shop, &mesh), 0.1).certificates.last().unwrap().clone()
     };
-    let met = rapid(60.0);
+    let met = rapid(112.0);
     assert!(!met.certified && met.depth_mm.is_none(), "{met:?}");
-    // At least 25 mm on its way the tip is at 45 mm.
-    let missed = rapid(40.0);
+    // When the cutter's edge is there, the tip is 80 mm on its way, and as far above where it began.
+    let missed = rapid(95.0);
     assert!(missed.certified, "{missed:?}");
 }
