@@ -58,6 +58,9 @@
 //!
 //! It must not know how the path was planned.
 
+#[cfg(test)]
+extern crate self as facemill_virtual_machine;
+
 mod certificate;
 mod chunk_result;
 mod control;

@@ -349,3 +349,7 @@ impl<'s, 'a> Prover<'s, 'a> {
         }
     }
 }
+
+#[cfg(test)]
+#[path = "prover_laws.rs"]
+mod laws;

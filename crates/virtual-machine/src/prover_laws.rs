@@ -1,0 +1,69 @@
+//! Intervals of motions against the motions themselves.
+
+use facemill_cl_data::RoundFrustum;
+use facemill_inverse_kinematics::Machine;
+use nalgebra::Vector3;
+
+use super::*;
+use crate::VerifySettings;
+
+#[path = "../tests/kit/mod.rs"]
+mod kit;
+
+struct Lcg(u64);
+
+impl Lcg {
+    fn between(&mut self, low: f64, high: f64) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        low + (high - low) * ((self.0 >> 11) as f64 / (1u64 << 53) as f64)
+    }
+}
+
+/// Largest departure of points of a rod along the tool axis from what the interval tells, over its deviation.
+fn farthest(law: BlockLaw, rng: &mut Lcg) -> Vec<f64> {
+    let shop = kit::Shop::with_machine(Machine::head_b_table_c().unwrap());
+    let (setup, settings) = (shop.setup(), VerifySettings::default());
+    let scene = Scene::new(&setup, &settings).unwrap();
+    let rod =
+        Solid::Frustum(RoundFrustum { z_low: -30.0, z_high: 200.0, radius_low: 1.0, radius_high: 1.0, rounding: 0.0 });
+    let mut shares = Vec::new();
+    for _ in 0..60 {
+        let mut place = || [rng.between(-300.0, 300.0), rng.between(-300.0, 300.0), rng.between(0.0, 200.0)];
+        let (from_tip, to_tip) = (place(), place());
+        let axis = [rng.between(0.2, 0.6), rng.between(-0.3, 0.3), 1.0];
+        let start = shop.axes_at(from_tip, axis);
+        let end = shop.axes_at(to_tip, [axis[0] + rng.between(-0.2, 0.2), axis[1] + rng.between(-0.2, 0.2), 1.0]);
+        let m = Move { block: 0, section: 0, law, start, end, feed: None };
+        let prover = Prover::new(&scene, &m).unwrap();
+        let tool = Mount::Tool(Isometry3::identity());
+        let pair = Pair { mount: tool, frame: Frame::Work, solid: &rod, obstacle: 0 };
+        let from = rng.between(0.0, 0.7);
+        let to = from + rng.between(0.05, 0.3);
+        let Some(told) = prover.interval(&pair, from, to) else { continue };
+        let mut largest = 0.0_f64;
+        for k in 0..=20 {
+            let (time, height) = (f64::from(k) / 20.0, rng.between(-30.0, 200.0));
+            let axes = prover.motion.at(from + (to - from) * time).unwrap();
+            let point = Point3::new(0.0, 0.0, height);
+            let truth = prover.pose(tool, Frame::Work, &axes) * point;
+            let arm: Vector3<f64> = told.mesh_from_solid * Vector3::new(0.0, 0.0, height);
+            let moved = told.velocity + told.spin.cross(&arm);
+            let expected = told.mesh_from_solid * point + moved * (time - 0.5);
+            let off = (truth - expected).norm();
+            assert!(off <= told.deviation, "{law:?}: {off} mm off, {} told", told.deviation);
+            largest = largest.max(off / told.deviation);
+        }
+        shares.push(largest);
+    }
+    shares
+}
+
+#[test]
+fn no_point_of_the_tool_departs_farther_from_its_interval_than_told() {
+    let cutting = [CuttingLaw::AxesLinear, CuttingLaw::TipAndRotariesLinear, CuttingLaw::TipLinearVectorTurned];
+    for (law, tight) in cutting.into_iter().zip([0.02, 0.1, 0.5]) {
+        let mut shares = farthest(BlockLaw::Cutting(law), &mut Lcg(8));
+        shares.sort_by(f64::total_cmp);
+        assert!(shares.len() > 30 && shares[shares.len() / 2] >= tight, "{law:?}: {} told, {shares:?}", shares.len());
+    }
+}
