@@ -90,7 +90,8 @@ fn checked_normal(
     Ok(Unit::new_normalize(given))
 }
 
-/// Direction of the curve through the points, exact for a parabola through three of them.
+/// Direction of the curve through the points, exact for a parabola through three of them; none where it turns back, by more
+/// than 120°.
 fn feed(positions: &[Point3<f64>], k: usize) -> Vector3<f64> {
     let before = k.checked_sub(1).map(|j| positions[k] - positions[j]);
     let after = positions.get(k + 1).map(|p| p - positions[k]);
@@ -98,6 +99,9 @@ fn feed(positions: &[Point3<f64>], k: usize) -> Vector3<f64> {
         (Some(before), Some(after)) => {
             // Unit directions, each weighted by the other's length: the nearer neighbour says more.
             let (b, a) = (before.norm(), after.norm());
+            if before.dot(&after) < -0.5 * a * b {
+                return Vector3::zeros();
+            }
             (before / b) * (a / (a + b)) + (after / a) * (b / (a + b))
         }
         (Some(only), None) | (None, Some(only)) => only,
@@ -158,6 +162,11 @@ mod tests {
         let back = path(vec![[1.0, 1.0, 0.0], [2.0, 1.0, 0.0], [1.0, 1.0, 0.0]], None);
         let e = project(&back, &s, &within(1.0)).unwrap_err();
         assert_eq!(e, PathError::Point { pass: 0, point: 1, source: CcPointError::FeedAlongNormal });
+        // Back by less than forward, and past a sharp corner.
+        for (third, corner) in [([1.4, 1.0, 0.0], true), ([1.6, 2.0, 0.0], false)] {
+            let points = path(vec![[1.0, 1.0, 0.0], [2.0, 1.0, 0.0], third], None);
+            assert_eq!(project(&points, &s, &within(1.0)).is_err(), corner);
+        }
         let single = project(&path(vec![[1.0, 1.0, 0.0]], None), &s, &within(1.0)).unwrap_err();
         assert_eq!(single, PathError::File(PathFileError::TooFewPoints { pass: 0, n_points: 1 }));
     }
