@@ -141,6 +141,7 @@ pub fn small_propeller() -> JobFolder {
         "job.json",
         &[
             ("/operations/0/tolerances/max_step_mm", json!(4.0)),
+            ("/operations/0/search/mode", json!("smallest")),
             ("/operations/0/path/strategy/strategy/cylindrical_sections/from_radius_mm", json!(120.0)),
         ],
     );

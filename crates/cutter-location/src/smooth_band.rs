@@ -1,7 +1,5 @@
 //! A smooth sequence of rotary positions through chosen ones, inside the feasible set.
 
-use std::cell::Cell;
-
 use facemill_cl_data::{Cancelled, Monitor, Posture};
 use facemill_inverse_kinematics::{AxisKind, AxisValues, Branch};
 use facemill_tool_model::cl_from_cc;
@@ -31,23 +29,7 @@ pub(crate) struct Band<'b, 's, 'a> {
     /// What changes faster than this is smoothed away, s.
     tau: f64,
     rotary: Vec<usize>,
-    beside: Cell<Beside>,
 }
-
-/// What looking beside the search curve has given so far.
-#[derive(Clone, Copy, Default)]
-struct Beside {
-    /// The last posture found.
-    last: Option<Posture>,
-    /// Points in a row without one.
-    in_vain: usize,
-}
-
-/// Points in a row without a posture beside the curve after which only every [`SELDOM`]th is looked at.
-const PATIENCE: usize = 20;
-
-/// See [`PATIENCE`].
-const SELDOM: usize = 10;
 
 /// A stretch of points that the machine stands at on one branch.
 struct Stretch {
@@ -77,7 +59,7 @@ impl<'b, 's, 'a> Band<'b, 's, 'a> {
     pub(crate) fn new(pass: &'b SmoothPass<'s, 'a>, clock: &'b PassClock, tau: f64) -> Self {
         let axes = pass.test.cell.machine.axes();
         let rotary = (0..axes.len()).filter(|&k| axes[k].kind == AxisKind::Rotary).collect();
-        Self { pass, clock, tau, rotary, beside: Cell::default() }
+        Self { pass, clock, tau, rotary }
     }
 
     /// Poses of all points, along a smooth band through chosen nodes where that is feasible. A point of which no posture near
@@ -177,14 +159,11 @@ impl<'b, 's, 'a> Band<'b, 's, 'a> {
                 continue;
             }
             let cc = &self.pass.task.pass.points[k];
-            let tried = self.pass.test.try_posture(cc, posture, Some(&configuration), hints);
-            if let Some(pose) = tried.ok().filter(|pose| pose.configuration.branch == stretch.branch) {
+            if let Ok(pose) = self.pass.test.try_posture(cc, posture, Some(&configuration), hints) {
                 *known = Known::Free(pose);
                 continue;
             }
-            let wanted = self.standing(stretch.branch, stretch.targets.iter().map(|targets| targets[at]));
-            let wanted = self.posture(k, &wanted.axes);
-            *known = match self.raised(k, [posture, wanted], &configuration, hints) {
+            *known = match self.raised(k, posture, &configuration, hints) {
                 Ok(pose) => {
                     bound = true;
                     for (axis, targets) in stretch.targets.iter_mut().enumerate() {
@@ -244,9 +223,8 @@ impl<'b, 's, 'a> Band<'b, 's, 'a> {
     }
 
     /// A feasible posture near one that is not: with more tilt, one step beyond the first such one where that is feasible, too,
-    /// because the band will not keep to it exactly; else the one that the band was to go through; else the first one of the
-    /// search curve, or one beside it.
-    fn raised(&self, k: usize, [posture, wanted]: [Posture; 2], near: &Configuration, hints: &mut Hints) -> Outcome {
+    /// because the band will not keep to it exactly; else the first one of the search curve.
+    fn raised(&self, k: usize, posture: Posture, near: &Configuration, hints: &mut Hints) -> Outcome {
         let cc = &self.pass.task.pass.points[k];
         let mut first = None;
         for raise in RAISES {
@@ -263,33 +241,12 @@ impl<'b, 's, 'a> Band<'b, 's, 'a> {
                 (None, None) => {}
             }
         }
-        let first = first.or_else(|| self.pass.test.try_posture(cc, wanted, Some(near), hints).ok());
         first.map_or_else(|| self.searched(k, Some(near), hints), Ok)
     }
 
     fn searched(&self, k: usize, near: Option<&Configuration>, hints: &mut Hints) -> Outcome {
         let (cc, curve) = (&self.pass.task.pass.points[k], &self.pass.task.curve);
-        let found = search(self.pass.test, cc, curve, &self.pass.settings.search, 0.0, near, hints);
-        found.map(|found| found.pose).or_else(|why| self.beside_the_curve(k, near, hints).ok_or(why))
-    }
-
-    /// A feasible posture of a fine lattice over the ranges, the first by tilt: where all of the curve is blocked, a narrow
-    /// place beside it may be free. The posture found at the point before is tried first; after many points in a row without
-    /// one, only now and then another is looked at so closely.
-    fn beside_the_curve(&self, k: usize, near: Option<&Configuration>, hints: &mut Hints) -> Option<FeasiblePose> {
-        let cc = &self.pass.task.pass.points[k];
-        let mut beside = self.beside.get();
-        let again = beside.last.and_then(|posture| self.pass.test.try_posture(cc, posture, near, hints).ok());
-        let skipped = beside.in_vain >= PATIENCE && !beside.in_vain.is_multiple_of(SELDOM);
-        let found = again.or_else(|| {
-            let fine = if skipped { &[] } else { self.pass.fine.postures.as_slice() };
-            let postures = fine.iter().map(|amount| self.pass.signed(*amount));
-            postures.into_iter().find_map(|posture| self.pass.test.try_posture(cc, posture, near, hints).ok())
-        });
-        beside.in_vain = if found.is_some() { 0 } else { beside.in_vain + 1 };
-        beside.last = found.map(|pose| pose.posture).or(beside.last);
-        self.beside.set(beside);
-        found
+        search(self.pass.test, cc, curve, &self.pass.settings.search, 0.0, near, hints).map(|found| found.pose)
     }
 
     /// The machine with its rotary axes so.

@@ -21,8 +21,6 @@ pub(crate) struct SmoothPass<'s, 'a> {
     pub(crate) settings: &'s PassSettings,
     pub(crate) smooth: &'s SmoothSettings,
     pub(crate) lattice: &'s Lattice,
-    /// Where the lattice and the search find nothing.
-    pub(crate) fine: &'s Lattice,
     pub(crate) cusps: &'s CuspTable,
 }
 
@@ -87,16 +85,14 @@ impl SmoothPass<'_, '_> {
             let all_stand = nodes.iter().all(|(point, _)| outcomes[*point].is_ok());
             rounds += 1;
             if all_stand || rounds == ROUNDS {
-                let counted = || self.optimum(&clock, &scale, &chosen, &outcomes);
-                let jumps = || Optimum { jumps: self.jumps(&clock, &outcomes), ..Optimum::default() };
-                let optimum = if all_stand { counted() } else { jumps() };
+                let optimum = all_stand.then(|| self.optimum(&clock, &scale, &chosen, &outcomes));
                 break (outcomes, optimum);
             }
             // Free at the largest lift only: no place to stand after all, and no part of what is compared.
             layers.retain(|&point| outcomes[point].is_ok());
         };
         monitor.advance(n);
-        Ok(PlannedPass { outcomes: Pass::new(outcomes), optimum: Some(optimum) })
+        Ok(PlannedPass { outcomes: Pass::new(outcomes), optimum })
     }
 
     /// The cheapest sequence of nodes.
@@ -212,8 +208,7 @@ impl SmoothPass<'_, '_> {
     fn step(&self, scale: &MotionScale, from: &Node, to: &Node, gap: Gap) -> f64 {
         let motion = scale.cost(&from.scaled, &to.scaled, gap.time);
         let branch = if from.configuration.branch == to.configuration.branch { 0.0 } else { JUMP };
-        let limits = self.excess(&from.axis, &to.axis, gap) + scale.excess(&from.scaled, &to.scaled, gap.time);
-        motion + branch + JUMP * limits
+        motion + branch + JUMP * self.excess(&from.axis, &to.axis, gap)
     }
 
     /// By how much a turn against the surface is more than the limit, 0 within it; as the chord of the turn.
@@ -232,7 +227,7 @@ impl SmoothPass<'_, '_> {
     }
 
     /// A posture with rotate to the pass's side.
-    pub(crate) fn signed(&self, amount: Posture) -> Posture {
+    fn signed(&self, amount: Posture) -> Posture {
         let negative = self.task.curve.end().rotate < 0.0;
         Posture { rotate: if negative { -amount.rotate } else { amount.rotate }, ..amount }
     }
