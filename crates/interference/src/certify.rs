@@ -151,22 +151,10 @@ impl<'b, B: Body> Sweep<'b, B> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::test_kit::{Lcg, sample_solids};
+    use crate::test_kit::{Lcg, cube, frustum, sample_solids, sheet, square};
     use crate::{Interference, MeshTree};
-    use facemill_cl_data::RoundFrustum;
     use facemill_surface_model::TriMesh;
     use nalgebra::{Translation3, UnitQuaternion};
-
-    /// A wavy sheet of 80 × 80 mm.
-    fn sheet() -> TriMesh {
-        let n = 24u32;
-        let at = |k: u32| -40.0 + 80.0 * f64::from(k) / f64::from(n - 1);
-        let height = |x: f64, y: f64| 3.0 * (0.11 * x).sin() * (0.08 * y).cos();
-        let vertices =
-            (0..n * n).map(|k| (at(k / n), at(k % n))).map(|(x, y)| Point3::new(x, y, height(x, y))).collect();
-        let cells = (0..n - 1).flat_map(|i| (0..n - 1).map(move |j| i * n + j));
-        TriMesh::new(vertices, cells.flat_map(|a| [[a, a + n, a + n + 1], [a, a + n + 1, a + 1]]).collect()).unwrap()
-    }
 
     /// Turn about an axis through the solid's origin at constant rate, and constant velocity of the origin: its pose at a
     /// time, and how far points of the solid leave their tangents.
@@ -254,16 +242,8 @@ mod tests {
 
     #[test]
     fn a_disc_that_slides_along_a_plane_is_certified_over_its_whole_way() {
-        let corner = |x, y| Point3::new(x, y, 0.0);
-        let square = vec![corner(-500.0, -500.0), corner(500.0, -500.0), corner(500.0, 500.0), corner(-500.0, 500.0)];
-        let tree = MeshTree::new(&TriMesh::new(square, vec![[0, 1, 2], [0, 2, 3]]).unwrap());
-        let mill = Solid::Frustum(RoundFrustum {
-            z_low: 2.0,
-            z_high: 48.0,
-            radius_low: 23.0,
-            radius_high: 23.0,
-            rounding: 2.0,
-        });
+        let tree = MeshTree::new(&square(500.0));
+        let mill = frustum([2.0, 48.0], [23.0, 23.0], 2.0);
         let slide = |gap: f64, toward: f64| MotionInterval {
             mesh_from_solid: Isometry3::translation(0.0, 0.0, gap),
             velocity: Vector3::new(100.0, 0.0, -toward),
@@ -296,8 +276,7 @@ mod tests {
     fn a_needle_that_is_met_between_the_ends_is_never_cleared() {
         let spike = vec![Point3::new(10.0, 0.0, -5.0), Point3::new(10.01, 0.0, -5.0), Point3::new(10.005, 0.0, 0.3)];
         let tree = MeshTree::new(&TriMesh::new(spike, vec![[0, 1, 2]]).unwrap());
-        let disc =
-            Solid::Frustum(RoundFrustum { z_low: 0.0, z_high: 20.0, radius_low: 3.0, radius_high: 3.0, rounding: 0.0 });
+        let disc = frustum([0.0, 20.0], [3.0, 3.0], 0.0);
         let motion = |half: f64, x: f64| MotionInterval {
             mesh_from_solid: Isometry3::translation(x, 0.0, 0.0),
             velocity: Vector3::new(10.0, 0.0, 0.0),
@@ -316,15 +295,8 @@ mod tests {
 
     #[test]
     fn a_body_inside_a_closed_part_and_numbers_that_are_none_are_not_cleared() {
-        let corners = |k: usize| {
-            let pick = |axis: usize| if k >> axis & 1 == 0 { -20.0 } else { 20.0 };
-            Point3::new(pick(0), pick(1), pick(2))
-        };
-        let quads = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
-        let triangles = quads.iter().flat_map(|&[p, q, r, s]: &[u32; 4]| [[p, q, r], [p, r, s]]).collect();
-        let tree = MeshTree::new(&TriMesh::new((0..8).map(corners).collect(), triangles).unwrap());
-        let ball =
-            Solid::Frustum(RoundFrustum { z_low: 0.0, z_high: 0.0, radius_low: 0.0, radius_high: 0.0, rounding: 1.0 });
+        let tree = MeshTree::new(&cube(20.0, 1));
+        let ball = frustum([0.0, 0.0], [0.0, 0.0], 1.0);
         let still = |x: f64, deviation: f64| MotionInterval {
             mesh_from_solid: Isometry3::translation(x, 0.0, 0.0),
             velocity: Vector3::zeros(),

@@ -7,7 +7,7 @@ use facemill_surface_model::TriMesh;
 use nalgebra::{Isometry3, Point3, Translation3, Unit, UnitQuaternion, Vector3};
 
 use crate::depth::{inner_radius, stepped_depth};
-use crate::test_kit::{Lcg, cube, frustum, golden, patch, sample_solids, soup, sphere};
+use crate::test_kit::{Lcg, cube, frustum, golden, patch, sample_solids, soup, sphere, square};
 use crate::{Interference, MeshTree, ParryMesh, penetration};
 
 /// Signed distance of a point from the dilated solid, negative inside: the largest over the planes that hold it.
@@ -102,9 +102,7 @@ fn depth_of_one_walk_is_that_of_steps_by_distance() {
 
 #[test]
 fn depth_in_a_plane_is_the_closed_form() {
-    let square = [[-500.0, -500.0], [500.0, -500.0], [500.0, 500.0], [-500.0, 500.0]];
-    let vertices = square.iter().map(|[x, y]| Point3::new(*x, *y, 0.0)).collect();
-    let tree = MeshTree::new(&TriMesh::new(vertices, vec![[0, 1, 2], [0, 2, 3]]).unwrap());
+    let tree = MeshTree::new(&square(500.0));
     let mut lcg = Lcg::new(52);
     for k in 0..600 {
         let (radius, height) = (lcg.range(10.0, 60.0), 80.0);

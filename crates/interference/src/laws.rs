@@ -5,7 +5,7 @@ use facemill_surface_model::TriMesh;
 use nalgebra::{Isometry3, Point3, Translation3, Unit, UnitQuaternion, Vector3};
 
 use crate::lift::stepped_lift;
-use crate::test_kit::{Lcg, brute_distance, cube, frustum, patch, sample_solids, soup};
+use crate::test_kit::{Lcg, brute_distance, cube, frustum, patch, sample_solids, soup, square};
 use crate::{Interference, MeshTree, ParryMesh, Verdict, lift_to_free};
 
 /// Open and wavy, closed and axis-parallel, a soup of awkward triangles.
@@ -179,9 +179,7 @@ fn needle_under_the_disc_is_found() {
 
 #[test]
 fn verdict_on_a_plane_is_the_closed_form() {
-    let square = [[-500.0, -500.0], [500.0, -500.0], [500.0, 500.0], [-500.0, 500.0]];
-    let vertices = square.iter().map(|[x, y]| Point3::new(*x, *y, 0.0)).collect();
-    let tree = MeshTree::new(&TriMesh::new(vertices, vec![[0, 1, 2], [0, 2, 3]]).unwrap());
+    let tree = MeshTree::new(&square(500.0));
     let mut lcg = Lcg::new(8);
     for k in 0..2000 {
         let (radius, corner) = (lcg.range(5.0, 80.0), [0.0, 0.3, 4.0][k % 3]);
@@ -302,9 +300,7 @@ fn lift_is_the_least_that_frees() {
 
 #[test]
 fn seating_on_a_plane_lifts_by_what_it_dips() {
-    let square = [[-500.0, -500.0], [500.0, -500.0], [500.0, 500.0], [-500.0, 500.0]];
-    let vertices = square.iter().map(|[x, y]| Point3::new(*x, *y, 0.0)).collect();
-    let tree = MeshTree::new(&TriMesh::new(vertices, vec![[0, 1, 2], [0, 2, 3]]).unwrap());
+    let tree = MeshTree::new(&square(500.0));
     for corner in [0.0, 6.0] {
         let mill = frustum([corner, 50.0], [80.0 - corner, 80.0 - corner], corner);
         for dip in [1e-7, 0.003, 0.04] {

@@ -113,12 +113,28 @@ pub(crate) fn brute_distance(solid: &Solid, pose: &Isometry3<f64>, mesh: &TriMes
 
 /// An open wavy patch of about 40 × 40 mm.
 pub(crate) fn patch(n: u32) -> TriMesh {
-    let at = |i: u32| -20.0 + 40.0 * f64::from(i) / f64::from(n - 1);
-    let vertex = |x: f64, y: f64| Point3::new(x, y, 2.0 * (0.25 * x).sin() + 1.5 * (0.2 * y + 0.1 * x).cos());
-    let vertices = (0..n * n).map(|k| vertex(at(k / n), at(k % n))).collect();
+    height_field(n, 20.0, |x, y| 2.0 * (0.25 * x).sin() + 1.5 * (0.2 * y + 0.1 * x).cos())
+}
+
+/// A wavy sheet of 80 × 80 mm.
+pub(crate) fn sheet() -> TriMesh {
+    height_field(24, 40.0, |x, y| 3.0 * (0.11 * x).sin() * (0.08 * y).cos())
+}
+
+/// An open surface over a square about the origin, from −`half` to `half`: n × n vertices at their heights.
+fn height_field(n: u32, half: f64, height: impl Fn(f64, f64) -> f64) -> TriMesh {
+    let at = |i: u32| 2.0 * half * f64::from(i) / f64::from(n - 1) - half;
+    let vertices = (0..n * n).map(|k| (at(k / n), at(k % n))).map(|(x, y)| Point3::new(x, y, height(x, y))).collect();
     let cells = (0..n - 1).flat_map(|i| (0..n - 1).map(move |j| i * n + j));
     let triangles = cells.flat_map(|a| [[a, a + n, a + n + 1], [a, a + n + 1, a + 1]]).collect();
     TriMesh::new(vertices, triangles).unwrap()
+}
+
+/// A square in the plane z = 0 about the origin, from −`half` to `half`.
+pub(crate) fn square(half: f64) -> TriMesh {
+    let corner = |x, y| Point3::new(x, y, 0.0);
+    let corners = vec![corner(-half, -half), corner(half, -half), corner(half, half), corner(-half, half)];
+    TriMesh::new(corners, vec![[0, 1, 2], [0, 2, 3]]).unwrap()
 }
 
 /// A closed box about the origin, its faces cut into n × n squares along the axes, wound outward.

@@ -209,27 +209,10 @@ fn quarters([a, b, c]: &[Point3<f64>; 3]) -> [[Point3<f64>; 3]; 4] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::test_kit::{Lcg, frustum, sample_solids};
+    use crate::test_kit::{Lcg, cube, frustum, sample_solids, sheet, square};
     use crate::{Interference, MeshTree};
     use facemill_surface_model::TriMesh;
     use nalgebra::{Translation3, UnitQuaternion};
-
-    /// A wavy sheet of 80 × 80 mm.
-    fn sheet() -> TriMesh {
-        let n = 24u32;
-        let at = |k: u32| -40.0 + 80.0 * f64::from(k) / f64::from(n - 1);
-        let height = |x: f64, y: f64| 3.0 * (0.11 * x).sin() * (0.08 * y).cos();
-        let vertices =
-            (0..n * n).map(|k| (at(k / n), at(k % n))).map(|(x, y)| Point3::new(x, y, height(x, y))).collect();
-        let cells = (0..n - 1).flat_map(|i| (0..n - 1).map(move |j| i * n + j));
-        TriMesh::new(vertices, cells.flat_map(|a| [[a, a + n, a + n + 1], [a, a + n + 1, a + 1]]).collect()).unwrap()
-    }
-
-    fn square(size: f64) -> TriMesh {
-        let corner = |x, y| Point3::new(x, y, 0.0);
-        let corners = vec![corner(-size, -size), corner(size, -size), corner(size, size), corner(-size, size)];
-        TriMesh::new(corners, vec![[0, 1, 2], [0, 2, 3]]).unwrap()
-    }
 
     fn turned_pose(range: &TurnRange, a: f64, b: f64, shift: Vector3<f64>) -> Isometry3<f64> {
         let turn =
@@ -355,13 +338,7 @@ mod tests {
 
     #[test]
     fn a_body_inside_a_closed_part_and_numbers_that_are_none_are_not_cleared() {
-        let corners = |k: usize| {
-            let pick = |axis: usize| if k >> axis & 1 == 0 { -20.0 } else { 20.0 };
-            Point3::new(pick(0), pick(1), pick(2))
-        };
-        let quads = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
-        let triangles = quads.iter().flat_map(|&[p, q, r, s]: &[u32; 4]| [[p, q, r], [p, r, s]]).collect();
-        let tree = MeshTree::new(&TriMesh::new((0..8).map(corners).collect(), triangles).unwrap());
+        let tree = MeshTree::new(&cube(20.0, 1));
         let ball = frustum([0.0, 0.0], [0.0, 0.0], 1.0);
         let still = |x: f64, shift: f64| TurnRange {
             mesh_from_solid: Isometry3::translation(x, 0.0, 0.0),
