@@ -41,6 +41,18 @@ impl Placed {
     }
 }
 
+/// What an expression gives for the body in a [`Placed`]: compiled for each kind of body, as a generic function is.
+macro_rules! for_body {
+    ($placed:expr, |$body:ident| $value:expr) => {
+        match $placed {
+            $crate::body::Placed::Cylinder($body) => $value,
+            $crate::body::Placed::Frustum($body) => $value,
+            $crate::body::Placed::Block($body) => $value,
+        }
+    };
+}
+pub(crate) use for_body;
+
 /// Solid cylinder, or disc where its height is 0.
 #[derive(Clone, Copy)]
 pub(crate) struct Cylinder {
@@ -408,11 +420,7 @@ pub(crate) mod tests {
                     points.set(lane, &(pose * q).coords);
                     normals.set(lane, &lcg.unit());
                 }
-                let (f, along) = match &body {
-                    Placed::Cylinder(b) => b.distances(&points, &normals),
-                    Placed::Frustum(b) => b.distances(&points, &normals),
-                    Placed::Block(b) => b.distances(&points, &normals),
-                };
+                let (f, along) = for_body!(&body, |b| b.distances(&points, &normals));
                 for lane in 0..N {
                     let (expected, g) = distance(&body, &points.get(lane).into());
                     assert!((f[lane] - expected).abs() < 1e-12, "{solid:?}: {} for {expected}", f[lane]);
@@ -426,18 +434,10 @@ pub(crate) mod tests {
     }
 
     fn distance(body: &Placed, p: &Point3<f64>) -> (f64, Vector3<f64>) {
-        match body {
-            Placed::Cylinder(b) => b.distance(p),
-            Placed::Frustum(b) => b.distance(p),
-            Placed::Block(b) => b.distance(p),
-        }
+        for_body!(body, |b| b.distance(p))
     }
 
     fn support(body: &Placed, along: &Vector3<f64>) -> Point3<f64> {
-        match body {
-            Placed::Cylinder(b) => b.support(along),
-            Placed::Frustum(b) => b.support(along),
-            Placed::Block(b) => b.support(along),
-        }
+        for_body!(body, |b| b.support(along))
     }
 }

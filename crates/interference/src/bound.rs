@@ -174,7 +174,7 @@ fn least_axis(v: &Vector3<f64>) -> Vector3<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::Placed;
+    use crate::body::{Placed, for_body};
     use crate::test_kit::{Lcg, sample_solids};
 
     #[test]
@@ -191,11 +191,7 @@ mod tests {
                 let slab = Slab::across(least_spread(points.iter()), points.iter());
                 let mut slabs = Slabs::NONE;
                 slabs.set(3, &slab);
-                let bound = match Placed::new(&solid, &pose) {
-                    Placed::Cylinder(b) => slabs.least_distances(&b)[3],
-                    Placed::Frustum(b) => slabs.least_distances(&b)[3],
-                    Placed::Block(b) => slabs.least_distances(&b)[3],
-                };
+                let bound = for_body!(Placed::new(&solid, &pose), |b| slabs.least_distances(&b)[3]);
                 for p in &points {
                     let distance = solid.core_distance(&pose.inverse_transform_point(p));
                     assert!(bound <= distance + 1e-12, "{solid:?}: {bound} above {distance}");

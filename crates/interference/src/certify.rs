@@ -10,7 +10,7 @@
 use facemill_cl_data::Solid;
 use nalgebra::{Isometry3, Point3, Vector3};
 
-use crate::body::{Body, Placed};
+use crate::body::{Body, Placed, for_body};
 use crate::edge::Goal;
 use crate::facet::{lower_bound, nearest_on_triangle};
 use crate::mesh_tree::{MeshTree, STACK, TOUCH, is_finite};
@@ -54,11 +54,9 @@ impl MeshTree {
             return SweepVerdict::Unproven(None);
         }
         let rounding = solid.rounding();
-        let verdict = match Placed::new(solid, pose) {
-            Placed::Cylinder(body) => self.swept_surface(&Sweep::new(&body, solid, motion), rounding, hint),
-            Placed::Frustum(body) => self.swept_surface(&Sweep::new(&body, solid, motion), rounding, hint),
-            Placed::Block(body) => self.swept_surface(&Sweep::new(&body, solid, motion), rounding, hint),
-        };
+        let verdict = for_body!(Placed::new(solid, pose), |body| {
+            self.swept_surface(&Sweep::new(&body, solid, motion), rounding, hint)
+        });
         // What never touches the surface is inside at all times or at none.
         match verdict {
             SweepVerdict::Clear => match self.way_out(solid, pose, &(pose * Vector3::z())) {

@@ -7,7 +7,7 @@
 use facemill_cl_data::Solid;
 use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
 
-use crate::body::Placed;
+use crate::body::{Placed, for_body};
 use crate::bound::Slabs;
 use crate::depth::{ACCURACY, eroded, inner_radius, innermost};
 use crate::edge::{Goal, Sample};
@@ -29,6 +29,7 @@ trait Faces {
 impl MeshTree {
     /// [`crate::Interference::core_depth`].
     pub(crate) fn deepest(&self, solid: &Solid, pose: &Isometry3<f64>, met: Separation) -> (f64, Separation) {
+        let start = Deepest { solid, pose, most: inner_radius(solid), depth: 0.0, at: met };
         match solid {
             Solid::Frustum(f) => {
                 let (widening, height) = (f.radius_high - f.radius_low, (f.z_high - f.z_low).max(0.0));
@@ -42,39 +43,28 @@ impl MeshTree {
                     slant_radial: share(widening),
                     slant_axial: share(height),
                 };
-                self.vectorized_deepest(&faces, solid, pose, met)
+                self.deepest_from(start, &faces)
             }
             Solid::Box(b) => {
                 let axes = pose.rotation.to_rotation_matrix().into_inner();
                 let faces = Flat { center: pose * Point3::origin(), axes, half: b.half_extents };
-                self.vectorized_deepest(&faces, solid, pose, met)
+                self.deepest_from(start, &faces)
             }
         }
     }
 
-    fn vectorized_deepest(
-        &self,
-        faces: &impl Faces,
-        solid: &Solid,
-        pose: &Isometry3<f64>,
-        met: Separation,
-    ) -> (f64, Separation) {
+    /// A start made deeper by what of the mesh is deeper.
+    fn deepest_from(&self, start: Deepest<'_>, faces: &impl Faces) -> (f64, Separation) {
         vectorized(
             self.arch,
             #[inline(always)]
-            || self.deepest_below(faces, solid, pose, met),
+            || self.deepest_below(start, faces),
         )
     }
 
     #[inline(always)]
-    fn deepest_below(
-        &self,
-        faces: &impl Faces,
-        solid: &Solid,
-        pose: &Isometry3<f64>,
-        met: Separation,
-    ) -> (f64, Separation) {
-        let mut deepest = Deepest { solid, pose, most: inner_radius(solid), depth: 0.0, at: met };
+    fn deepest_below(&self, mut deepest: Deepest<'_>, faces: &impl Faces) -> (f64, Separation) {
+        let met = deepest.at;
         deepest.raise(-faces.height(&met.point).0, met.triangle, met.point);
         let mut stack = Pending::new();
         stack.push_root(&self.nodes);
@@ -98,6 +88,7 @@ impl MeshTree {
 }
 
 /// The deepest point found so far.
+#[derive(Clone, Copy)]
 struct Deepest<'a> {
     solid: &'a Solid,
     pose: &'a Isometry3<f64>,
@@ -156,11 +147,7 @@ impl Deepest<'_> {
     #[inline(always)]
     fn nearest(&self, smaller_by: f64, corners: &[Point3<f64>; 3], goal: Goal) -> Option<Sample> {
         let solid = eroded(self.solid, smaller_by.min(self.most));
-        match Placed::new(&solid, self.pose) {
-            Placed::Cylinder(body) => nearest_on_triangle(&body, corners, goal),
-            Placed::Frustum(body) => nearest_on_triangle(&body, corners, goal),
-            Placed::Block(body) => nearest_on_triangle(&body, corners, goal),
-        }
+        for_body!(Placed::new(&solid, self.pose), |body| nearest_on_triangle(&body, corners, goal))
     }
 }
 

@@ -134,17 +134,13 @@ fn projected(w: &Vector3<f64>, u: &Vector3<f64>, v: &Vector3<f64>, scaled: &Vect
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::Placed;
+    use crate::body::{Placed, for_body};
     use crate::test_kit::{Lcg, brute_triangle_distance, odd_triangle, sample_solids};
     use facemill_cl_data::Solid;
     use nalgebra::Isometry3;
 
     fn nearest(solid: &Solid, pose: &Isometry3<f64>, corners: &[Point3<f64>; 3], goal: Goal) -> Option<Sample> {
-        match Placed::new(solid, pose) {
-            Placed::Cylinder(b) => nearest_on_triangle(&b, corners, goal),
-            Placed::Frustum(b) => nearest_on_triangle(&b, corners, goal),
-            Placed::Block(b) => nearest_on_triangle(&b, corners, goal),
-        }
+        for_body!(Placed::new(solid, pose), |b| nearest_on_triangle(&b, corners, goal))
     }
 
     const ALL: Goal = Goal { enough: 0.0, beyond: f64::INFINITY };

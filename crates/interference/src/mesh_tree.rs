@@ -3,7 +3,7 @@ use facemill_surface_model::TriMesh;
 use nalgebra::{Isometry3, Point3, Unit, Vector3};
 use pulp::Arch;
 
-use crate::body::{Body, Placed};
+use crate::body::{Body, Placed, for_body};
 use crate::certify::{MotionInterval, SweepVerdict};
 use crate::closed::{ClosedParts, Components};
 use crate::edge::{Goal, Sample};
@@ -88,22 +88,6 @@ impl MeshTree {
         Verdict::Free
     }
 
-    fn vectorized_verdict(&self, body: &impl Body, rounding: f64, hint: Option<u32>) -> Verdict {
-        vectorized(
-            self.arch,
-            #[inline(always)]
-            || self.surface_verdict(body, rounding, hint),
-        )
-    }
-
-    fn vectorized_distance(&self, body: &impl Body, at_most: f64, hint: Option<u32>) -> Option<Separation> {
-        vectorized(
-            self.arch,
-            #[inline(always)]
-            || self.surface_distance(body, at_most, hint),
-        )
-    }
-
     #[inline(always)]
     fn surface_distance(&self, body: &impl Body, at_most: f64, hint: Option<u32>) -> Option<Separation> {
         let mut nearest = Nearest { beyond: at_most, found: None };
@@ -143,11 +127,11 @@ impl Interference for MeshTree {
                 .map_or(Verdict::Free, |(triangle, point)| Verdict::Hit(Witness { triangle, point }));
         }
         let rounding = solid.rounding();
-        let verdict = match Placed::new(solid, mesh_from_solid) {
-            Placed::Cylinder(body) => self.vectorized_verdict(&body, rounding, hint),
-            Placed::Frustum(body) => self.vectorized_verdict(&body, rounding, hint),
-            Placed::Block(body) => self.vectorized_verdict(&body, rounding, hint),
-        };
+        let verdict = for_body!(Placed::new(solid, mesh_from_solid), |body| vectorized(
+            self.arch,
+            #[inline(always)]
+            || self.surface_verdict(&body, rounding, hint),
+        ));
         if !verdict.is_free() {
             return verdict;
         }
@@ -173,11 +157,11 @@ impl Interference for MeshTree {
         if !is_finite(solid, mesh_from_solid) {
             return self.first_corner().map(|(triangle, point)| Separation { distance: 0.0, triangle, point });
         }
-        match Placed::new(solid, mesh_from_solid) {
-            Placed::Cylinder(body) => self.vectorized_distance(&body, at_most, hint),
-            Placed::Frustum(body) => self.vectorized_distance(&body, at_most, hint),
-            Placed::Block(body) => self.vectorized_distance(&body, at_most, hint),
-        }
+        for_body!(Placed::new(solid, mesh_from_solid), |body| vectorized(
+            self.arch,
+            #[inline(always)]
+            || self.surface_distance(&body, at_most, hint),
+        ))
     }
 
     fn core_depth(&self, solid: &Solid, mesh_from_solid: &Isometry3<f64>, met: Separation) -> (f64, Separation) {
@@ -197,11 +181,7 @@ impl Interference for MeshTree {
         }
         let max_lift = if max_lift.is_nan() { 0.0 } else { max_lift };
         let way = Way { solid, mesh_from_solid, direction: direction.into_inner(), max_lift, resolution };
-        match Placed::new(solid, mesh_from_solid) {
-            Placed::Cylinder(body) => self.first_free(&body, &way),
-            Placed::Frustum(body) => self.first_free(&body, &way),
-            Placed::Block(body) => self.first_free(&body, &way),
-        }
+        for_body!(Placed::new(solid, mesh_from_solid), |body| self.first_free(&body, &way))
     }
 }
 

@@ -10,7 +10,7 @@
 use facemill_cl_data::Solid;
 use nalgebra::{Isometry3, Point3, Vector3};
 
-use crate::body::{Body, Placed};
+use crate::body::{Body, Placed, for_body};
 use crate::bound::Slab;
 use crate::certify::SweepVerdict;
 use crate::edge::{Goal, Sample};
@@ -79,11 +79,9 @@ impl MeshTree {
             return SweepVerdict::Unproven(None);
         }
         let beyond = solid.rounding() + TOUCH;
-        let verdict = match Placed::new(solid, pose) {
-            Placed::Cylinder(body) => self.turned_surface(&Turned { body: &body, range, beyond }, hint),
-            Placed::Frustum(body) => self.turned_surface(&Turned { body: &body, range, beyond }, hint),
-            Placed::Block(body) => self.turned_surface(&Turned { body: &body, range, beyond }, hint),
-        };
+        let verdict = for_body!(Placed::new(solid, pose), |body| {
+            self.turned_surface(&Turned { body: &body, range, beyond }, hint)
+        });
         // What never touches the surface is inside in all poses or in none.
         match verdict {
             SweepVerdict::Clear => match self.way_out(solid, pose, &(pose * Vector3::z())) {
