@@ -1,5 +1,5 @@
-//! Interference of a cutter, and of cutter, holder and box, with a mesh of 200,000 triangles: verdicts, distances, seating;
-//! parry3d in the same run as the plain reference.
+//! Interference of a cutter, and of cutter, holder and box, with a mesh of 200,000 triangles: verdicts, distances, motions,
+//! seating; parry3d in the same run as the plain reference.
 
 use std::hint::black_box;
 use std::time::Duration;
@@ -7,9 +7,9 @@ use std::time::Duration;
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use facemill_benches::{Scene, blade_scene, bodies, patch_scene, poses};
 use facemill_cl_data::{CcPoint, Solid};
-use facemill_interference::{Interference, MeshTree, ParryMesh, lift_to_free};
+use facemill_interference::{Interference, MeshTree, MotionInterval, ParryMesh, SweepVerdict, TurnRange, lift_to_free};
 use facemill_tool_model::Cutter;
-use nalgebra::Isometry3;
+use nalgebra::{Isometry3, Point3, Vector3};
 
 /// A posture that hits, and where.
 type Hit = (Isometry3<f64>, CcPoint);
@@ -27,6 +27,18 @@ fn split(
         if mesh.verdict(solid, pose, None).is_free() { free.push(*pose) } else { hit.push((*pose, *cc)) }
     }
     (free, hit)
+}
+
+/// A slide of 0.2 mm across the tool axis, with a turn of 0.1°.
+fn slide(mesh_from_solid: Isometry3<f64>) -> MotionInterval {
+    let (velocity, spin) = (mesh_from_solid * Vector3::x() * 0.1, mesh_from_solid * Vector3::z() * 1e-3);
+    MotionInterval { mesh_from_solid, velocity, spin, half: 1.0, deviation: 1e-4 }
+}
+
+/// Turns about the tip by 0.05° across the tool axis and 0.5° about it, either way.
+fn turn(mesh_from_solid: Isometry3<f64>) -> TurnRange {
+    let turns = [mesh_from_solid * Vector3::x() * 1e-3, mesh_from_solid * Vector3::z() * 1e-2];
+    TurnRange { mesh_from_solid, center: mesh_from_solid * Point3::origin(), turns, shift: 0.0 }
 }
 
 fn scene(c: &mut Criterion, scene: &Scene, cutter: &Cutter, name: &str) {
@@ -55,6 +67,16 @@ fn scene(c: &mut Criterion, scene: &Scene, cutter: &Cutter, name: &str) {
     group.bench_function("core_distance", |b| {
         let reach = solid.rounding() + 0.1;
         b.iter(|| free.iter().filter_map(|p| tree.core_distance(black_box(&solid), p, reach, None)).count());
+    });
+    let moving: Vec<_> = free.iter().map(|&p| slide(p)).collect();
+    group.bench_function("sweep", |b| {
+        let clear = |m: &&MotionInterval| tree.sweep(black_box(&solid), m, None) == SweepVerdict::Clear;
+        b.iter(|| moving.iter().filter(clear).count());
+    });
+    let turning: Vec<_> = free.iter().map(|&p| turn(p)).collect();
+    group.bench_function("turn", |b| {
+        let clear = |r: &&TurnRange| tree.turn(black_box(&solid), r, None) == SweepVerdict::Clear;
+        b.iter(|| turning.iter().filter(clear).count());
     });
     group.throughput(Throughput::Elements(hit.len() as u64));
     group.bench_function("hit", |b| {
