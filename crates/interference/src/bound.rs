@@ -62,6 +62,7 @@ impl Slabs {
         self.radius[lane] * sin + self.half_thickness[lane] * cos.abs()
     }
 
+    #[inline(always)]
     pub(crate) fn get(&self, lane: usize) -> Slab {
         Slab {
             center: self.center.get(lane).into(),
@@ -126,6 +127,7 @@ impl Slab {
     }
 
     /// Lower bound of the body's distance over the slab from its distance and slope at the centre.
+    #[inline(always)]
     pub(crate) fn least_along(&self, distance: f64, slope: &Vector3<f64>) -> f64 {
         let cos = slope.dot(&self.normal);
         let sin = ((1.0 - cos * cos).max(0.0) + SINE_SQ_SLACK).sqrt();
@@ -133,6 +135,7 @@ impl Slab {
     }
 
     /// Half of the slab's width along a vector, times the vector's length.
+    #[inline(always)]
     pub(crate) fn extent(&self, along: &Vector3<f64>) -> f64 {
         let height = along.dot(&self.normal);
         let length_sq = along.norm_squared();

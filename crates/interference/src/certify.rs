@@ -13,6 +13,7 @@ use nalgebra::{Isometry3, Point3, Vector3};
 use crate::body::{Body, Placed, for_body};
 use crate::edge::Goal;
 use crate::facet::{lower_bound, nearest_on_triangle};
+use crate::lanes::vectorized;
 use crate::mesh_tree::{MeshTree, STACK, TOUCH, is_finite};
 use crate::tree_build::Child;
 
@@ -55,7 +56,12 @@ impl MeshTree {
         }
         let rounding = solid.rounding();
         let verdict = for_body!(Placed::new(solid, pose), |body| {
-            self.swept_surface(&Sweep::new(&body, solid, motion), rounding, hint)
+            let sweep = Sweep::new(&body, solid, motion);
+            vectorized(
+                self.arch,
+                #[inline(always)]
+                || self.swept_surface(&sweep, rounding, hint),
+            )
         });
         // What never touches the surface is inside at all times or at none.
         match verdict {
@@ -67,6 +73,7 @@ impl MeshTree {
         }
     }
 
+    #[inline(always)]
     fn swept_surface<B: Body>(&self, sweep: &Sweep<'_, B>, rounding: f64, hint: Option<u32>) -> SweepVerdict {
         let beyond = rounding + TOUCH;
         let clear = |place: usize| sweep.clears_triangle(&self.corners[place], beyond);
@@ -125,6 +132,7 @@ impl<'b, B: Body> Sweep<'b, B> {
     }
 
     /// How much farther the body reaches along a unit direction at some time of the interval than in its middle, mm.
+    #[inline(always)]
     fn approach(&self, along: &Vector3<f64>) -> f64 {
         let extent = |direction: &Vector3<f64>| (self.body.support(direction) - self.origin).dot(direction);
         let MotionInterval { velocity, spin, half, deviation, .. } = self.motion;
@@ -136,6 +144,7 @@ impl<'b, B: Body> Sweep<'b, B> {
     }
 
     /// Whether a triangle is proven to stay farther than `beyond`.
+    #[inline(always)]
     fn clears_triangle(&self, corners: &[Point3<f64>; 3], beyond: f64) -> bool {
         let goal = Goal { enough: TOUCH, beyond: beyond + self.farthest };
         match nearest_on_triangle(self.body, corners, goal) {

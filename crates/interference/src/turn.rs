@@ -15,6 +15,7 @@ use crate::bound::Slab;
 use crate::certify::SweepVerdict;
 use crate::edge::{Goal, Sample};
 use crate::facet::nearest_on_triangle;
+use crate::lanes::vectorized;
 use crate::mesh_tree::{MeshTree, STACK, TOUCH, is_finite};
 use crate::tree_build::Child;
 
@@ -80,7 +81,12 @@ impl MeshTree {
         }
         let beyond = solid.rounding() + TOUCH;
         let verdict = for_body!(Placed::new(solid, pose), |body| {
-            self.turned_surface(&Turned { body: &body, range, beyond }, hint)
+            let turned = Turned { body: &body, range, beyond };
+            vectorized(
+                self.arch,
+                #[inline(always)]
+                || self.turned_surface(&turned, hint),
+            )
         });
         // What never touches the surface is inside in all poses or in none.
         match verdict {
@@ -92,6 +98,7 @@ impl MeshTree {
         }
     }
 
+    #[inline(always)]
     fn turned_surface<B: Body>(&self, turned: &Turned<'_, B>, hint: Option<u32>) -> SweepVerdict {
         if let Some(place) = self.hinted(hint)
             && !turned.clears_triangle(&self.corners[place], MAX_SPLITS)
@@ -136,20 +143,24 @@ struct Turned<'b, B> {
 
 impl<B: Body> Turned<'_, B> {
     /// No point of a slab moves farther against the body than this, mm.
+    #[inline(always)]
     fn farthest(&self, slab: &Slab) -> f64 {
         self.range.farthest(self.reach_of(slab))
     }
 
+    #[inline(always)]
     fn reach_of(&self, slab: &Slab) -> f64 {
         (slab.center - self.range.center).norm() + slab.radius + slab.half_thickness
     }
 
     /// What the turns add to a slope, at the four corners of the range: movements of q along g are q's height along g × turn.
+    #[inline(always)]
     fn turned_slopes(&self, slope: &Vector3<f64>) -> [Vector3<f64>; 4] {
         let [first, second] = self.range.turns.map(|turn| slope.cross(&turn));
         [first + second, first - second, second - first, -first - second]
     }
 
+    #[inline(always)]
     fn clears_slab(&self, slab: &Slab) -> bool {
         let (distance, slope) = self.body.distance(&slab.center);
         if distance <= 0.0 {
