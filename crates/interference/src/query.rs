@@ -73,9 +73,8 @@ pub trait Interference: Sync {
     ) -> Option<Separation>;
 
     /// Whether the dilated solid touches nothing of the mesh at any time of an interval, and is in no closed component.
-    /// Clear is proven; where an implementation proves nothing, everything is unproven. See [`MeshTree::sweep`].
-    ///
-    /// [`MeshTree::sweep`]: crate::MeshTree
+    /// Clear is proven; where an implementation proves nothing, everything is unproven. Where it is not clear,
+    /// the solid may touch, its core does in the middle of the interval, or the interval is too long; a shorter one tells more.
     fn sweep(&self, solid: &Solid, motion: &MotionInterval, hint: Option<u32>) -> SweepVerdict {
         let _ = (solid, motion, hint);
         SweepVerdict::Unproven(None)
@@ -100,6 +99,7 @@ pub trait Interference: Sync {
     ) -> Option<f64> {
         stepped_lift(self, solid, mesh_from_solid, direction, max_lift, resolution)
     }
+
     /// How deep the surface is in the undilated core, which it meets in `met`, to 1e-6 mm, and where: for
     /// [`penetration`](crate::penetration).
     fn core_depth(&self, solid: &Solid, mesh_from_solid: &Isometry3<f64>, met: Separation) -> (f64, Separation) {
