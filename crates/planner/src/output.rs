@@ -116,37 +116,54 @@ fn apt_moves(operations: &[PlannedOperation<'_>], verify: bool) -> Vec<AptMove> 
     moves
 }
 
-/// Runs the text on the virtual machine.
-pub(crate) fn verify_text(
-    job: &Job,
-    setup: &Setup<'_>,
-    operations: &[PlannedOperation<'_>],
-    words: &WordMap,
-    texts: &Texts,
-    stages: &dyn Stages,
-) -> Result<Verification, Failure> {
-    let program = own_program(job, texts)?;
-    let setting = virtual_setup(job, setup, words)?;
-    let monitor = stages.start("verify program", program.blocks.len());
-    let settings = verify_settings(job, operations, texts);
-    let mut verification = verify(&program, &setting, &settings, &*monitor).map_err(not_verified)?;
-    name_obstacles(&mut verification, setup);
-    Ok(verification)
+/// A text and what it was written from: what the virtual machine runs.
+pub(crate) struct OwnProgram<'a> {
+    pub job: &'a Job,
+    pub setup: &'a Setup<'a>,
+    pub operations: &'a [PlannedOperation<'a>],
+    pub words: &'a WordMap,
+    pub texts: &'a Texts,
 }
 
-/// Proves what the blocks of the text do between their ends.
-pub(crate) fn certify_text(
-    job: &Job,
-    setup: &Setup<'_>,
-    operations: &[PlannedOperation<'_>],
-    words: &WordMap,
-    texts: &Texts,
-    stages: &dyn Stages,
-) -> Result<Certificates, Failure> {
-    let program = own_program(job, texts)?;
-    let setting = virtual_setup(job, setup, words)?;
-    let monitor = stages.start("certify program", program.blocks.len());
-    certify(&program, &setting, &verify_settings(job, operations, texts), &*monitor).map_err(not_verified)
+impl OwnProgram<'_> {
+    /// Runs the text on the virtual machine.
+    pub(crate) fn verify(&self, stages: &dyn Stages) -> Result<Verification, Failure> {
+        let program = self.read()?;
+        let setting = virtual_setup(self.job, self.setup, self.words)?;
+        let monitor = stages.start("verify program", program.blocks.len());
+        let mut verification = verify(&program, &setting, &self.settings(), &*monitor).map_err(not_verified)?;
+        name_obstacles(&mut verification, self.setup);
+        Ok(verification)
+    }
+
+    /// Proves what the blocks of the text do between their ends.
+    pub(crate) fn certify(&self, stages: &dyn Stages) -> Result<Certificates, Failure> {
+        let program = self.read()?;
+        let setting = virtual_setup(self.job, self.setup, self.words)?;
+        let monitor = stages.start("certify program", program.blocks.len());
+        certify(&program, &setting, &self.settings(), &*monitor).map_err(not_verified)
+    }
+
+    /// The program as it stands in the text.
+    fn read(&self) -> Result<ReadProgram, Failure> {
+        let program = read_program(&self.texts.nc, self.job.post.dialect());
+        program.map_err(|e| Failure::Internal(format!("own program: {e}")))
+    }
+
+    fn settings(&self) -> VerifySettings {
+        let sections: Vec<GougeSection> = self
+            .operations
+            .iter()
+            .zip(&self.texts.operation_lines)
+            .map(|(o, &first_line)| GougeSection {
+                name: o.operation.name.clone(),
+                first_line,
+                gouge_limit: budget(self.job, o.operation).simulated(),
+            })
+            .collect();
+        // Nothing is cut before the first operation.
+        VerifySettings { gouge_limit: 0.0, sections, ..VerifySettings::default() }
+    }
 }
 
 /// The file of the certificates.
@@ -159,10 +176,6 @@ fn not_verified(e: VerifyError) -> Failure {
         VerifyError::Cancelled(_) => Failure::Interrupted,
         other => Failure::Internal(other.to_string()),
     }
-}
-
-fn own_program(job: &Job, texts: &Texts) -> Result<ReadProgram, Failure> {
-    read_program(&texts.nc, job.post.dialect()).map_err(|e| Failure::Internal(format!("own program: {e}")))
 }
 
 fn virtual_setup<'a>(job: &'a Job, setup: &'a Setup<'_>, words: &'a WordMap) -> Result<VirtualSetup<'a>, Failure> {
@@ -196,20 +209,6 @@ fn virtual_setup<'a>(job: &'a Job, setup: &'a Setup<'_>, words: &'a WordMap) -> 
         length_register: job.tool.length_register(),
         obstacles,
     })
-}
-
-fn verify_settings(job: &Job, operations: &[PlannedOperation<'_>], texts: &Texts) -> VerifySettings {
-    let sections: Vec<GougeSection> = operations
-        .iter()
-        .zip(&texts.operation_lines)
-        .map(|(o, &first_line)| GougeSection {
-            name: o.operation.name.clone(),
-            first_line,
-            gouge_limit: budget(job, o.operation).simulated(),
-        })
-        .collect();
-    // Nothing is cut before the first operation.
-    VerifySettings { gouge_limit: 0.0, sections, ..VerifySettings::default() }
 }
 
 /// Says of every obstacle that is several files or groups which of them is meant.

@@ -9,7 +9,7 @@ use crate::cell::z_map;
 use crate::load::{Job, Setup};
 use crate::mending::{ROUNDS, lines_to_mend, mend};
 use crate::operation::{Ground, PlannedOperation};
-use crate::output::{Texts, certificates_json, certify_text, try_template, verify_text, write_texts};
+use crate::output::{OwnProgram, Texts, certificates_json, try_template, write_texts};
 use crate::program::word_map;
 use crate::report::Report;
 use crate::reporting::report;
@@ -111,11 +111,10 @@ fn written(
 ) -> Result<Written, Failure> {
     let texts = write_texts(job, setup, operations, words, settings.verify)?;
     clock.lap("program");
-    let verification =
-        if settings.verify { Some(verify_text(job, setup, operations, words, &texts, stages)?) } else { None };
+    let program = OwnProgram { job, setup, operations, words, texts: &texts };
+    let verification = if settings.verify { Some(program.verify(stages)?) } else { None };
     clock.lap("verify");
-    let certificates =
-        if settings.certificates { Some(certify_text(job, setup, operations, words, &texts, stages)?) } else { None };
+    let certificates = if settings.certificates { Some(program.certify(stages)?) } else { None };
     clock.lap("certify");
     Ok((texts, verification, certificates))
 }
