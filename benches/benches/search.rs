@@ -3,44 +3,23 @@
 use std::time::Duration;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use facemill_benches::{Scene, blade_passes, blade_scene, machine, patch_passes, patch_scene, tool};
-use facemill_cl_data::{CcPoint, Pass, Posture, Silent};
+use facemill_benches::{
+    Scene, blade_passes, blade_scene, machine, patch_passes, patch_scene, search_curve, tool, work_cell,
+};
+use facemill_cl_data::{CcPoint, Pass, Silent};
 use facemill_cutter_location::cusp::Strip;
 use facemill_cutter_location::{
-    Hints, Obstacle, PassSettings, PassTask, PoseTest, PostureMode, SearchCurve, SearchOrder, SearchSettings,
-    SmoothSettings, Workcell, plan_passes, search,
+    Hints, PassSettings, PassTask, PoseTest, PostureMode, SearchSettings, SmoothSettings, plan_passes, search,
 };
 use facemill_interference::MeshTree;
-use facemill_inverse_kinematics::BranchPreference;
 use facemill_tool_model::ToolAssembly;
-use nalgebra::Isometry3;
 
 fn scene(c: &mut Criterion, scene: &Scene, passes: &[Vec<CcPoint>], tool: &ToolAssembly, step_over: f64) {
     let machine = machine();
     let tree = MeshTree::new(&scene.mesh);
-    let cell = Workcell {
-        machine: &machine,
-        table_from_work: Isometry3::translation(0.0, 0.0, 700.0),
-        tool,
-        obstacles: vec![Obstacle {
-            name: "part".to_owned(),
-            mesh: &tree,
-            gouge_allowance: Some(0.0),
-            collision_allowance: 1.0,
-            machine_body: None,
-            pieces: None,
-        }],
-        preferred_branch: BranchPreference::Positive,
-        axis_cone: None,
-        gouge_tolerance: 0.02,
-        max_lift: 0.05,
-        lift_resolution: 0.002,
-        z_map: None,
-    };
+    let cell = work_cell(&machine, tool, &tree, 0.05);
     let test = PoseTest::new(&cell);
-    let deg = |tilt: f64, rotate: f64| Posture { tilt: tilt.to_radians(), rotate: rotate.to_radians() };
-    let curve =
-        SearchCurve::new(deg(2.0, 0.0), deg(15.0, -85.0), SearchOrder::TiltFirst, 1.0).expect("ranges are valid");
+    let curve = search_curve();
     let settings = SearchSettings::default();
     let mut group = c.benchmark_group(format!("search_{}", scene.name));
     group.sample_size(10).measurement_time(Duration::from_secs(3));

@@ -1,7 +1,9 @@
 //! Scenes shared by the benches: a wavy patch, a propeller blade, cutters, and postures over both.
 
 use facemill_cl_data::{CcPoint, ClPoint, Posture, RoundBox, RoundFrustum, Solid};
-use facemill_inverse_kinematics::Machine;
+use facemill_cutter_location::{Obstacle, SearchCurve, SearchOrder, Workcell};
+use facemill_interference::MeshTree;
+use facemill_inverse_kinematics::{BranchPreference, Machine};
 use facemill_sample_parts::{BladeResolution, PatchSpec, PropellerSeries, PropellerSpec, blade, blade_pose, patch};
 use facemill_surface_model::{Surface, SurfaceSettings, TriMesh};
 use facemill_tool_model::{Cutter, Section, SpindleRotation, Stack, ToolAssembly, ToolFile, cl_from_cc};
@@ -204,6 +206,40 @@ pub fn tool(radius: f64, corner_radius: f64) -> ToolAssembly {
 /// Never: the preset is valid.
 pub fn machine() -> Machine {
     Machine::head_b_table_c().expect("the preset is valid")
+}
+
+/// The tool on the machine before a part that stands on the table, 700 mm above its middle.
+///
+/// Seats by at most `max_lift` mm.
+pub fn work_cell<'a>(machine: &'a Machine, tool: &'a ToolAssembly, part: &'a MeshTree, max_lift: f64) -> Workcell<'a> {
+    Workcell {
+        machine,
+        table_from_work: Isometry3::translation(0.0, 0.0, 700.0),
+        tool,
+        obstacles: vec![Obstacle {
+            name: "part".to_owned(),
+            mesh: part,
+            gouge_allowance: Some(0.0),
+            collision_allowance: 1.0,
+            machine_body: None,
+            pieces: None,
+        }],
+        preferred_branch: BranchPreference::Positive,
+        axis_cone: None,
+        gouge_tolerance: 0.02,
+        max_lift,
+        lift_resolution: 0.002,
+        z_map: None,
+    }
+}
+
+/// Tilt 2° to 15°, rotate 0 to −85°, tilt first.
+///
+/// # Panics
+/// Never: the ranges are valid.
+pub fn search_curve() -> SearchCurve {
+    let deg = |tilt: f64, rotate: f64| Posture { tilt: tilt.to_radians(), rotate: rotate.to_radians() };
+    SearchCurve::new(deg(2.0, 0.0), deg(15.0, -85.0), SearchOrder::TiltFirst, 1.0).expect("ranges are valid")
 }
 
 /// Reachable tool poses over the table of [`machine`].

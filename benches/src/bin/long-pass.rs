@@ -4,17 +4,15 @@
 
 use std::time::Instant;
 
-use facemill_benches::{machine, tool};
-use facemill_cl_data::{CcPoint, Pass, Posture, Silent};
+use facemill_benches::{machine, search_curve, tool, work_cell};
+use facemill_cl_data::{CcPoint, Pass, Silent};
 use facemill_cutter_location::cusp::Strip;
 use facemill_cutter_location::{
-    Obstacle, PassSettings, PassTask, PoseTest, PostureMode, SearchCurve, SearchOrder, SearchSettings, SmoothSettings,
-    Workcell, plan_passes,
+    PassSettings, PassTask, PoseTest, PostureMode, SearchSettings, SmoothSettings, plan_passes,
 };
 use facemill_interference::MeshTree;
-use facemill_inverse_kinematics::BranchPreference;
 use facemill_sample_parts::{PatchSpec, patch};
-use nalgebra::{Isometry3, Vector3};
+use nalgebra::Vector3;
 
 /// Largest memory that the process has had, MB, where the system tells.
 fn peak_memory() -> Option<f64> {
@@ -28,32 +26,12 @@ fn main() {
     let spec = PatchSpec::new([3000.0, 200.0], 15.0, [6.0, 1.0]).expect("numbers are in range");
     let tree = MeshTree::new(&patch(&spec, 1200, 80).expect("numbers are in range"));
     let (machine, tool) = (machine(), tool(25.0, 2.0));
-    let cell = Workcell {
-        machine: &machine,
-        table_from_work: Isometry3::translation(0.0, 0.0, 700.0),
-        tool: &tool,
-        obstacles: vec![Obstacle {
-            name: "part".to_owned(),
-            mesh: &tree,
-            gouge_allowance: Some(0.0),
-            collision_allowance: 1.0,
-            machine_body: None,
-            pieces: None,
-        }],
-        preferred_branch: BranchPreference::Positive,
-        axis_cone: None,
-        gouge_tolerance: 0.02,
-        max_lift: 0.06,
-        lift_resolution: 0.002,
-        z_map: None,
-    };
+    let cell = work_cell(&machine, &tool, &tree, 0.06);
     let cc = |k: usize| {
         let p = spec.at(2900.0 * k as f64 / (points - 1) as f64 - 1450.0, 10.0);
         CcPoint::new(p.point, p.normal.into_inner(), Vector3::x()).expect("the patch is nowhere vertical")
     };
-    let deg = |tilt: f64, rotate: f64| Posture { tilt: tilt.to_radians(), rotate: rotate.to_radians() };
-    let curve = SearchCurve::new(deg(2.0, 0.0), deg(15.0, -85.0), SearchOrder::TiltFirst, 1.0).expect("valid ranges");
-    let task = PassTask { pass: Pass::new((0..points).map(cc).collect()), curve, strips: Vec::new() };
+    let task = PassTask { pass: Pass::new((0..points).map(cc).collect()), curve: search_curve(), strips: Vec::new() };
     // Every tenth point a layer.
     let settings = PassSettings {
         search: SearchSettings::default(),
