@@ -46,6 +46,8 @@ const fn mutant(from: &'static str, to: &'static str, kind: FindingKind, block: 
 }
 
 const CHANGE: &str = "T{{ tool.number }} M6\n";
+const LENGTH: &str = "{{ first.spindle }} H{{ tool.length_register }}";
+const RTCP_LENGTH: &str = "{{ approach.linear }} H{{ tool.length_register }}";
 const LABEL: &str = "N9001\n";
 const SPINDLE: &str = "S{{ spindle.rpm }} {{ spindle.code }}\n";
 const COOLANT: &str = "{{ coolant.code }}\n{{ body }}\n";
@@ -53,13 +55,8 @@ const COOLANT: &str = "{{ coolant.code }}\n{{ body }}\n";
 /// For programs of axis words.
 const MUTANTS: [Mutant; 34] = [
     // Length registers.
-    mutant(
-        "{{ first.spindle }} H{{ tool.length_register }}",
-        "{{ first.spindle }} H77",
-        OtherLengthRegister,
-        "G0 G90 G43",
-    ),
-    mutant("{{ first.spindle }} H{{ tool.length_register }}", "{{ first.spindle }}", OtherLengthRegister, "G0 G90 G43"),
+    mutant(LENGTH, "{{ first.spindle }} H77", OtherLengthRegister, "G0 G90 G43"),
+    mutant(LENGTH, "{{ first.spindle }}", OtherLengthRegister, "G0 G90 G43"),
     mutant(COOLANT, "G0 H55\n{{ body }}\n", OtherLengthRegister, "G0 H55"),
     // Numbers without a point.
     mutant(COOLANT, "G0 Z500\n{{ body }}\n", NoDecimalPoint, "G0 Z500"),
@@ -101,12 +98,7 @@ const MUTANTS: [Mutant; 34] = [
 
 /// For programs of the tip's words.
 const RTCP_MUTANTS: [Mutant; 4] = [
-    mutant(
-        "{{ approach.linear }} H{{ tool.length_register }}",
-        "{{ approach.linear }} H77",
-        OtherLengthRegister,
-        "G0 G90 G43.4",
-    ),
+    mutant(RTCP_LENGTH, "{{ approach.linear }} H77", OtherLengthRegister, "G0 G90 G43.4"),
     mutant(SPINDLE, "S{{ spindle.rpm }} M4\n", SpindleSense, "G1"),
     mutant(CHANGE, "", NoTool, "G1"),
     // Above, RTCP is switched on at home.
