@@ -1,6 +1,8 @@
 //! A shop with a plate and a wall, and programs as text.
 #![allow(dead_code, unreachable_pub, reason = "every test program uses a part of it")]
 
+pub mod depth;
+
 use std::fmt::Write;
 
 use facemill_cl_data::{ClPoint, Silent};
@@ -16,6 +18,9 @@ use nalgebra::{Isometry3, Point3, Translation3, Unit, UnitQuaternion, Vector3};
 
 pub const RADIUS: f64 = 25.0;
 pub const CORNER: f64 = 4.0;
+
+/// The cutter of [`tool`] as a solid.
+pub const CUTTER: depth::Cutter = depth::Cutter { radius: RADIUS, corner: CORNER, height: 12.0 };
 
 pub fn tool() -> ToolAssembly {
     tool_turning("clockwise")
