@@ -3,7 +3,7 @@
 use facemill_cl_data::{CcPoint, Posture};
 use facemill_tool_model::ToolAssembly;
 
-use crate::{Hints, PoseTest, SearchCurve, SearchSettings, Workcell, search};
+use crate::{Hints, PoseTest, SearchCurve, SearchSettings, Workcell, certified_search, search};
 
 /// A change with which a CC point has a feasible posture.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -16,6 +16,8 @@ pub enum Relief {
     Radius(f64),
     /// The same cutter sticking out this far, mm: its body longer by as much.
     StickOut(f64),
+    /// The search with a proof of this width: what it finds was stepped over.
+    CertifiedWidth(f64),
 }
 
 /// Farthest tilt that is tried, rad: beyond, a face mill cuts with its side.
@@ -36,27 +38,40 @@ const TRIALS: u32 = 24;
 /// How near below the reported amount the point is still blocked.
 const BLOCKED_AT: f64 = 0.95;
 
-/// Bisections: enough to exhaust a double.
+/// Amounts that are tried in bisection: enough to exhaust a double.
 const MAX_BISECTIONS: u32 = 60;
 
-/// The smallest single changes of range or tool, each alone, with which the search of a CC point finds a posture: with the
-/// change it does, with 95 % of it it does not. Changes that do not help, or only in amounts between the tried ones, are not
-/// among them. A point that has a posture needs none.
+/// Width to which "blocked" is proven: feasible stretches of the curve that are shorter count as none. Larger: what is told to
+/// be needed may be more than is; smaller: slower, and the width may not be reached in [`MOST_TESTS`](crate::MOST_TESTS).
+const WIDTH: f64 = 0.01;
+
+/// The smallest width that any curve is searched to within [`MOST_TESTS`](crate::MOST_TESTS) intervals: halving to 2^-11 takes
+/// 2^12 − 1 of them.
+const SMALLEST_WIDTH: f64 = 1.0 / 2048.0;
+
+/// The smallest single changes of range or tool, each alone, with which a CC point has a posture on its search curve.
+///
+/// With the change a posture has been tested as feasible. With 95 % of it the curve is proven blocked, but for feasible stretches
+/// shorter than 0.01 of it (than `settings.certified`, where that is less, down to 1/2048). Changes that do not help, or only in
+/// amounts between the tried ones, are not among them, nor are postures beside the curve. A point in which the search finds a
+/// posture needs none; one in which it only steps over what the proof finds needs [`Relief::CertifiedWidth`].
 pub fn reliefs(cell: &Workcell<'_>, cc: &CcPoint, curve: &SearchCurve, settings: &SearchSettings) -> Vec<Relief> {
-    let found = |cell: &Workcell<'_>, curve: &SearchCurve| {
-        let test = PoseTest::new(cell);
-        search(&test, cc, curve, settings, 0.0, None, &mut Hints::default()).is_ok()
-    };
-    if found(cell, curve) {
+    let test = PoseTest::new(cell);
+    if search(&test, cc, curve, settings, 0.0, None, &mut Hints::default()).is_ok() {
         return Vec::new();
     }
-    let test = PoseTest::new(cell);
-    let reaches = |end: Posture| {
-        let longer = curve.with_end(end);
-        longer.is_some_and(|c| search(&test, cc, &c, settings, 0.0, None, &mut Hints::default()).is_ok())
+    let width = settings.certified.unwrap_or(WIDTH).clamp(SMALLEST_WIDTH, WIDTH);
+    let proven = SearchSettings { certified: Some(width), ..*settings };
+    let has_posture = |test: &PoseTest<'_>, curve: &SearchCurve| {
+        certified_search(test, cc, curve, &proven, 0.0, None, &mut Hints::default()).found.is_ok()
     };
-    let with_tool =
-        |tool: Option<ToolAssembly>| tool.is_some_and(|tool| found(&Workcell { tool: &tool, ..cell.clone() }, curve));
+    if has_posture(&test, curve) {
+        return vec![Relief::CertifiedWidth(width)];
+    }
+    let reaches = |end: Posture| curve.with_end(end).is_some_and(|longer| has_posture(&test, &longer));
+    let with_tool = |tool: Option<ToolAssembly>| {
+        tool.is_some_and(|tool| has_posture(&PoseTest::new(&Workcell { tool: &tool, ..cell.clone() }), curve))
+    };
     let (end, tool) = (curve.end(), cell.tool);
     let sign = if end.rotate < 0.0 { -1.0 } else { 1.0 };
     let radius = tool.cutter().radius();
@@ -76,7 +91,8 @@ pub fn reliefs(cell: &Workcell<'_>, cc: &CcPoint, curve: &SearchCurve, settings:
     .collect()
 }
 
-/// An amount up to `most` that is enough while 95 % of it are not; `None` where no tried one is.
+/// An amount up to `most` that is enough while 95 % of it are not; `None` where no tried one is, or none is found with less
+/// of it not enough.
 fn smallest(most: f64, mut is_enough: impl FnMut(f64) -> bool) -> Option<f64> {
     if !(most > 0.0 && most.is_finite()) {
         return None;
@@ -85,14 +101,19 @@ fn smallest(most: f64, mut is_enough: impl FnMut(f64) -> bool) -> Option<f64> {
     let first = (1..=TRIALS).find(|&k| is_enough(at(k)))?;
     let (mut lacking, mut enough) = (at(first - 1), at(first));
     for _ in 0..MAX_BISECTIONS {
-        if lacking >= BLOCKED_AT * enough {
-            break;
+        let less = BLOCKED_AT * enough;
+        if lacking < less {
+            let middle = 0.5 * (lacking + enough);
+            if is_enough(middle) { enough = middle } else { lacking = middle }
+        } else if is_enough(less) {
+            // What helps is not all above what does not: on from the smaller amount.
+            (lacking, enough) = (0.0, less);
+        } else {
+            // Told is only what was tried itself.
+            return Some(enough);
         }
-        let middle = 0.5 * (lacking + enough);
-        if is_enough(middle) { enough = middle } else { lacking = middle }
     }
-    // Told is only what was tried itself.
-    (!is_enough(BLOCKED_AT * enough)).then_some(enough)
+    None
 }
 
 #[cfg(test)]
@@ -105,6 +126,11 @@ mod tests {
             let amount = smallest(10.0, |x| x >= threshold).unwrap();
             assert!(amount >= threshold && 0.95 * amount < threshold, "{amount} for {threshold}");
         }
+        // At 95 % of what bisection ends at it helps again: told is less.
+        let windows = |x: f64| (4.27..4.28).contains(&x) || x >= 4.45;
+        let amount = smallest(12.0, windows).unwrap();
+        assert!((4.27..4.28).contains(&amount), "{amount}");
+        assert_eq!(smallest(10.0, |_| true), None);
         assert_eq!(smallest(10.0, |x| x > 10.0), None);
         assert_eq!(smallest(0.0, |_| true), None);
         assert_eq!(smallest(f64::NAN, |_| true), None);

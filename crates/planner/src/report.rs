@@ -228,7 +228,8 @@ pub struct InfeasibleReport {
     pub points: usize,
     /// The first of them, workpiece frame.
     pub first_place_mm: [f64; 3],
-    /// Changes, each alone, with which that point has a posture: with 95 % of the change it has none.
+    /// Changes, each alone, with which that point has a posture on its search curve: with 95 % of the change the curve is proven
+    /// blocked but for feasible stretches shorter than 0.01 of it.
     pub would_help: Vec<HelpReport>,
 }
 
@@ -237,7 +238,8 @@ pub struct InfeasibleReport {
 pub struct HelpReport {
     /// The field of job or tool file.
     pub field: &'static str,
-    /// Its value with the change; of a radius with the body narrower, of a stick-out with the body longer in proportion.
+    /// Its value with the change; of a radius with the body narrower, of a stick-out with the body longer in proportion; of a
+    /// width the one with which the search finds what its steps went over.
     pub value: f64,
 }
 

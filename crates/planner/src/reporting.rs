@@ -191,6 +191,7 @@ fn help(relief: &Relief) -> HelpReport {
         Relief::Rotate(rotate) => ("search.rotate_deg[1]", rotate.to_degrees().abs()),
         Relief::Radius(radius) => ("radius_mm", radius),
         Relief::StickOut(length) => ("stick_out_mm", length),
+        Relief::CertifiedWidth(width) => ("search.certified_u_width", width),
     };
     HelpReport { field, value }
 }

@@ -1,57 +1,16 @@
 //! The search with a proof against dense scans, where feasible stretches are too short for the paper's steps.
 
-use facemill_cl_data::{CcPoint, Posture, Solid};
-use facemill_cutter_location::{
-    Hints, MOST_TESTS, PoseTest, SearchCurve, SearchOrder, SearchSettings, certified_search, search,
-};
+use facemill_cl_data::Solid;
+use facemill_cutter_location::{Hints, MOST_TESTS, PoseTest, SearchOrder, SearchSettings, certified_search, search};
 use facemill_interference::{Interference, MeshTree, Separation, Verdict, Witness};
 use facemill_sample_parts::{PatchSpec, patch};
-use facemill_surface_model::TriMesh;
-use facemill_tool_model::{Cutter, cl_from_cc};
-use nalgebra::{Isometry3, Point3, Vector3};
+use nalgebra::{Isometry3, Point3};
 
 use crate::kit::{Random, cc_on_patch, cc_on_plane, curve_deg, machine, obstacle, plane, tool, workcell};
+use crate::rods::{beside, post, stretches};
 
-/// Samples of a dense scan of the curve.
+/// Steps of a dense scan of the curve.
 const N: usize = 10_000;
-
-fn scan(test: &PoseTest<'_>, cc: &CcPoint, curve: &SearchCurve) -> Vec<bool> {
-    let mut hints = Hints::default();
-    (0..=N).map(|k| test.try_posture(cc, curve.at(k as f64 / N as f64), None, &mut hints).is_ok()).collect()
-}
-
-/// Feasible stretches of a scan, as first and last u.
-fn stretches(scan: &[bool]) -> Vec<[f64; 2]> {
-    let mut found = Vec::new();
-    let mut k = 0;
-    for run in scan.chunk_by(|a, b| a == b) {
-        if run[0] {
-            found.push([k as f64 / N as f64, (k + run.len() - 1) as f64 / N as f64]);
-        }
-        k += run.len();
-    }
-    found
-}
-
-/// A thin rod that stands up to a place.
-fn post(at: &Point3<f64>, width: f64) -> TriMesh {
-    let corner = |x: f64, y: f64| at + Vector3::new(x, y, 0.0);
-    let top = [corner(-width, -width), corner(width, -width), corner(0.0, width)];
-    let bottom = top.map(|p| p - Vector3::z() * 30.0);
-    let vertices: Vec<Point3<f64>> = top.into_iter().chain(bottom).collect();
-    let sides = [[0, 1, 4], [0, 4, 3], [1, 2, 5], [1, 5, 4], [2, 0, 3], [2, 3, 5], [0, 1, 2]];
-    TriMesh::new(vertices, sides.to_vec()).unwrap()
-}
-
-/// A place in the frame of the cutter at a posture: along the front (the tilt's direction), to its left, and up the axis.
-fn beside(cutter: &Cutter, cc: &CcPoint, posture: Posture, front_left_up: [f64; 3]) -> Point3<f64> {
-    let cl = cl_from_cc(cutter, cc, posture);
-    let (sin, cos) = posture.tilt.sin_cos();
-    let front = cc.tilt_direction(posture.rotate).into_inner() * cos - cc.normal.into_inner() * sin;
-    let left = cl.axis.cross(&front);
-    let [x, y, z] = front_left_up;
-    cl.tip + front * x + left * y + cl.axis.into_inner() * z
-}
 
 #[test]
 fn no_feasible_stretch_of_the_width_lies_before_what_is_found() {
@@ -91,7 +50,7 @@ fn no_feasible_stretch_of_the_width_lies_before_what_is_found() {
                     obstacles.extend(rods.iter().map(|rod| obstacle("rod", rod)));
                     let cell = workcell(&machine, &tool, obstacles);
                     let test = PoseTest::new(&cell);
-                    let feasible = stretches(&scan(&test, &cc, &curve));
+                    let feasible = stretches(&test, &cc, &curve, N);
                     let certified = certified_search(&test, &cc, &curve, &settings, 0.0, None, &mut Hints::default());
                     total_tests += certified.tests;
                     points += 1;

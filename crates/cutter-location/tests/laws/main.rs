@@ -12,4 +12,5 @@ mod passes;
 mod postures;
 mod reasons;
 mod relief;
+mod rods;
 mod search;

@@ -1,4 +1,4 @@
-//! What is told to help helps, and a little less does not.
+//! What is told to help helps, and a little less does not: by dense scans of the curve, without either search.
 
 use facemill_cutter_location::{
     Hints, PoseTest, Relief, SearchCurve, SearchOrder, SearchSettings, Workcell, reliefs, search,
@@ -7,7 +7,14 @@ use facemill_interference::MeshTree;
 use facemill_tool_model::ToolAssembly;
 use nalgebra::Point3;
 
-use crate::kit::{Ball, cc_on_plane, curve_deg, machine, obstacle, plane, tool, workcell};
+use crate::kit::{Ball, Random, cc_on_plane, curve_deg, machine, obstacle, plane, posture_deg, tool, workcell};
+use crate::rods::{beside, post, stretches};
+
+/// What counts as blocked: no feasible stretch of the curve of this length.
+const WIDTH: f64 = 0.01;
+
+/// Steps of a dense scan of the curve.
+const N: usize = 1500;
 
 fn finds(cell: &Workcell<'_>, curve: &SearchCurve) -> bool {
     let test = PoseTest::new(cell);
@@ -15,8 +22,8 @@ fn finds(cell: &Workcell<'_>, curve: &SearchCurve) -> bool {
     search(&test, &cc_on_plane(0.0, 0.0), curve, &settings, 0.0, None, &mut Hints::default()).is_ok()
 }
 
-/// The change, or a part of the way to it.
-fn changed(cell: &Workcell<'_>, curve: &SearchCurve, relief: Relief, part: f64) -> bool {
+/// Feasible stretches of the curve with the change, or with a part of the way to it, and whether the paper's steps find one.
+fn changed(cell: &Workcell<'_>, curve: &SearchCurve, relief: Relief, part: f64) -> (Vec<[f64; 2]>, bool) {
     let (end, tool) = (curve.end(), cell.tool);
     let to = |from: f64, to: f64| from + part * (to - from);
     let mut posture = end;
@@ -26,12 +33,21 @@ fn changed(cell: &Workcell<'_>, curve: &SearchCurve, relief: Relief, part: f64) 
         Relief::Rotate(rotate) => posture.rotate = to(end.rotate, rotate),
         Relief::Radius(radius) => other = tool.with_radius(to(tool.cutter().radius(), radius)).ok(),
         Relief::StickOut(length) => other = tool.longer_by(part * (length - tool.stick_out())).ok(),
+        Relief::CertifiedWidth(_) => panic!("nothing is stepped over without a change"),
     }
     let curve = curve.with_end(posture).unwrap();
-    match &other {
-        Some(tool) => finds(&Workcell { tool, ..cell.clone() }, &curve),
-        None => finds(cell, &curve),
-    }
+    let other = other.as_ref().map(|tool| Workcell { tool, ..cell.clone() });
+    let cell = other.as_ref().unwrap_or(cell);
+    (stretches(&PoseTest::new(cell), &cc_on_plane(0.0, 0.0), &curve, N), finds(cell, &curve))
+}
+
+/// Holds a change to what is told of it; whether the paper's steps find nothing with it.
+fn hold(cell: &Workcell<'_>, curve: &SearchCurve, relief: Relief) -> bool {
+    let (enough, by_steps) = changed(cell, curve, relief, 1.0);
+    assert!(!enough.is_empty(), "{relief:?} does not help");
+    let (less, _) = changed(cell, curve, relief, 0.95);
+    assert!(less.iter().all(|s| s[1] - s[0] < WIDTH), "less than {relief:?} helps, too: {less:?}");
+    !by_steps
 }
 
 #[test]
@@ -61,17 +77,65 @@ fn reported_changes_free_the_point_and_95_percent_of_them_do_not() {
                 continue;
             }
             for relief in found {
-                assert!(changed(&cell, &curve, relief, 1.0), "{relief:?} does not help: {ball:?}");
-                assert!(!changed(&cell, &curve, relief, 0.95), "less than {relief:?} helps, too: {ball:?}");
+                hold(&cell, &curve, relief);
                 told += 1;
                 kinds.insert(match relief {
                     Relief::Tilt(_) => "tilt",
                     Relief::Rotate(_) => "rotate",
                     Relief::Radius(_) => "radius",
                     Relief::StickOut(_) => "stick-out",
+                    Relief::CertifiedWidth(_) => "width",
                 });
             }
         }
     }
     assert!(told >= 10 && kinds.len() == 4, "{told} told, {kinds:?}");
+}
+
+#[test]
+fn a_change_that_opens_only_a_short_stretch_is_told_and_less_of_it_opens_none() {
+    let floor = MeshTree::new(&plane(900.0));
+    let (machine, tool) = (machine(), tool(25.0, 2.0, 12.0));
+    // Toward its end the tilt grows by degrees from one of the paper's steps to the next.
+    let curve = curve_deg([2.0, 0.0], [8.0, -20.0], SearchOrder::RotateFirst, 1.0);
+    let cc = cc_on_plane(0.0, 0.0);
+    let mut random = Random(41);
+    let (mut told, mut past_steps) = (0, 0);
+    for _ in 0..16 {
+        // A rod under the rear of the cutter until it is tilted so far, and one before its front from a bit later on.
+        let free = posture_deg(random.between(11.0, 30.0), -20.0);
+        let blocked = posture_deg(free.tilt.to_degrees() + random.between(0.4, 2.0), -20.0);
+        let places = [
+            beside(tool.cutter(), &cc, free, [-20.0, random.between(-5.0, 5.0), 0.1]),
+            beside(tool.cutter(), &cc, blocked, [24.94, random.between(-3.0, 3.0), 10.5]),
+        ];
+        let rods = places.map(|p| MeshTree::new(&post(&p, 0.03)));
+        let mut obstacles = vec![obstacle("floor", &floor)];
+        obstacles.extend(rods.iter().map(|rod| obstacle("rod", rod)));
+        let cell = workcell(&machine, &tool, obstacles);
+        for relief in reliefs(&cell, &cc, &curve, &SearchSettings::default()) {
+            told += 1;
+            past_steps += usize::from(hold(&cell, &curve, relief));
+        }
+    }
+    assert!(told >= 10 && past_steps >= 3, "{told} told, {past_steps} past the steps");
+}
+
+#[test]
+fn a_posture_that_was_only_stepped_over_is_told_by_the_width_that_finds_it() {
+    let floor = MeshTree::new(&plane(900.0));
+    let (machine, tool) = (machine(), tool(25.0, 2.0, 12.0));
+    let curve = curve_deg([2.0, 0.0], [30.0, 0.0], SearchOrder::TiltFirst, 1.0);
+    let cc = cc_on_plane(0.0, 0.0);
+    let places = [
+        beside(tool.cutter(), &cc, curve.at(0.43), [-20.0, 1.0, 0.1]),
+        beside(tool.cutter(), &cc, curve.at(0.47), [24.94, 2.0, 10.5]),
+    ];
+    let rods = places.map(|p| MeshTree::new(&post(&p, 0.03)));
+    let mut obstacles = vec![obstacle("floor", &floor)];
+    obstacles.extend(rods.iter().map(|rod| obstacle("rod", rod)));
+    let cell = workcell(&machine, &tool, obstacles);
+    let found = stretches(&PoseTest::new(&cell), &cc, &curve, N);
+    assert!(found.iter().any(|s| s[1] - s[0] >= WIDTH) && !finds(&cell, &curve), "{found:?}");
+    assert_eq!(reliefs(&cell, &cc, &curve, &SearchSettings::default()), [Relief::CertifiedWidth(WIDTH)]);
 }
