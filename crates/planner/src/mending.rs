@@ -8,7 +8,7 @@ use facemill_virtual_machine::{Certificates, FindingKind, Verification};
 use crate::cell::{pass_settings, workcell};
 use crate::linearity::turned_near;
 use crate::moves::{Move, MoveKind};
-use crate::operation::{Ground, PlannedOperation};
+use crate::operation::{Ground, PlannedOperation, cut_linearity};
 use crate::pieces::{Filler, PosePair};
 
 /// Rounds of writing, running and mending: each halves the blocks that are mended.
@@ -37,8 +37,8 @@ pub(crate) fn lines_to_mend(verification: Option<&Verification>, certificates: O
     gouged.chain(open).collect()
 }
 
-/// Puts a tested pose into the middle of each of these blocks; the number of poses put in. Where none is feasible, the block
-/// stays as it is.
+/// Puts a tested pose into the middle of each of these blocks, and others beside it where the control would stray from one to
+/// the next; the number of poses put in. Where none is feasible, the block stays as it is.
 pub(crate) fn mend(
     Ground { job, setup, map }: &Ground<'_>,
     operations: &mut [PlannedOperation<'_>],
@@ -49,6 +49,7 @@ pub(crate) fn mend(
         let cell = workcell(job, setup, planned.operation, map);
         let test = PoseTest::new(&cell);
         let settings = pass_settings(planned.operation);
+        let linearity = cut_linearity(job, planned.operation);
         let mut hints = Hints::default();
         // From the last one on: what stands before keeps its index.
         let own: BTreeSet<&CutBlock> = blocks.iter().filter(|b| b.operation == index).collect();
@@ -56,11 +57,18 @@ pub(crate) fn mend(
             let piece = &mut planned.moves.pieces[b.piece];
             let filler = Filler::new(&test, settings.fallback(), piece.piece.curve);
             let pair = PosePair { from: &piece.piece.cuts[b.cut - 1], to: &piece.piece.cuts[b.cut] };
-            let Some(middle) = filler.middle(&pair, &mut hints) else { continue };
-            let axes = turned_near(&test, &middle.pose.configuration.axes, &piece.moves[b.at - 1].axes);
-            piece.moves.insert(b.at, Move { kind: MoveKind::Cut, cl: middle.pose.cl, axes });
-            piece.piece.cuts.insert(b.cut, middle);
-            put_in += 1;
+            let Some(cuts) = filler.mended(&linearity, &pair, &mut hints) else { continue };
+            put_in += cuts.len();
+            let mut axes = piece.moves[b.at - 1].axes;
+            let moves: Vec<Move> = cuts
+                .iter()
+                .map(|cut| {
+                    axes = turned_near(&test, &cut.pose.configuration.axes, &axes);
+                    Move { kind: MoveKind::Cut, cl: cut.pose.cl, axes }
+                })
+                .collect();
+            piece.moves.splice(b.at..b.at, moves);
+            piece.piece.cuts.splice(b.cut..b.cut, cuts);
         }
     }
     put_in

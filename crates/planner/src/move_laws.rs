@@ -86,6 +86,20 @@ fn cut(test: &PoseTest<'_>, x: f64, rotate_deg: f64, branch: Branch) -> Cut {
     Cut { cc: cc(x), pose, inserted: false }
 }
 
+fn posture_deg(tilt: f64, rotate: f64) -> Posture {
+    Posture { tilt: tilt.to_radians(), rotate: rotate.to_radians() }
+}
+
+/// Uniform numbers, always the same.
+struct Random(u64);
+
+impl Random {
+    fn between(&mut self, low: f64, high: f64) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        low + (high - low) * (self.0 >> 11) as f64 / (1u64 << 53) as f64
+    }
+}
+
 fn curve() -> SearchCurve {
     let up = Posture { tilt: 0.0, rotate: 0.0 };
     SearchCurve::new(up, Posture { tilt: 0.4, rotate: 1.0 }, SearchOrder::TiltFirst, 1.0).unwrap()
@@ -119,7 +133,8 @@ fn linearity(tolerance: f64) -> Linearity {
 }
 
 /// Pieces of two cuts 20 mm apart that turn the axis by 40° about the normal, over a bump that the cutter touches between
-/// the two only; the number of pieces, and of inserted poses that are lifted.
+/// the two only; the number of pieces, and of inserted poses that are lifted. Where the piece ends in between, both cuts are
+/// alone and left out.
 fn filled_over(out: f64, branch: Branch) -> (usize, usize) {
     let (machine, tool) = (Machine::head_b_table_c().unwrap(), tool());
     let tree = MeshTree::new(&plane_with_bump(Point3::new(12.0, 4.0, 0.0), out));
@@ -132,7 +147,8 @@ fn filled_over(out: f64, branch: Branch) -> (usize, usize) {
     let curve = SearchCurve::new(start, end, SearchOrder::TiltFirst, 1.0).unwrap();
     let piece = Piece { copy: 0, pass: 0, cuts, uncut_left: true, curve };
     let settings = SearchSettings { u_step: 1.0, u_tolerance: 0.01, certified: None };
-    let pieces = filled(&test, &linearity(0.05), Some(&settings), vec![piece], &Silent).unwrap();
+    let mut left_out = Vec::new();
+    let pieces = filled(&test, &linearity(0.05), Some(&settings), vec![piece], &mut left_out, &Silent).unwrap();
     let mut lifted = 0;
     for cuts in pieces.iter().map(|p| &p.cuts) {
         for pair in cuts.windows(2) {
@@ -154,6 +170,7 @@ fn filled_over(out: f64, branch: Branch) -> (usize, usize) {
     if pieces.len() == 1 {
         assert!(pieces[0].cuts.len() > 5 && pieces[0].points() == 2);
     }
+    assert_eq!(pieces.iter().map(Piece::points).sum::<usize>() + left_out.len(), 2);
     (pieces.len(), lifted)
 }
 
@@ -163,8 +180,51 @@ fn poses_between_cuts_are_seated_over_a_small_bump_and_the_piece_ends_before_a_l
         assert_eq!(filled_over(-0.5, branch), (1, 0));
         let (pieces, lifted) = filled_over(0.12, branch);
         assert!(pieces == 1 && lifted > 0, "{pieces} {lifted}");
-        assert_eq!(filled_over(0.6, branch).0, 2);
+        assert_eq!(filled_over(0.6, branch).0, 0);
     }
+}
+
+/// A ball beside the cutter that may block the postures between those of two cuts.
+fn ball_beside(random: &mut Random) -> TriMesh {
+    let plane = plane_with_bump(Point3::new(250.0, 250.0, 0.0), -0.5);
+    let (angle, away) = (random.between(-3.1, 3.1), random.between(30.0, 52.0));
+    let shape = AnalyticShape::Sphere { radius: random.between(4.0, 14.0), material: MaterialSide::Inside };
+    let place = Isometry3::translation(away * f64::cos(angle), away * f64::sin(angle), random.between(5.0, 30.0));
+    plane.joined(&AnalyticPart::new(shape).unwrap().mesh(16).unwrap().transformed(&place))
+}
+
+#[test]
+fn between_postures_far_apart_either_the_control_stays_near_or_the_piece_ends() {
+    let (machine, tool) = (Machine::head_b_table_c().unwrap(), tool());
+    let mut random = Random(5);
+    let (mut ended, mut whole, mut scenes) = (0, 0, 0);
+    while scenes < 60 {
+        let tree = MeshTree::new(&ball_beside(&mut random));
+        let cell = cell(&machine, &tool, &tree);
+        let test = PoseTest::new(&cell);
+        let mut posture = |low, high| posture_deg(random.between(10.0, 24.0), random.between(low, high));
+        let postures = [posture(-165.0, -125.0), posture(-45.0, 0.0)];
+        let at = |k: usize| {
+            let pose = test.try_posture(&cc(0.5 * k as f64), postures[k / 2], None, &mut Hints::default()).ok()?;
+            Some(Cut { cc: cc(0.5 * k as f64), pose, inserted: false })
+        };
+        // Two points in each of two postures.
+        let cuts: Option<Vec<Cut>> = (0..4).map(at).collect();
+        let Some(cuts) = cuts else { continue };
+        scenes += 1;
+        let curve = SearchCurve::new(posture_deg(5.0, 0.0), posture_deg(25.0, -170.0), SearchOrder::RotateFirst, 1.0);
+        let piece = Piece { copy: 0, pass: 0, cuts, uncut_left: true, curve: curve.unwrap() };
+        let (limit, settings, mut left_out) = (linearity(0.01), SearchSettings::default(), Vec::new());
+        let pieces = filled(&test, &limit, Some(&settings), vec![piece], &mut left_out, &Silent).unwrap();
+        for pair in pieces.iter().flat_map(|p| p.cuts.windows(2)) {
+            let [a, b] = [0, 1].map(|k| pair[k].pose.configuration.axes);
+            assert!(!limit.judge(&test, &a, &b).1, "scene {scenes}: {postures:?}");
+        }
+        assert!(pieces.iter().all(|p| p.cuts.len() >= 2 && !p.cuts[0].inserted));
+        assert_eq!(pieces.iter().map(Piece::points).sum::<usize>() + left_out.len(), 4);
+        if pieces.len() == 1 { whole += 1 } else { ended += 1 }
+    }
+    assert!(ended >= 5 && whole >= 5, "{ended} end, {whole} do not");
 }
 
 fn move_settings() -> MoveSettings {
@@ -198,7 +258,9 @@ fn every_move_is_driven_where_it_was_tested_and_a_branch_changes_above_the_clear
     let mut left_out = vec![];
     // Cuts as they come from the search are too far apart for the control: as planned, they are filled first.
     let search = SearchSettings::default();
-    let pieces = |branches| filled(&test, &settings.linearity, Some(&search), pieces(branches), &Silent).unwrap();
+    let pieces = |branches| {
+        filled(&test, &settings.linearity, Some(&search), pieces(branches), &mut Vec::new(), &Silent).unwrap()
+    };
     let done = operation_moves(&test, &settings, pieces(branches), None, &mut left_out, &Silent).unwrap();
     assert!(left_out.is_empty() && done.pieces.len() == 4 && done.linearisation <= settings.linearity.tolerance);
     let on = |m: &Move| machine.branch_of(&m.axes);

@@ -89,7 +89,7 @@ impl<'a> PlannedOperation<'a> {
         let Placed { pieces, cc_points, optimum } = place_pieces(&test, operation, &laid.tasks, &mut left_out, stages)?;
         let passes = pass_settings(operation);
         let monitor = stages.start("between points", cc_points);
-        let pieces = filled(&test, &settings.linearity, passes.fallback(), pieces, &*monitor)?;
+        let pieces = filled(&test, &settings.linearity, passes.fallback(), pieces, &mut left_out, &*monitor)?;
         drop(monitor);
         clock.lap("search");
         let picture = if picture { picture_of(&test, operation, &laid.tasks)? } else { None };
@@ -276,19 +276,26 @@ fn picture_of(test: &PoseTest<'_>, operation: &OperationFile, tasks: &[LaidTask]
     }
 }
 
+/// How far the control may stray in cuts, entries and exits of an operation.
+pub(crate) fn cut_linearity(job: &Job, operation: &OperationFile) -> Linearity {
+    linearity(job, operation.tolerances.linearisation_mm)
+}
+
+fn linearity(job: &Job, tolerance: f64) -> Linearity {
+    Linearity { tolerance, rounding: job.post.rounding_bound(), law: job.machine.motion_law().cutting }
+}
+
 fn move_settings(job: &Job, setup: &Setup<'_>, operation: &OperationFile) -> MoveSettings {
     let clearance = setup.file.rapid_clearance_mm;
     // Along the tool axis, out of any stock that the tool can be in.
     let max_retract = diagonal(&setup.aabb()).max(100.0);
-    let law = job.machine.motion_law().cutting;
-    let linearity = |tolerance: f64| Linearity { tolerance, rounding: job.post.rounding_bound(), law };
     MoveSettings {
         entry: approach_settings(&operation.entry, job.tool.cutter(), clearance, max_retract),
         exit: approach_settings(&operation.exit, job.tool.cutter(), clearance, max_retract),
         link: LinkSettings { clearance: clearance_surface(&setup.file.clearance), rapid_clearance: clearance },
-        linearity: linearity(operation.tolerances.linearisation_mm),
+        linearity: cut_linearity(job, operation),
         // Half of the distance that rapids keep anyway.
-        rapid_linearity: linearity(0.5 * clearance),
+        rapid_linearity: linearity(job, 0.5 * clearance),
     }
 }
 

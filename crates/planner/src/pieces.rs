@@ -2,8 +2,10 @@
 
 use facemill_cl_data::{Cancelled, CcPoint, Monitor, Pass, Posture};
 use facemill_cutter_location::{
-    FeasiblePose, Hints, Infeasible, Outcome, PassSettings, PoseTest, SearchCurve, SearchSettings, search,
+    Configuration, FeasiblePose, Hints, Infeasible, Outcome, PassSettings, PoseTest, SearchCurve, SearchSettings,
+    search,
 };
+use facemill_inverse_kinematics::AxisValues;
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion};
 use rayon::prelude::*;
 
@@ -123,7 +125,8 @@ pub(crate) fn split(
 /// Pieces with tested poses between points where the control would stray too far from one to the next: the CC point between
 /// theirs, with the posture between theirs, seated where it gouges, or else (with `fallback`) the next feasible one of the
 /// search curve: points that were found with the smallest feasible posture stand at the border of what is feasible. Where none
-/// is, the piece ends and another begins.
+/// is, or the control would stray however near to each other they are put, the piece ends and another begins. A point that
+/// then stands alone is left out.
 ///
 /// # Errors
 /// When the monitor cancels.
@@ -132,6 +135,7 @@ pub(crate) fn filled(
     linearity: &Linearity,
     fallback: Option<&SearchSettings>,
     pieces: Vec<Piece>,
+    left_out: &mut Vec<LeftOut>,
     monitor: &dyn Monitor,
 ) -> Result<Vec<Piece>, Cancelled> {
     let filled: Vec<Vec<Piece>> = pieces
@@ -141,7 +145,14 @@ pub(crate) fn filled(
             Ok(fill(test, linearity, fallback, piece))
         })
         .collect::<Result<_, Cancelled>>()?;
-    Ok(filled.into_iter().flatten().collect())
+    let (kept, alone): (Vec<Piece>, Vec<Piece>) = filled.into_iter().flatten().partition(|p| p.cuts.len() >= 2);
+    let reason = "alone between points that no blocks lead to without lifting";
+    left_out.extend(alone.iter().flat_map(|p| &p.cuts).map(|cut| LeftOut {
+        place: cut.cc.position,
+        reason: reason.to_owned(),
+        searched: None,
+    }));
+    Ok(kept)
 }
 
 fn fill(test: &PoseTest<'_>, linearity: &Linearity, fallback: Option<&SearchSettings>, piece: Piece) -> Vec<Piece> {
@@ -180,7 +191,8 @@ impl<'t, 'a> Filler<'t, 'a> {
         Self { test, fallback, curve }
     }
 
-    /// Cuts strictly between two, close enough for the control; `None` where one of them is not feasible.
+    /// Cuts strictly between two, close enough for the control; `None` where one of them is not feasible, or where their
+    /// postures are so far apart that halving does not bring them together.
     fn between(
         &self,
         linearity: &Linearity,
@@ -190,20 +202,41 @@ impl<'t, 'a> Filler<'t, 'a> {
         hints: &mut Hints,
     ) -> Option<Vec<Cut>> {
         let start = from.pose.configuration;
-        let end = turned_near(self.test, &to.pose.configuration.axes, &start.axes);
-        if halvings == 0 || !linearity.judge(self.test, &start.axes, &end).1 {
+        let end = self.driven(&start, to)?;
+        if !linearity.judge(self.test, &start.axes, &end).1 {
             return Some(Vec::new());
         }
-        let middle = self.middle(&PosePair { from, to }, hints)?;
-        let mut cuts = self.between(linearity, from, &middle, halvings - 1, hints)?;
+        if halvings == 0 {
+            return None;
+        }
+        self.halved(linearity, &PosePair { from, to }, halvings - 1, hints)
+    }
+
+    /// The cut halfway between two, and what has to stand on both sides of it; `None` as for [`Filler::between`].
+    fn halved(&self, linearity: &Linearity, pair: &PosePair<'_>, halvings: u32, hints: &mut Hints) -> Option<Vec<Cut>> {
+        let middle = self.middle(pair, hints)?;
+        let mut cuts = self.between(linearity, pair.from, &middle, halvings, hints)?;
         cuts.push(middle);
-        cuts.extend(self.between(linearity, &middle, to, halvings - 1, hints)?);
+        cuts.extend(self.between(linearity, &middle, pair.to, halvings, hints)?);
         Some(cuts)
+    }
+
+    /// The cut halfway between two and all that it asks for; `None` where one of them is not feasible or the control would
+    /// stray however near to each other they are put.
+    pub(crate) fn mended(&self, linearity: &Linearity, pair: &PosePair<'_>, hints: &mut Hints) -> Option<Vec<Cut>> {
+        self.halved(linearity, pair, MAX_HALVINGS, hints)
+    }
+
+    /// Axis values at a cut, as they are driven to from a position: at the turns nearest to it that the limits allow. `None`
+    /// where they are on another branch.
+    fn driven(&self, start: &Configuration, to: &Cut) -> Option<AxisValues> {
+        let axes = turned_near(self.test, &to.pose.configuration.axes, &start.axes);
+        self.test.configuration_like(&to.pose.cl, &Configuration { axes, ..*start }).ok().map(|reached| reached.axes)
     }
 
     /// The tested cut halfway between two, on the branch of the first: the posture between theirs, or else the next feasible one
     /// of the search curve.
-    pub(crate) fn middle(&self, PosePair { from, to }: &PosePair<'_>, hints: &mut Hints) -> Option<Cut> {
+    fn middle(&self, PosePair { from, to }: &PosePair<'_>, hints: &mut Hints) -> Option<Cut> {
         let near = from.pose.configuration;
         let (cc, posture) = middle(from, to)?;
         let pose = self.test.try_posture(&cc, posture, Some(&near), hints).or_else(|why| {
