@@ -150,6 +150,8 @@ impl CuspTable {
 pub(crate) struct MotionScale {
     n: usize,
     per_speed: [f64; MAX_AXES],
+    /// Largest velocity, scaled.
+    limit: [f64; MAX_AXES],
     /// A full turn of an endless axis, scaled; infinite for others.
     turn: [f64; MAX_AXES],
 }
@@ -160,12 +162,18 @@ pub(crate) type Scaled = [f64; MAX_AXES];
 impl MotionScale {
     /// For layers that are this far apart in time, s, and the turn of the tool axis at its limit, rad/s.
     pub(crate) fn new(machine: &Machine, layer_time: f64, turn_rate: f64) -> Self {
-        let mut scale = Self { n: machine.axes().len(), per_speed: [0.0; MAX_AXES], turn: [f64::INFINITY; MAX_AXES] };
+        let mut scale = Self {
+            n: machine.axes().len(),
+            per_speed: [0.0; MAX_AXES],
+            limit: [f64::INFINITY; MAX_AXES],
+            turn: [f64::INFINITY; MAX_AXES],
+        };
         for (k, axis) in machine.axes().iter().enumerate() {
             let reached = axis.max_acceleration.map_or(f64::INFINITY, |a| a * layer_time);
             let own = if axis.kind == AxisKind::Rotary { turn_rate } else { f64::INFINITY };
             let speed = axis.max_velocity.min(reached).min(own);
             scale.per_speed[k] = 1.0 / speed;
+            scale.limit[k] = axis.max_velocity / speed;
             if axis.endless {
                 scale.turn[k] = std::f64::consts::TAU / speed;
             }
@@ -180,15 +188,20 @@ impl MotionScale {
 
     /// Cost of going from one position to another in this time.
     pub(crate) fn cost(&self, from: &Scaled, to: &Scaled, time: f64) -> f64 {
-        let mut sum = 0.0;
-        for k in 0..self.n {
-            let mut way = to[k] - from[k];
-            if self.turn[k].is_finite() {
-                way -= self.turn[k] * (way / self.turn[k]).round();
-            }
-            sum += way * way;
-        }
-        sum / time
+        (0..self.n).map(|k| self.way(k, from, to).powi(2)).sum::<f64>() / time
+    }
+
+    /// By how much an axis would have to be faster than it can, to keep the programmed feed: the largest ratio of both speeds,
+    /// 0 where all can. Per path length, that is a limit on the step of each axis: its largest velocity over the feed.
+    pub(crate) fn excess(&self, from: &Scaled, to: &Scaled, time: f64) -> f64 {
+        let ratio = |k: usize| self.way(k, from, to).abs() / time / self.limit[k];
+        let largest = (0..self.n).map(ratio).fold(0.0, f64::max);
+        if largest > 1.0 + 1e-9 { largest } else { 0.0 }
+    }
+
+    fn way(&self, k: usize, from: &Scaled, to: &Scaled) -> f64 {
+        let way = to[k] - from[k];
+        if self.turn[k].is_finite() { way - self.turn[k] * (way / self.turn[k]).round() } else { way }
     }
 }
 

@@ -115,7 +115,8 @@ pub struct Optimum {
     pub smoothed: f64,
     /// Points at which postures were chosen and that have a pose.
     pub layers: usize,
-    /// Steps between neighbouring points of the planned sequence on which the axis turns by more than the limit.
+    /// Steps between neighbouring points of the planned sequence on which the tool axis turns by more than the limit, or an
+    /// axis of the machine would have to be faster than it can at the programmed feed.
     pub jumps: usize,
 }
 

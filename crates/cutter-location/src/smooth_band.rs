@@ -3,11 +3,10 @@
 use facemill_cl_data::{Cancelled, Monitor, Posture};
 use facemill_inverse_kinematics::{AxisKind, AxisValues, Branch};
 use facemill_tool_model::cl_from_cc;
-use nalgebra::Vector3;
 
 use crate::band::smoothed;
-use crate::pass_cost::NEARLY;
-use crate::smooth_pass::{Node, PassClock, SmoothPass, seen_from};
+use crate::pass_cost::{MotionScale, NEARLY};
+use crate::smooth_pass::{Ends, Node, PassClock, SmoothPass};
 use crate::{Configuration, FeasiblePose, Hints, Infeasible, Outcome, search};
 
 /// Rounds of smoothing: each one binds the points that were not feasible in the one before.
@@ -26,6 +25,7 @@ const SAME: f64 = 1e-6;
 pub(crate) struct Band<'b, 's, 'a> {
     pass: &'b SmoothPass<'s, 'a>,
     clock: &'b PassClock,
+    scale: &'b MotionScale,
     /// What changes faster than this is smoothed away, s.
     tau: f64,
     rotary: Vec<usize>,
@@ -56,10 +56,10 @@ enum Known {
 }
 
 impl<'b, 's, 'a> Band<'b, 's, 'a> {
-    pub(crate) fn new(pass: &'b SmoothPass<'s, 'a>, clock: &'b PassClock, tau: f64) -> Self {
+    pub(crate) fn new(pass: &'b SmoothPass<'s, 'a>, clock: &'b PassClock, scale: &'b MotionScale, tau: f64) -> Self {
         let axes = pass.test.cell.machine.axes();
         let rotary = (0..axes.len()).filter(|&k| axes[k].kind == AxisKind::Rotary).collect();
-        Self { pass, clock, tau, rotary }
+        Self { pass, clock, scale, tau, rotary }
     }
 
     /// Poses of all points, along a smooth band through chosen nodes where that is feasible. A point of which no posture near
@@ -190,8 +190,8 @@ impl<'b, 's, 'a> Band<'b, 's, 'a> {
                 _ => None,
             });
             let too_fast = beside.is_some_and(|before| {
-                let gap = self.clock.gap(k - 1, k);
-                self.pass.excess(&self.seen(k - 1, before.posture), &self.seen(k, pose.posture), gap) > 0.0
+                let ends = Ends { clock: self.clock, scale: self.scale, points: [k - 1, k] };
+                self.pass.is_beyond(&ends, [before, pose])
             });
             if too_fast {
                 stretch.weights[at - 1] *= TIGHTER;
@@ -214,12 +214,6 @@ impl<'b, 's, 'a> Band<'b, 's, 'a> {
             scale.height(self.posture(k, &standing.axes), &strip)
         };
         height > NEARLY && height > 1.001 * wanted()
-    }
-
-    /// Tool axis of a posture by its parts along feed, left and normal.
-    fn seen(&self, k: usize, posture: Posture) -> Vector3<f64> {
-        let cc = &self.pass.task.pass.points[k];
-        seen_from(cc, &cc.tool_axis(posture))
     }
 
     /// A feasible posture near one that is not: with more tilt, one step beyond the first such one where that is feasible, too,

@@ -11,7 +11,8 @@ use crate::layers::ShortestWays;
 use crate::pass_cost::{CuspScale, CuspTable, MotionScale, Scaled};
 use crate::smooth_band::Band;
 use crate::{
-    Configuration, Hints, Optimum, Outcome, PassSettings, PassTask, PlannedPass, PoseTest, SmoothSettings, search,
+    Configuration, FeasiblePose, Hints, Optimum, Outcome, PassSettings, PassTask, PlannedPass, PoseTest,
+    SmoothSettings, search,
 };
 
 /// What postures of one pass are chosen with.
@@ -47,7 +48,7 @@ struct Layer {
     found: Option<Posture>,
 }
 
-/// What a turn beyond the limit, or a change of branch, costs, s: more than a pass of any length saves by it, and the more
+/// What a turn or the step of an axis beyond its limit, or a change of branch, costs, s: more than a pass of any length saves by it, and the more
 /// the larger it is.
 const JUMP: f64 = 1e4;
 
@@ -81,7 +82,8 @@ impl SmoothPass<'_, '_> {
         let (outcomes, optimum) = loop {
             let chosen = self.cheapest(&clock, &scale, &layers, &mut hints, monitor)?;
             let nodes: Vec<(usize, Node)> = chosen.nodes.iter().map(|(point, _, node)| (*point, *node)).collect();
-            let outcomes = Band::new(self, &clock, SMOOTHING * layer_time).through(&nodes, &mut hints, monitor)?;
+            let outcomes =
+                Band::new(self, &clock, &scale, SMOOTHING * layer_time).through(&nodes, &mut hints, monitor)?;
             let all_stand = nodes.iter().all(|(point, _)| outcomes[*point].is_ok());
             rounds += 1;
             if all_stand || rounds == ROUNDS {
@@ -208,7 +210,8 @@ impl SmoothPass<'_, '_> {
     fn step(&self, scale: &MotionScale, from: &Node, to: &Node, gap: Gap) -> f64 {
         let motion = scale.cost(&from.scaled, &to.scaled, gap.time);
         let branch = if from.configuration.branch == to.configuration.branch { 0.0 } else { JUMP };
-        motion + branch + JUMP * self.excess(&from.axis, &to.axis, gap)
+        let limits = self.excess(&from.axis, &to.axis, gap) + scale.excess(&from.scaled, &to.scaled, gap.time);
+        motion + branch + JUMP * limits
     }
 
     /// By how much a turn against the surface is more than the limit, 0 within it; as the chord of the turn.
@@ -268,22 +271,38 @@ impl SmoothPass<'_, '_> {
             optimum.layers += 1;
             before = Some((point, own));
         }
-        optimum.jumps = self.jumps(clock, outcomes);
+        optimum.jumps = self.jumps(clock, scale, outcomes);
         optimum
     }
 
-    /// Steps between neighbouring points on which the axis turns by more than the limit against the surface.
-    fn jumps(&self, clock: &PassClock, outcomes: &[Outcome]) -> usize {
-        let axis = |k: usize| {
+    /// Whether the way from a pose to that of a later point is beyond a limit: the tool axis turns too far against the surface
+    /// for the length of it, or an axis of the machine would have to be faster than it can.
+    pub(crate) fn is_beyond(&self, ends: &Ends<'_>, [from, to]: [&FeasiblePose; 2]) -> bool {
+        let Ends { clock, scale, points: [a, b] } = *ends;
+        let gap = clock.gap(a, b);
+        let seen = |k: usize, pose: &FeasiblePose| {
             let cc = &self.task.pass.points[k];
-            outcomes[k].as_ref().ok().map(|pose| seen_from(cc, &cc.tool_axis(pose.posture)))
+            seen_from(cc, &cc.tool_axis(pose.posture))
         };
-        let beyond = |k: &usize| match (axis(k - 1), axis(*k)) {
-            (Some(a), Some(b)) => self.excess(&a, &b, clock.gap(k - 1, *k)) > 0.0,
+        let scaled = |pose: &FeasiblePose| scale.scaled(&pose.configuration.axes);
+        self.excess(&seen(a, from), &seen(b, to), gap) > 0.0 || scale.excess(&scaled(from), &scaled(to), gap.time) > 0.0
+    }
+
+    /// Steps between neighbouring points that are beyond a limit.
+    fn jumps(&self, clock: &PassClock, scale: &MotionScale, outcomes: &[Outcome]) -> usize {
+        let beyond = |k: &usize| match (&outcomes[k - 1], &outcomes[*k]) {
+            (Ok(from), Ok(to)) => self.is_beyond(&Ends { clock, scale, points: [k - 1, *k] }, [from, to]),
             _ => false,
         };
         (1..outcomes.len()).filter(beyond).count()
     }
+}
+
+/// A step from one point of a pass to a later one.
+pub(crate) struct Ends<'c> {
+    pub(crate) clock: &'c PassClock,
+    pub(crate) scale: &'c MotionScale,
+    pub(crate) points: [usize; 2],
 }
 
 /// The cheapest sequence: point, time share and node of every layer, and its cost.

@@ -158,7 +158,8 @@ pub struct OptimumReport {
     pub planned_s: f64,
     /// How much more the planned one costs, as part of the graph's; below 0 where smoothing has made it cheaper.
     pub gap: f64,
-    /// Steps on which the tool axis turns against the surface by more than the job's limit.
+    /// Steps on which the tool axis turns against the surface by more than the job's limit, or an axis would have to be faster
+    /// than it can at the programmed feed.
     pub jumps: usize,
 }
 

@@ -54,7 +54,9 @@ pub fn summary(report: &Report) -> String {
     lines.push(format!("  largest cusp      {}{beyond}", or_none(w.cusp_mm, "mm")));
     let jumps: usize = report.postures.iter().filter_map(|p| p.optimum.as_ref()).map(|o| o.jumps).sum();
     if jumps > 0 {
-        lines.push(format!("  posture jumps     {jumps} steps turn by more than max_turn_deg_per_mm"));
+        lines.push(format!(
+            "  posture jumps     {jumps} steps beyond max_turn_deg_per_mm or what an axis can at the programmed feed"
+        ));
     }
     if t.uncut_points > 0 {
         lines.push(format!("  uncut strips      at {} points", t.uncut_points));
