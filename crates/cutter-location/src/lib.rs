@@ -27,6 +27,7 @@ mod machine_obstacles;
 mod machine_proof;
 pub mod map;
 mod pass_cost;
+mod pass_graph;
 mod pass_plan;
 mod pose_test;
 mod relief;

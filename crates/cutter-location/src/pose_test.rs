@@ -147,6 +147,14 @@ impl<'a> PoseTest<'a> {
         if free.is_empty() { Err(reason.expect("configurations() gives at least one")) } else { Ok(free) }
     }
 
+    /// All ways for the machine to stand in a posture at a CC point at the largest lift, within its limits, nothing else tested:
+    /// those of [`PoseTest::stances_of`] are among them, in the same order.
+    pub(crate) fn lifted_configurations(&self, cc: &CcPoint, posture: Posture) -> Vec<Configuration> {
+        let cl = cl_from_cc(self.cell.tool.cutter(), cc, posture);
+        let lifted = cl.translated(cc.normal.into_inner() * self.cell.max_lift);
+        self.configurations(&lifted, None).map(Iterator::collect).unwrap_or_default()
+    }
+
     fn within_cone(&self, cl: &ClPoint) -> Result<(), Infeasible> {
         let Some(cone) = &self.cell.axis_cone else { return Ok(()) };
         let excess = angle_between(&cl.axis, &cone.axis) - cone.half_angle;

@@ -2,13 +2,12 @@
 //! it.
 
 use facemill_cl_data::{Cancelled, CcPoint, Monitor, Pass, Posture};
-use facemill_inverse_kinematics::{Branch, BranchPreference};
 use nalgebra::Vector3;
 
 use crate::cusp::Strip;
 use crate::lattice::Lattice;
-use crate::layers::ShortestWays;
 use crate::pass_cost::{CuspScale, CuspTable, MotionScale, Scaled};
+use crate::pass_graph::{Chosen, ChosenNode, PassGraph};
 use crate::smooth_band::Band;
 use crate::{
     Configuration, FeasiblePose, Hints, Optimum, Outcome, PassSettings, PassTask, PlannedPass, PoseTest,
@@ -30,36 +29,18 @@ pub(crate) struct SmoothPass<'s, 'a> {
 pub(crate) struct Node {
     pub(crate) posture: Posture,
     pub(crate) configuration: Configuration,
-    scaled: Scaled,
+    pub(crate) scaled: Scaled,
     /// Tool axis seen from feed, left and normal.
-    axis: Vector3<f64>,
+    pub(crate) axis: Vector3<f64>,
     /// Cost of cusps per second.
-    cusp_rate: f64,
+    pub(crate) cusp_rate: f64,
 }
-
-/// A CC point at which postures are chosen.
-struct Layer {
-    point: usize,
-    /// Time from one half of the way from the layer before to one half of that to the next, s.
-    share: f64,
-    /// Posture and configuration of each node, by index; the last posture index is `found`.
-    nodes: Vec<(u16, u8)>,
-    /// A posture besides the lattice: the smallest feasible one of the search curve.
-    found: Option<Posture>,
-}
-
-/// What a turn or the step of an axis beyond its limit, or a change of branch, costs, s: more than a pass of any length saves by it, and the more
-/// the larger it is.
-const JUMP: f64 = 1e4;
 
 /// Layers lie so far apart that a turn from one posture of the lattice to the next over is within the limit.
 const SPACINGS: f64 = 1.5;
 
 /// What changes faster than this part of the time between layers is smoothed away.
 const SMOOTHING: f64 = 1.0;
-
-/// Rounds in which layers are left out at which the chosen posture turned out not to be feasible.
-const ROUNDS: usize = 3;
 
 /// A pass has that many layers, where it has so many points.
 const FEWEST: f64 = 4.0;
@@ -78,140 +59,21 @@ impl SmoothPass<'_, '_> {
         let scale =
             MotionScale::new(self.test.cell.machine, layer_time, self.settings.max_turn_per_mm * self.smooth.feed);
         let mut hints = Hints::default();
-        let (mut layers, mut rounds) = (wanted, 0);
-        let (outcomes, optimum) = loop {
-            let chosen = self.cheapest(&clock, &scale, &layers, &mut hints, monitor)?;
-            let nodes: Vec<(usize, Node)> = chosen.nodes.iter().map(|(point, _, node)| (*point, *node)).collect();
-            let outcomes =
-                Band::new(self, &clock, &scale, SMOOTHING * layer_time).through(&nodes, &mut hints, monitor)?;
-            let all_stand = nodes.iter().all(|(point, _)| outcomes[*point].is_ok());
-            rounds += 1;
-            if all_stand || rounds == ROUNDS {
-                let optimum = all_stand.then(|| self.optimum(&clock, &scale, &chosen, &outcomes));
-                break (outcomes, optimum);
+        let mut graph = PassGraph::new(self, &clock, &scale, wanted);
+        // Ends, because every round takes nodes out of the graph.
+        let (outcomes, chosen) = loop {
+            let chosen = graph.cheapest(&mut hints, monitor)?;
+            let nodes: Vec<(usize, Node)> = chosen.nodes.iter().map(|c| (c.point, c.node)).collect();
+            let band = Band::new(self, &clock, &scale, SMOOTHING * layer_time);
+            let outcomes = band.through(&nodes, &mut hints, monitor)?;
+            let fallen = chosen.nodes.iter().filter(|c| outcomes[c.point].is_err());
+            if fallen.map(|c| graph.remove(c, &mut hints)).count() == 0 {
+                break (outcomes, chosen);
             }
-            // Free at the largest lift only: no place to stand after all, and no part of what is compared.
-            layers.retain(|&point| outcomes[point].is_ok());
         };
+        let optimum = Some(self.optimum(&graph, &chosen, &outcomes));
         monitor.advance(n);
         Ok(PlannedPass { outcomes: Pass::new(outcomes), optimum })
-    }
-
-    /// The cheapest sequence of nodes.
-    fn cheapest(
-        &self,
-        clock: &PassClock,
-        scale: &MotionScale,
-        points: &[usize],
-        hints: &mut Hints,
-        monitor: &dyn Monitor,
-    ) -> Result<Chosen, Cancelled> {
-        let mut layers: Vec<Layer> = Vec::new();
-        let mut ways: Option<ShortestWays> = None;
-        let mut before: Vec<Node> = Vec::new();
-        for (k, &point) in points.iter().enumerate() {
-            monitor.checkpoint()?;
-            let around = [points[k.saturating_sub(1)], points[(k + 1).min(points.len() - 1)]];
-            let share = 0.5 * (clock.times[around[1]] - clock.times[around[0]]);
-            let (layer, nodes) = self.layer(point, share, scale, hints);
-            if nodes.is_empty() {
-                continue;
-            }
-            let mut costs: Vec<f64> = nodes.iter().map(|node| share * node.cusp_rate).collect();
-            match (&mut ways, layers.last()) {
-                (Some(ways), Some(last)) => {
-                    let gap = clock.gap(last.point, point);
-                    ways.extend(&costs, |from, to| self.step(scale, &before[from], &nodes[to], gap));
-                }
-                _ => {
-                    for (cost, node) in costs.iter_mut().zip(&nodes) {
-                        *cost += self.start(node);
-                    }
-                    ways = Some(ShortestWays::new(costs));
-                }
-            }
-            layers.push(layer);
-            before = nodes;
-        }
-        let Some(way) = ways.and_then(|ways| ways.cheapest()) else {
-            return Ok(Chosen { nodes: Vec::new(), cost: 0.0 });
-        };
-        let node = |(layer, &index): (&Layer, &usize)| {
-            let (posture, configuration) = layer.nodes[index];
-            let all = self.nodes_of(layer.point, posture, layer.found, scale, hints);
-            (layer.point, layer.share, all[configuration as usize])
-        };
-        let nodes = layers.iter().zip(&way.nodes).map(node).collect();
-        Ok(Chosen { nodes, cost: way.cost })
-    }
-
-    /// The nodes of a layer: of the lattice, and that of the search, which is at the border of what is feasible.
-    fn layer(&self, point: usize, share: f64, scale: &MotionScale, hints: &mut Hints) -> (Layer, Vec<Node>) {
-        let mut layer = Layer { point, share, nodes: Vec::new(), found: None };
-        let mut nodes = Vec::new();
-        let end = self.lattice.postures.len();
-        for index in 0..=end {
-            if index == end {
-                let cc = &self.task.pass.points[point];
-                let found = search(self.test, cc, &self.task.curve, &self.settings.search, 0.0, None, hints);
-                layer.found = found.ok().map(|f| f.pose.posture);
-            }
-            let of_posture = self.nodes_of(point, index as u16, layer.found, scale, hints);
-            layer.nodes.extend((0..of_posture.len()).map(|k| (index as u16, k as u8)));
-            nodes.extend(of_posture);
-        }
-        (layer, nodes)
-    }
-
-    /// The ways to stand in a posture of the lattice, by index; behind its end, in the one found besides.
-    fn nodes_of(
-        &self,
-        point: usize,
-        index: u16,
-        found: Option<Posture>,
-        scale: &MotionScale,
-        hints: &mut Hints,
-    ) -> Vec<Node> {
-        let cc = &self.task.pass.points[point];
-        let strip = self.strip(point);
-        let amount = self.lattice.postures.get(index as usize);
-        let (posture, cusp_rate) = match (amount, found) {
-            (Some(amount), _) => (self.signed(*amount), self.cusps.rate(index as usize, &strip)),
-            (None, Some(found)) => (found, self.cusp_scale().rate(found, &strip)),
-            (None, None) => return Vec::new(),
-        };
-        let Ok(stances) = self.test.stances_of(cc, posture, hints) else { return Vec::new() };
-        let axis = seen_from(cc, &cc.tool_axis(posture));
-        let machine = self.test.cell.machine;
-        stances
-            .iter()
-            .flat_map(|c| machine.windings(&c.axes).into_iter().map(|axes| Configuration { axes, ..*c }))
-            .map(|configuration| Node {
-                posture,
-                scaled: scale.scaled(&configuration.axes),
-                configuration,
-                axis,
-                cusp_rate,
-            })
-            .collect()
-    }
-
-    /// Cost of beginning with a node.
-    fn start(&self, node: &Node) -> f64 {
-        let wanted = match self.test.cell.preferred_branch {
-            BranchPreference::Nearest => return 0.0,
-            BranchPreference::Positive => Branch::Positive,
-            BranchPreference::Negative => Branch::Negative,
-        };
-        if node.configuration.branch == wanted { 0.0 } else { JUMP }
-    }
-
-    /// Cost of the way from one node to the next.
-    fn step(&self, scale: &MotionScale, from: &Node, to: &Node, gap: Gap) -> f64 {
-        let motion = scale.cost(&from.scaled, &to.scaled, gap.time);
-        let branch = if from.configuration.branch == to.configuration.branch { 0.0 } else { JUMP };
-        let limits = self.excess(&from.axis, &to.axis, gap) + scale.excess(&from.scaled, &to.scaled, gap.time);
-        motion + branch + JUMP * limits
     }
 
     /// By how much a turn against the surface is more than the limit, 0 within it; as the chord of the turn.
@@ -230,7 +92,7 @@ impl SmoothPass<'_, '_> {
     }
 
     /// A posture with rotate to the pass's side.
-    fn signed(&self, amount: Posture) -> Posture {
+    pub(crate) fn signed(&self, amount: Posture) -> Posture {
         let negative = self.task.curve.end().rotate < 0.0;
         Posture { rotate: if negative { -amount.rotate } else { amount.rotate }, ..amount }
     }
@@ -246,10 +108,11 @@ impl SmoothPass<'_, '_> {
     }
 
     /// What the chosen sequence and the smoothed one cost, counted alike.
-    fn optimum(&self, clock: &PassClock, scale: &MotionScale, chosen: &Chosen, outcomes: &[Outcome]) -> Optimum {
+    fn optimum(&self, graph: &PassGraph<'_, '_, '_>, chosen: &Chosen, outcomes: &[Outcome]) -> Optimum {
+        let (clock, scale) = (graph.clock, graph.scale);
         let mut optimum = Optimum { graph: chosen.cost, ..Optimum::default() };
         let mut before: Option<(usize, Node)> = None;
-        for &(point, share, ref node) in &chosen.nodes {
+        for &ChosenNode { point, share, ref node, .. } in &chosen.nodes {
             let Ok(pose) = &outcomes[point] else { continue };
             let cc = &self.task.pass.points[point];
             let own = Node {
@@ -265,8 +128,8 @@ impl SmoothPass<'_, '_> {
             };
             optimum.smoothed += share * own.cusp_rate;
             match &before {
-                Some((last, from)) => optimum.smoothed += self.step(scale, from, &own, clock.gap(*last, point)),
-                None => optimum.smoothed += self.start(&own),
+                Some((last, from)) => optimum.smoothed += graph.step(from, &own, clock.gap(*last, point)),
+                None => optimum.smoothed += graph.start(&own),
             }
             optimum.layers += 1;
             before = Some((point, own));
@@ -305,17 +168,11 @@ pub(crate) struct Ends<'c> {
     pub(crate) points: [usize; 2],
 }
 
-/// The cheapest sequence: point, time share and node of every layer, and its cost.
-struct Chosen {
-    nodes: Vec<(usize, f64, Node)>,
-    cost: f64,
-}
-
 /// Way and time from one point to another.
 #[derive(Clone, Copy)]
 pub(crate) struct Gap {
-    length: f64,
-    time: f64,
+    pub(crate) length: f64,
+    pub(crate) time: f64,
 }
 
 /// When the cutter is where, at the programmed feed.
