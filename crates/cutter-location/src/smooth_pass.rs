@@ -10,8 +10,7 @@ use crate::pass_cost::{CuspScale, CuspTable, MotionScale, Scaled};
 use crate::pass_graph::{Chosen, ChosenNode, PassGraph};
 use crate::smooth_band::Band;
 use crate::{
-    Configuration, FeasiblePose, Hints, Optimum, Outcome, PassSettings, PassTask, PlannedPass, PoseTest,
-    SmoothSettings, search,
+    Configuration, FeasiblePose, Hints, Optimum, Outcome, PassSettings, PassTask, PlannedPass, PoseTest, SmoothSettings,
 };
 
 /// What postures of one pass are chosen with.

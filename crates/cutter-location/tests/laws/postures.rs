@@ -12,7 +12,7 @@ use facemill_sample_parts::{PatchSpec, patch};
 use facemill_tool_model::{Cusp, Outline, cl_from_cc, cusp_height_between};
 use nalgebra::{Point3, Unit, Vector3};
 
-use crate::kit::{Ball, cc_on_patch, cc_on_plane, curve_deg, machine, obstacle, plane, stand, tool, workcell};
+use crate::kit::{Ball, Random, cc_on_patch, cc_on_plane, curve_deg, machine, obstacle, plane, stand, tool, workcell};
 
 const STRIP: Strip = Strip { step_over: 6.0, curvature: 0.0 };
 /// A feed at which the rotary axes cannot follow everywhere, mm/s.
@@ -54,6 +54,8 @@ struct Cost<'c> {
     points: &'c [CcPoint],
     max_turn_per_mm: f64,
     feed: f64,
+    /// Mean time between layers, s.
+    layer_time: f64,
 }
 
 impl Cost<'_> {
@@ -64,7 +66,6 @@ impl Cost<'_> {
     fn of(&self, way: &[(Posture, AxisValues)]) -> f64 {
         let n = self.points.len();
         let steps: Vec<f64> = (0..n - 1).map(|k| self.length(k) / self.feed).collect();
-        let mean = steps.iter().sum::<f64>() / (n - 1) as f64;
         let mut sum = 0.0;
         for (k, (posture, _)) in way.iter().enumerate() {
             let before = if k > 0 { steps[k - 1] } else { 0.0 };
@@ -79,7 +80,8 @@ impl Cost<'_> {
         for k in 1..n {
             for (index, axis) in self.cell.machine.axes().iter().enumerate() {
                 let way_of_axis = axis_step(axis, index, way[k - 1].1, way[k].1);
-                let mut much = axis.max_velocity.min(axis.max_acceleration.map_or(f64::INFINITY, |a| a * mean));
+                let mut much =
+                    axis.max_velocity.min(axis.max_acceleration.map_or(f64::INFINITY, |a| a * self.layer_time));
                 if axis.kind == AxisKind::Rotary {
                     much = much.min(self.max_turn_per_mm * self.feed);
                 }
@@ -162,7 +164,9 @@ fn the_graphs_optimum_is_that_of_all_sequences_and_the_gap_is_true() {
             })
             .collect();
         assert!(choices.iter().all(|c| !c.is_empty()), "the scene has postures everywhere");
-        let cost = Cost { cell: &cell, points: &points, max_turn_per_mm: max_turn, feed };
+        let length: f64 = points.windows(2).map(|p| (p[1].position - p[0].position).norm()).sum();
+        let layer_time = length / feed / (points.len() - 1) as f64;
+        let cost = Cost { cell: &cell, points: &points, max_turn_per_mm: max_turn, feed, layer_time };
         let least = all_ways(&choices).iter().map(|way| cost.of(way)).fold(f64::INFINITY, f64::min);
         let optimum = planned.optimum.expect("a sequence was sought");
         assert!((optimum.graph - least).abs() < 1e-9 * least, "{} {least}", optimum.graph);
@@ -185,6 +189,80 @@ fn the_graphs_optimum_is_that_of_all_sequences_and_the_gap_is_true() {
     }
     assert!(too_fast >= 2, "the limit on the axes decides in {too_fast} of 8 passes only");
     println!("smoothing is cheaper than the graph in {undercut} of 8 passes, the axes' limit decides in {too_fast}");
+}
+
+#[test]
+fn nodes_that_do_not_stand_as_seated_leave_the_graph_and_the_gap_of_the_rest_is_true() {
+    let (machine, tool) = (machine(), tool(16.0, 2.0, 12.0));
+    let curve = curve_deg([12.0, 0.0], [14.0, 0.0], SearchOrder::TiltFirst, 1.0);
+    let points: Vec<CcPoint> = (0..6).map(|j| cc_on_plane(-35.0 + 14.0 * f64::from(j), 5.0)).collect();
+    let tree = MeshTree::new(&plane(400.0));
+    let mut random = Random(17);
+    let (mut scenes, mut removed) = (0, 0);
+    let time = |k: usize| (points[k + 1].position - points[k].position).norm() / SMOOTH.feed;
+    let layer_time = (0..points.len() - 1).map(time).sum::<f64>() / (points.len() - 1) as f64;
+    while scenes < 12 {
+        // Balls about as high as the low end of the holder, which the largest lift lets pass.
+        let balls: Vec<MeshTree> = (0..2)
+            .map(|_| {
+                let at = [random.between(-60.0, 40.0), random.between(-30.0, 40.0), random.between(38.0, 52.0)];
+                MeshTree::new(&Ball { center: at.into(), radius: 4.0 }.mesh())
+            })
+            .collect();
+        let obstacles = balls.iter().map(|b| obstacle("ball", b)).chain([obstacle("part", &tree)]).collect();
+        let cell = Workcell { max_lift: 3.0, ..workcell(&machine, &tool, obstacles) };
+        let test = PoseTest::new(&cell);
+        let hints = &mut Hints::default();
+        let lifted = |cc: &CcPoint, p: Posture| {
+            let cl = cl_from_cc(cell.tool.cutter(), cc, p).translated(cc.normal.into_inner() * cell.max_lift);
+            (cl, (p, stand(&cell, &cl).configuration.axes))
+        };
+        let (mut free, mut standing): (Vec<Vec<(Posture, AxisValues)>>, Vec<Vec<_>>) = (Vec::new(), Vec::new());
+        for cc in &points {
+            let found = search(&test, cc, &curve, &SearchSettings::default(), 0.0, None, hints);
+            let of_lattice = [12.0f64, 14.0].map(|tilt| Posture { tilt: tilt.to_radians(), rotate: 0.0 });
+            let all: Vec<Posture> = of_lattice.into_iter().chain(found.ok().map(|f| f.pose.posture)).collect();
+            let nodes = all.iter().map(|p| lifted(cc, *p));
+            let nodes = nodes.filter(|(cl, node)| {
+                let hints = &mut Hints::default();
+                test.gouge(cl, hints).is_none() && test.collision(&node.1, hints).is_none()
+            });
+            let nodes: Vec<(Posture, AxisValues)> = nodes.map(|(_, node)| node).collect();
+            standing.push(nodes.iter().copied().filter(|n| test.try_posture(cc, n.0, None, hints).is_ok()).collect());
+            free.push(nodes);
+        }
+        // Points at which the graph has nodes and none of them stands.
+        if free.iter().any(Vec::is_empty) || standing.iter().all(|s| !s.is_empty()) {
+            continue;
+        }
+        scenes += 1;
+        let task = PassTask { pass: Pass::new(points.clone()), curve, strips: Vec::new() };
+        let planned =
+            plan_passes(&test, &[task], &settings(PostureMode::Smooth(SMOOTH), 1.0), &Silent).unwrap().remove(0);
+        let optimum = planned.optimum.expect("told for every pass");
+        let posed: Vec<usize> = (0..points.len()).filter(|&k| planned.outcomes.points[k].is_ok()).collect();
+        assert!(posed.len() >= 2 && standing.iter().enumerate().all(|(k, s)| s.is_empty() || posed.contains(&k)));
+        assert!(optimum.layers <= posed.len());
+        // A point that gets a pose between others once it is no layer is not compared.
+        if optimum.layers < posed.len() {
+            continue;
+        }
+        removed += usize::from(posed.len() < points.len());
+        let own: Vec<CcPoint> = posed.iter().map(|&k| points[k]).collect();
+        let cost = Cost { cell: &cell, points: &own, max_turn_per_mm: 1.0, feed: SMOOTH.feed, layer_time };
+        let least = |choices: &[Vec<(Posture, AxisValues)>]| {
+            all_ways(choices).iter().map(|way| cost.of(way)).fold(f64::INFINITY, f64::min)
+        };
+        let below = least(&posed.iter().map(|&k| free[k].clone()).collect::<Vec<_>>());
+        let best = |k: &usize| if standing[*k].is_empty() { free[*k].clone() } else { standing[*k].clone() };
+        let above = least(&posed.iter().map(best).collect::<Vec<_>>());
+        let near = 1e-9 * above;
+        assert!(below - near <= optimum.graph && optimum.graph <= above + near, "{below} {} {above}", optimum.graph);
+        let pose = |k: &usize| planned.outcomes.points[*k].as_ref().map(|p| (p.posture, p.configuration.axes)).unwrap();
+        let smoothed = cost.of(&posed.iter().map(pose).collect::<Vec<_>>());
+        assert!((optimum.smoothed - smoothed).abs() < 1e-9 * smoothed, "{} {smoothed}", optimum.smoothed);
+    }
+    assert!(removed >= 3, "layers are removed in {removed} of {scenes} scenes only");
 }
 
 #[test]
@@ -241,7 +319,8 @@ fn smooth_postures_move_the_rotary_axes_less_than_the_smallest_ones() {
     assert!(total(&smooth) < 0.5 * total(&smallest), "{} {}", total(&smooth), total(&smallest));
     // The jumps told are those there are.
     for (task, pass) in tasks.iter().zip(&smooth) {
-        let cost = Cost { cell: &cell, points: &task.pass.points, max_turn_per_mm: 0.01, feed: SMOOTH.feed };
+        let cost =
+            Cost { cell: &cell, points: &task.pass.points, max_turn_per_mm: 0.01, feed: SMOOTH.feed, layer_time: 1.0 };
         let jumps = (1..task.pass.points.len()).filter(|&k| {
             let (a, b) = (&task.pass.points[k - 1], &task.pass.points[k]);
             let (Ok(p), Ok(q)) = (&pass.outcomes.points[k - 1], &pass.outcomes.points[k]) else { return false };
