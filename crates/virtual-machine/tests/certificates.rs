@@ -120,7 +120,7 @@ impl Walk {
         for (c, ends) in cuts.iter().zip(stops.windows(2)) {
             let places: Vec<Place> =
                 (0..=self.times).map(|k| at(&ends[0], &ends[1], f64::from(k) / f64::from(self.times))).collect();
-            let deepest = kit::CUTTER.depth(places.iter().copied(), &within_reach(&all, &places));
+            let deepest = kit::CUTTER.depth(places.iter().copied(), &within_reach(&all, &places), LIMIT);
             let Some(depth) = c.depth_mm else {
                 // Where the axes swing past the pole the tip may leave its way by millimetres, deeper than is told.
                 assert!(deepest > 0.6 * LIMIT, "line {}: {deepest} deep and not certified", c.line);

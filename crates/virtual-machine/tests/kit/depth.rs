@@ -41,12 +41,15 @@ impl Cutter {
     }
 
     /// How deep the cutter is at most in the triangles at any of the places: the largest distance of a point of theirs in it
-    /// from its surface, to a millionth of a micrometre; 0 where it touches none.
-    pub fn depth(&self, places: impl Iterator<Item = Place>, triangles: &[Triangle]) -> f64 {
+    /// from its surface, to a millionth of a micrometre; 0 where it touches none. Of depths above `at_most` only that they are.
+    pub fn depth(&self, places: impl Iterator<Item = Place>, triangles: &[Triangle], at_most: f64) -> f64 {
         let mut lowest = 0.0;
         for place in places {
             for t in triangles {
                 self.lower(&place, t, &mut lowest);
+                if lowest < -at_most {
+                    return -lowest;
+                }
             }
         }
         -lowest
