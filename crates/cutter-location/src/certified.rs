@@ -1,5 +1,8 @@
 //! The search with a proof: what is passed over on the curve is proven blocked, up to stretches of a stated width.
 
+use std::collections::BTreeMap;
+use std::sync::{Mutex, PoisonError};
+
 use facemill_cl_data::CcPoint;
 
 use crate::cell_proof::PostureCell;
@@ -18,6 +21,35 @@ pub struct CertifiedSearch {
     pub tests: usize,
 }
 
+/// Points at which the width of a proof had to be larger than asked for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Widened {
+    /// How many.
+    pub points: usize,
+    /// The largest width that was reached at one of them.
+    pub largest: f64,
+}
+
+/// The largest width of each point at which more than the asked one was needed, by the bits of its place: a sum that does not
+/// hang on the order of the searches.
+#[derive(Debug, Default)]
+pub(crate) struct Widths(Mutex<BTreeMap<[u64; 3], f64>>);
+
+impl Widths {
+    fn note(&self, cc: &CcPoint, width: f64) {
+        let place = [cc.position.x, cc.position.y, cc.position.z].map(f64::to_bits);
+        let mut all = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let largest = all.entry(place).or_insert(width);
+        *largest = largest.max(width);
+    }
+
+    pub(crate) fn widened(&self) -> Option<Widened> {
+        let all = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let largest = all.values().copied().reduce(f64::max)?;
+        Some(Widened { points: all.len(), largest })
+    }
+}
+
 /// Intervals judged before the width is doubled: half a second at worst, and some ten times what a hard point takes at a
 /// thousandth.
 pub const MOST_TESTS: usize = 4096;
@@ -31,7 +63,8 @@ const FINEST: f64 = 1e-6;
 /// Intervals of the curve are taken from the left. One is passed over where a single proof blocks all its postures; it is
 /// halved where none is found; and where it is no longer than the width, both ends and the middle are tested. So every
 /// feasible stretch before the result is shorter than the width. The result itself is tested as it stands, and bisected
-/// against the last blocked u to `settings.u_tolerance`.
+/// against the last blocked u to `settings.u_tolerance`. A width that had to be larger than asked for is told by
+/// [`PoseTest::widened`], too, whether a posture is found or not.
 pub fn certified_search(
     test: &PoseTest<'_>,
     cc: &CcPoint,
@@ -41,7 +74,8 @@ pub fn certified_search(
     near: Option<&Configuration>,
     hints: &mut Hints,
 ) -> CertifiedSearch {
-    let mut width = settings.certified.unwrap_or(settings.u_step).max(FINEST);
+    let asked = settings.certified.unwrap_or(settings.u_step).max(FINEST);
+    let mut width = asked;
     let mut tests = 0;
     loop {
         let mut walk = Walk { test, cc, curve, settings, near, width, tests: 0, reasons: Reasons::default() };
@@ -52,9 +86,12 @@ pub fn certified_search(
                 width *= 2.0;
                 continue;
             }
-            Step::Found(found) => Ok(found),
+            Step::Found(found) => Ok(Found { width: Some(width), ..found }),
             Step::Blocked => Err(walk.reasons.most_frequent()),
         };
+        if width > asked {
+            test.widths.note(cc, width);
+        }
         return CertifiedSearch { found, width, tests };
     }
 }
@@ -119,7 +156,7 @@ impl Walk<'_, '_> {
     }
 
     fn try_at(&self, u: f64, hints: &mut Hints) -> Result<Found, Infeasible> {
-        self.test.try_posture(self.cc, self.curve.at(u), self.near, hints).map(|pose| Found { u, pose })
+        self.test.try_posture(self.cc, self.curve.at(u), self.near, hints).map(|pose| Found { u, pose, width: None })
     }
 
     /// All postures of an interval: tilt and rotate run one way along the curve, so that its ends differ most from its middle.

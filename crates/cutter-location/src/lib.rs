@@ -4,8 +4,8 @@
 //! posture at one CC point: the pose, seated and with axis values, or [`Infeasible`] with the body that blocks.
 //! [`search`](fn@search) walks the paper's rational Bézier [`SearchCurve`] at one point, or with a proof that nothing feasible
 //! was stepped over ([`certified_search`]); [`plan_passes`] does it along passes and keeps the axis from jumping.
-//! [`map`](fn@map::map) proves for whole ranges of postures that all are feasible or none is. [`approach`] and [`link`] hold the moves that do not cut: entry and exit of a pass, and
-//! the way from one to the next.
+//! [`map`](fn@map::map) proves for whole ranges of postures that all are feasible or none is. [`approach`] and [`link`] hold
+//! the moves that do not cut: entry and exit of a pass, and the way from one to the next.
 //!
 //! What is returned as feasible has been tested as it stands, with the verdicts of `facemill-interference`: no point of
 //! the cutter is deeper than the gouge tolerance in an obstacle, dilated bodies touch nothing, axis values are within their
@@ -39,7 +39,7 @@ mod stance;
 mod workcell;
 
 pub use bezier::{SearchCurve, SearchCurveError, SearchOrder, TurnTable};
-pub use certified::{CertifiedSearch, MOST_TESTS, certified_search};
+pub use certified::{CertifiedSearch, MOST_TESTS, Widened, certified_search};
 pub use pass_plan::{
     AxisTarget, Optimum, Outcome, PassSettings, PassTask, PlannedPass, PostureMode, SmoothSettings, plan_passes,
 };

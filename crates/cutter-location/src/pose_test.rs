@@ -5,6 +5,7 @@ use facemill_tool_model::{Cutter, cl_from_cc};
 use facemill_z_map::certainly_free;
 use nalgebra::{Isometry3, Point3, Unit, Vector3};
 
+use crate::certified::{Widened, Widths};
 use crate::machine_obstacles::{MachineObstacle, Meetings};
 use crate::spun_bodies::{SpunBody, spun_bodies};
 use crate::{Body, Configuration, FeasiblePose, Hints, Infeasible, Workcell, angle_between, tool_frame};
@@ -21,6 +22,7 @@ pub struct PoseTest<'a> {
     pub(crate) machine_obstacles: Vec<MachineObstacle>,
     pub(crate) meetings: Meetings,
     pub(crate) spun_bodies: Vec<SpunBody>,
+    pub(crate) widths: Widths,
 }
 
 /// A body where it is.
@@ -44,7 +46,14 @@ impl<'a> PoseTest<'a> {
             tool_bodies,
             work_from_table: cell.table_from_work.inverse(),
             machine_obstacles,
+            widths: Widths::default(),
         }
+    }
+
+    /// CC points of all searches with a proof made with this test so far, in which `SearchSettings::certified` was too narrow
+    /// to be reached; `None` where there were none. Does not depend on the order of the searches.
+    pub fn widened(&self) -> Option<Widened> {
+        self.widths.widened()
     }
 
     /// Name of a body for messages.

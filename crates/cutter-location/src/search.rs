@@ -11,7 +11,8 @@ pub struct SearchSettings {
     /// Width of the bracket at which bisection ends. Larger: postures larger than needed.
     pub u_tolerance: f64,
     /// Width of the stretches of u that may be stepped over: everything before the result is proven blocked but for feasible
-    /// stretches shorter than this ([`certified_search`]). `None` steps as the paper does.
+    /// stretches shorter than this ([`certified_search`]), or than [`Found::width`] where that would take too many tests.
+    /// `None` steps as the paper does.
     pub certified: Option<f64>,
 }
 
@@ -28,6 +29,9 @@ pub struct Found {
     pub u: f64,
     /// The pose, tested at exactly this u.
     pub pose: FeasiblePose,
+    /// No feasible stretch of the curve that is at least so long lies between where the search began and u; `None` where nothing
+    /// is proven. More than `settings.certified` where that would have taken too many tests.
+    pub width: Option<f64>,
 }
 
 /// The pose with the smallest u that the paper's search finds at a CC point.
@@ -51,7 +55,7 @@ pub fn search(
     if settings.certified.is_some() {
         return certified_search(test, cc, curve, settings, from_u, near, hints).found;
     }
-    let mut try_at = |u: f64| test.try_posture(cc, curve.at(u), near, hints).map(|pose| Found { u, pose });
+    let mut try_at = |u: f64| test.try_posture(cc, curve.at(u), near, hints).map(|pose| Found { u, pose, width: None });
     let mut blocked = None;
     let mut reasons = Reasons::default();
     for u in coarse_steps(from_u, settings.u_step) {

@@ -1,7 +1,9 @@
 //! The search with a proof against dense scans, where feasible stretches are too short for the paper's steps.
 
 use facemill_cl_data::Solid;
-use facemill_cutter_location::{Hints, MOST_TESTS, PoseTest, SearchOrder, SearchSettings, certified_search, search};
+use facemill_cutter_location::{
+    Hints, MOST_TESTS, PoseTest, SearchOrder, SearchSettings, Widened, certified_search, search,
+};
 use facemill_interference::{Interference, MeshTree, Separation, Verdict, Witness};
 use facemill_sample_parts::{PatchSpec, patch};
 use nalgebra::{Isometry3, Point3};
@@ -63,7 +65,7 @@ fn no_feasible_stretch_of_the_width_lies_before_what_is_found() {
                         continue;
                     };
                     let again = test.try_posture(&cc, curve.at(found.u), None, &mut Hints::default());
-                    assert_eq!(again, Ok(found.pose));
+                    assert_eq!((again, found.width), (Ok(found.pose), Some(width)));
                     if let Some(long) = long {
                         assert!(found.u <= long[0] + settings.u_tolerance, "{found:?} for {long:?}");
                     }
@@ -71,6 +73,8 @@ fn no_feasible_stretch_of_the_width_lies_before_what_is_found() {
                     narrow += usize::from(long.is_some_and(|s| s[1] - s[0] < 0.1));
                     let paper = SearchSettings::default();
                     let stepped = search(&test, &cc, &curve, &paper, 0.0, None, &mut Hints::default());
+                    assert!(stepped.as_ref().is_ok_and(|s| s.width.is_none()) || stepped.is_err());
+                    assert_eq!(test.widened(), None);
                     missed_by_steps += usize::from(stepped.map_or(true, |s| s.u > found.u + 0.01));
                 }
             }
@@ -137,4 +141,51 @@ fn a_width_that_needs_too_many_tests_gives_way_and_says_so() {
         assert!(intervals <= 2.0 * MOST_TESTS as f64 && (wide_enough || intervals > 0.25 * MOST_TESTS as f64));
         assert!(blocked.tests <= 12 * MOST_TESTS, "{}", blocked.tests);
     }
+}
+
+/// A plate in front of the cutter's axis up to some height of the pose, and so up to some tilt; what it hits, no proof can use.
+struct UpTo {
+    tip: f64,
+}
+
+impl Interference for UpTo {
+    fn verdict(&self, solid: &Solid, pose: &Isometry3<f64>, hint: Option<u32>) -> Verdict {
+        // The tip of a tilted cutter is above the contact: the lower, the less it is tilted.
+        if (pose * Point3::origin()).z > self.tip { Verdict::Free } else { Everywhere.verdict(solid, pose, hint) }
+    }
+
+    fn core_distance(&self, solid: &Solid, pose: &Isometry3<f64>, reach: f64, hint: Option<u32>) -> Option<Separation> {
+        if (pose * Point3::origin()).z > self.tip { None } else { Everywhere.core_distance(solid, pose, reach, hint) }
+    }
+}
+
+#[test]
+fn points_at_which_a_width_gave_way_are_counted_once_with_the_largest_one() {
+    let (machine, tool) = (machine(), tool(25.0, 2.0, 12.0));
+    let curve = curve_deg([1.0, 0.0], [25.0, -80.0], SearchOrder::TiltFirst, 1.0);
+    let settings = |width: f64| SearchSettings { certified: Some(width), ..SearchSettings::default() };
+    let blocked = workcell(&machine, &tool, vec![obstacle("fog", &Everywhere)]);
+    let test = PoseTest::new(&blocked);
+    let at = |x: f64, width: f64| {
+        search(&test, &cc_on_plane(x, 5.0), &curve, &settings(width), 0.0, None, &mut Hints::default())
+    };
+    // Wide enough: nothing to tell.
+    assert!(at(10.0, 0.002).is_err() && test.widened().is_none());
+    let mut largest = 0.0_f64;
+    for (x, width, points) in [(10.0, 1e-5, 1), (10.0, 2e-5, 1), (20.0, 1e-4, 2), (10.0, 1e-5, 2)] {
+        assert!(at(x, width).is_err());
+        let alone = PoseTest::new(&blocked);
+        let cc = cc_on_plane(x, 5.0);
+        largest = largest
+            .max(certified_search(&alone, &cc, &curve, &settings(width), 0.0, None, &mut Hints::default()).width);
+        assert_eq!(test.widened(), Some(Widened { points, largest }));
+    }
+    // Where a posture is found behind what could not be proven finely, it carries the width.
+    let cell = workcell(&machine, &tool, vec![obstacle("fog", &UpTo { tip: 5.0 })]);
+    let test = PoseTest::new(&cell);
+    let cc = cc_on_plane(10.0, 5.0);
+    let found = search(&test, &cc, &curve, &settings(1e-5), 0.0, None, &mut Hints::default()).unwrap();
+    let width = found.width.unwrap();
+    assert!(found.u > 0.1 && width > 1e-5, "{found:?}");
+    assert_eq!(test.widened(), Some(Widened { points: 1, largest: width }));
 }
