@@ -6,8 +6,8 @@ use facemill_cl_data::{CcPoint, Pass, Posture, Silent};
 use facemill_cutter_location::cusp::{CutPoint, Ridge, Strip, ridges, strips};
 use facemill_cutter_location::link::{ClearanceSurface, LinkSettings};
 use facemill_cutter_location::{
-    Hints, Optimum, Outcome, PassTask, PoseTest, Relief, SearchCurve, SearchSettings, Workcell, map::map, plan_passes,
-    reliefs, search,
+    Hints, Optimum, Outcome, PassTask, PoseTest, Relief, SearchCurve, SearchSettings, Widened, Workcell, map::map,
+    plan_passes, reliefs, search,
 };
 use facemill_inverse_kinematics::{Branch, BranchPreference};
 use facemill_tool_model::{Cutter, cl_from_cc};
@@ -52,6 +52,8 @@ pub(crate) struct PlannedOperation<'a> {
     pub(crate) reliefs: BTreeMap<String, Vec<Relief>>,
     /// How near to the best the postures of the first place are, where that was sought.
     pub(crate) optimum: Option<Optimum>,
+    /// CC points at which the search could not prove as finely as asked.
+    pub(crate) widened: Option<Widened>,
     /// Ridge and chip at every cut of every piece of the first place.
     pub(crate) along: Vec<Vec<Along>>,
 }
@@ -87,6 +89,7 @@ impl<'a> PlannedOperation<'a> {
         let mut left_out = Vec::new();
         let settings = move_settings(job, setup, operation);
         let Placed { pieces, cc_points, optimum } = place_pieces(&test, operation, &laid.tasks, &mut left_out, stages)?;
+        let widened = test.widened();
         let passes = pass_settings(operation);
         let monitor = stages.start("between points", cc_points);
         let pieces = filled(&test, &settings.linearity, passes.fallback(), pieces, &mut left_out, &*monitor)?;
@@ -105,7 +108,7 @@ impl<'a> PlannedOperation<'a> {
         let reliefs = reliefs_by_reason(&cell, &left_out, &search_settings(operation));
         clock.lap("what would help");
         let dropped_pieces = laid.dropped_pieces;
-        let planned = Self { reliefs, operation, moves, cc_points, dropped_pieces, left_out, optimum, along };
+        let planned = Self { reliefs, operation, moves, cc_points, dropped_pieces, left_out, optimum, widened, along };
         planned.check_left_out()?;
         Ok((planned, picture))
     }

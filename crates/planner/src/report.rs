@@ -144,6 +144,8 @@ pub struct PosturesReport {
     pub mode: PostureModeFile,
     /// How near to the best the sequence of postures is; `null` in modes that seek none.
     pub optimum: Option<OptimumReport>,
+    /// How finely the searches along the curve are proven; `null` where the job does not ask for a `certified_u_width`.
+    pub search_proof: Option<SearchProofReport>,
     /// Rotary axes in passes, all places of the pattern, at the programmed feed.
     pub rotary: Vec<RotaryReport>,
 }
@@ -161,6 +163,17 @@ pub struct OptimumReport {
     /// Steps on which the tool axis turns against the surface by more than the job's limit, or an axis would have to be faster
     /// than it can at the programmed feed.
     pub jumps: usize,
+}
+
+/// How finely searches along the curve are proven to have passed over nothing feasible, in all places of the pattern.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct SearchProofReport {
+    /// `certified_u_width` of the job.
+    pub asked_u_width: f64,
+    /// The largest width that was needed: no feasible stretch so long was passed over at any point that was searched.
+    pub largest_u_width: f64,
+    /// CC points at which more than the asked width was needed, because the proof would have taken too many tests.
+    pub wider_points: usize,
 }
 
 /// Motion of a rotary axis along passes, at the programmed feed of the tool tip, whatever the axis can do.

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use facemill_cutter_location::Relief;
 use facemill_cutter_location::cusp::Ridge;
+use facemill_cutter_location::{Relief, Widened};
 use facemill_tool_model::Cusp;
 use facemill_virtual_machine::{Certificates, Verification};
 use nalgebra::Point3;
@@ -16,7 +16,7 @@ use crate::pieces::{Cut, LeftOut, Piece};
 use crate::program::Timed;
 use crate::report::{
     BudgetReport, CertifiedReport, HelpReport, InfeasibleReport, OptimumReport, PassReport, PosturesReport,
-    REPORT_FORMAT, Report, Totals, Worst,
+    REPORT_FORMAT, Report, SearchProofReport, Totals, Worst,
 };
 use crate::rotary_motion::rotary_report;
 
@@ -110,7 +110,18 @@ fn postures_report(job: &Job, o: &PlannedOperation<'_>) -> PosturesReport {
     });
     let passes: Vec<&[Cut]> = o.moves.pieces.iter().map(|p| p.piece.cuts.as_slice()).collect();
     let rotary = rotary_report(&job.machine, &passes, o.operation.feeds.cutting_mm_min / 60.0);
-    PosturesReport { operation: o.operation.name.clone(), mode: o.operation.search.mode.clone(), optimum, rotary }
+    let search_proof = o.operation.search.certified_u_width.map(|asked| search_proof(asked, o.widened));
+    let (operation, mode) = (o.operation.name.clone(), o.operation.search.mode.clone());
+    PosturesReport { operation, mode, optimum, search_proof, rotary }
+}
+
+/// The width that a job asks for, and what became of it.
+fn search_proof(asked: f64, widened: Option<Widened>) -> SearchProofReport {
+    SearchProofReport {
+        asked_u_width: asked,
+        largest_u_width: widened.map_or(asked, |w| w.largest),
+        wider_points: widened.map_or(0, |w| w.points),
+    }
 }
 
 fn larger(a: Option<f64>, b: Option<f64>) -> Option<f64> {
@@ -214,4 +225,18 @@ fn infeasible_report(operations: &[PlannedOperation<'_>]) -> Vec<InfeasibleRepor
         .collect();
     all.sort_by_key(|r| std::cmp::Reverse(r.points));
     all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_search_proof_tells_the_asked_width_until_a_point_needs_more() {
+        let told = |widened| search_proof(0.002, widened);
+        let kept = told(None);
+        assert_eq!((kept.asked_u_width, kept.largest_u_width, kept.wider_points), (0.002, 0.002, 0));
+        let wider = told(Some(Widened { points: 3, largest: 0.008 }));
+        assert_eq!((wider.asked_u_width, wider.largest_u_width, wider.wider_points), (0.002, 0.008, 3));
+    }
 }

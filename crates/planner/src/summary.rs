@@ -1,6 +1,6 @@
 //! What the command line says at the end.
 
-use crate::report::Report;
+use crate::report::{PosturesReport, Report};
 
 /// A few lines for a person.
 pub fn summary(report: &Report) -> String {
@@ -58,6 +58,7 @@ pub fn summary(report: &Report) -> String {
             "  posture jumps     {jumps} steps beyond max_turn_deg_per_mm or what an axis can at the programmed feed"
         ));
     }
+    lines.extend(report.postures.iter().filter_map(wider_search));
     if t.uncut_points > 0 {
         lines.push(format!("  uncut strips      at {} points", t.uncut_points));
     }
@@ -82,8 +83,41 @@ pub fn summary(report: &Report) -> String {
     lines.join("\n")
 }
 
+/// A line on searches of an operation that are not proven as finely as the job asks.
+fn wider_search(postures: &PosturesReport) -> Option<String> {
+    let p = postures.search_proof.as_ref().filter(|p| p.wider_points > 0)?;
+    Some(format!(
+        "  search proof      at {} points only to {} of the curve, not to certified_u_width {}, operation \"{}\"",
+        p.wider_points, p.largest_u_width, p.asked_u_width, postures.operation
+    ))
+}
+
 /// Hours, minutes and seconds.
 fn clock(seconds: f64) -> String {
     let total = seconds.round() as u64;
     format!("{}:{:02}:{:02}", total / 3600, total / 60 % 60, total % 60)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::wider_search;
+    use crate::job_file::PostureModeFile;
+    use crate::report::{PosturesReport, SearchProofReport};
+
+    #[test]
+    fn only_searches_that_are_proven_less_finely_than_asked_have_a_line() {
+        let line = |proof: Option<(f64, f64, usize)>| {
+            let search_proof = proof.map(|(asked_u_width, largest_u_width, wider_points)| SearchProofReport {
+                asked_u_width,
+                largest_u_width,
+                wider_points,
+            });
+            let (operation, mode) = ("suction".to_owned(), PostureModeFile::Smallest);
+            wider_search(&PosturesReport { operation, mode, optimum: None, search_proof, rotary: Vec::new() })
+        };
+        assert_eq!(line(None), None);
+        assert_eq!(line(Some((0.002, 0.002, 0))), None);
+        let told = line(Some((0.001, 0.004, 7))).unwrap();
+        assert!(["7 points", "0.004", "0.001", "suction"].iter().all(|part| told.contains(part)), "{told}");
+    }
 }
