@@ -104,6 +104,16 @@ impl Bins {
         Self { triangles, centers, origin, size, columns, rows, bins, largest }
     }
 
+    /// The triangles as a mesh, no vertex shared.
+    ///
+    /// # Panics
+    /// When a triangle is not finite, which it is not.
+    pub fn mesh(&self) -> TriMesh {
+        let vertices = self.triangles.iter().flatten().copied().collect();
+        let triangles = (0..self.triangles.len() as u32).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]).collect();
+        TriMesh::new(vertices, triangles).expect("finite triangles")
+    }
+
     /// Triangles that may have a point within `reach` of `center`.
     fn near<'a>(&'a self, center: &Point3<f64>, reach: f64) -> impl Iterator<Item = usize> + 'a {
         let reach = reach + self.largest;

@@ -6,10 +6,11 @@
 //! - [`onset`]: the tilt from which on a cutter is free of a torus or saddle, from the surface's equation;
 //! - [`interpreter`]: what a FANUC program does to its axes;
 //! - [`paper_machine`]: FEED (9), from axis values of the head-B, table-C mill to the tool;
-//! - [`read_back`]: a written program against the meshes of its job, by these three.
+//! - [`read_back`]: a written program against the meshes of its job, by these three;
+//! - [`slack`]: how much more certificates say than there is, at its places, with the mesh tree's distance.
 //!
-//! Helpers: [`jobs`] writes small jobs and plans them, [`variants`] plans variants of one by the command, [`program`] runs the `facemill` command, [`shared`] finds the
-//! shared data, [`meshes`] plans every shared mesh, [`random`] makes seeded numbers.
+//! Helpers: [`jobs`] writes small jobs and plans them, [`variants`] plans variants of one by the command, [`program`] runs the
+//! `facemill` command, [`shared`] finds the shared data, [`meshes`] plans every shared mesh, [`random`] makes seeded numbers.
 
 pub mod brute;
 pub mod interpreter;
@@ -21,6 +22,7 @@ pub mod program;
 pub mod random;
 pub mod read_back;
 pub mod shared;
+pub mod slack;
 pub mod sweep;
 pub mod touch;
 pub mod variants;
