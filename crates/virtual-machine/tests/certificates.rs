@@ -201,10 +201,20 @@ fn a_turned_tool_vector_is_never_deeper_than_certified() {
 }
 
 #[test]
-#[ignore = "a minute: run with --release (docs/benchmarks.md)"]
-fn no_sampled_depth_of_ten_thousand_random_blocks_exceeds_its_certificate() {
+#[ignore = "minutes: run with --release (docs/benchmarks.md)"]
+fn four_thousand_blocks_with_all_axes_linear_are_never_deeper_than_certified() {
     axes_linear(&Walk { seed: 11, blocks: 4000, rtcp: false, times: 200 });
+}
+
+#[test]
+#[ignore = "minutes: run with --release (docs/benchmarks.md)"]
+fn three_thousand_blocks_with_even_rotaries_are_never_deeper_than_certified() {
     rotaries_linear(&Walk { seed: 12, blocks: 3000, rtcp: true, times: 200 });
+}
+
+#[test]
+#[ignore = "minutes: run with --release (docs/benchmarks.md)"]
+fn three_thousand_blocks_with_a_turned_tool_vector_are_never_deeper_than_certified() {
     vector_turned(&Walk { seed: 13, blocks: 3000, rtcp: true, times: 200 });
 }
 
