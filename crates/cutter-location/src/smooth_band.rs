@@ -159,11 +159,16 @@ impl<'b, 's, 'a> Band<'b, 's, 'a> {
                 continue;
             }
             let cc = &self.pass.task.pass.points[k];
-            if let Ok(pose) = self.pass.test.try_posture(cc, posture, Some(&configuration), hints) {
+            let tried = self.pass.test.try_posture(cc, posture, Some(&configuration), hints);
+            if let Some(pose) = tried.ok().filter(|pose| pose.configuration.branch == stretch.branch) {
                 *known = Known::Free(pose);
                 continue;
             }
-            *known = match self.raised(k, posture, &configuration, hints) {
+            let wanted = self.standing(stretch.branch, stretch.targets.iter().map(|targets| targets[at]));
+            let wanted = self.posture(k, &wanted.axes);
+            *known = match self.raised(k, [posture, wanted], &configuration, hints) {
+                // On the other branch the machine stands elsewhere: nothing for the band to go through.
+                Ok(pose) if pose.configuration.branch != stretch.branch => Known::Bound(pose),
                 Ok(pose) => {
                     bound = true;
                     for (axis, targets) in stretch.targets.iter_mut().enumerate() {
@@ -217,8 +222,9 @@ impl<'b, 's, 'a> Band<'b, 's, 'a> {
     }
 
     /// A feasible posture near one that is not: with more tilt, one step beyond the first such one where that is feasible, too,
-    /// because the band will not keep to it exactly; else the first one of the search curve.
-    fn raised(&self, k: usize, posture: Posture, near: &Configuration, hints: &mut Hints) -> Outcome {
+    /// because the band will not keep to it exactly; else the one that the band was to go through; else the first one of the
+    /// search curve.
+    fn raised(&self, k: usize, [posture, wanted]: [Posture; 2], near: &Configuration, hints: &mut Hints) -> Outcome {
         let cc = &self.pass.task.pass.points[k];
         let mut first = None;
         for raise in RAISES {
@@ -235,6 +241,10 @@ impl<'b, 's, 'a> Band<'b, 's, 'a> {
                 (None, None) => {}
             }
         }
+        let on_branch = |pose: &FeasiblePose| pose.configuration.branch == near.branch;
+        let as_wanted =
+            |hints: &mut Hints| self.pass.test.try_posture(cc, wanted, Some(near), hints).ok().filter(on_branch);
+        let first = first.or_else(|| as_wanted(hints));
         first.map_or_else(|| self.searched(k, Some(near), hints), Ok)
     }
 
