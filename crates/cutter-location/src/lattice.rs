@@ -20,10 +20,19 @@ pub(crate) struct Lattice {
 impl Lattice {
     /// The lattice over a curve's ranges, corners included, as fine as [`MOST`] and [`FINEST`] allow.
     pub(crate) fn new(curve: &SearchCurve) -> Self {
-        let mut spacing = FINEST;
+        Self::within(curve, FINEST, MOST)
+    }
+
+    /// A lattice several times as fine, for points at which little is feasible.
+    pub(crate) fn fine(curve: &SearchCurve) -> Self {
+        Self::within(curve, FINEST / 4.0, 8 * MOST)
+    }
+
+    fn within(curve: &SearchCurve, finest: f64, most: usize) -> Self {
+        let mut spacing = finest;
         loop {
             let postures = postures(curve, spacing);
-            if postures.len() <= MOST {
+            if postures.len() <= most {
                 return Self { postures, spacing };
             }
             spacing *= 1.1;

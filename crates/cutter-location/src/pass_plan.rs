@@ -151,7 +151,7 @@ pub type Outcome = Result<FeasiblePose, Infeasible>;
 /// `Smooth`: postures of a lattice over the search's ranges are tested at layers along the pass; the cheapest sequence is the
 /// shortest way through them; the rotary axes are smoothed along it, and each point is tested in the posture that results. One
 /// that is not feasible is raised until it is, and the band bent there; a point for which that fails gets the first feasible
-/// posture of its curve, so that no point is left out that `Smallest` plans.
+/// posture of its curve, so that no point is left out that `Smallest` plans, or one beside the curve.
 ///
 /// `Fixed` and `Toward` take the posture that they ask for or none.
 ///
@@ -176,8 +176,8 @@ pub fn plan_passes(
             PostureMode::Smallest => smallest(test, task, settings, monitor),
             PostureMode::Smooth(smooth) => {
                 let own = grounds.iter().find(|g| g.serves(&task.curve));
-                let Some(Grounds { lattice, cusps, .. }) = own else { return Ok(PlannedPass::empty()) };
-                SmoothPass { test, task, settings, smooth, lattice, cusps }.plan(monitor)
+                let Some(Grounds { lattice, fine, cusps, .. }) = own else { return Ok(PlannedPass::empty()) };
+                SmoothPass { test, task, settings, smooth, lattice, fine, cusps }.plan(monitor)
             }
             PostureMode::Fixed(amount) => {
                 let turn = if task.curve.end().rotate < 0.0 { -1.0 } else { 1.0 };
@@ -201,6 +201,7 @@ impl PlannedPass {
 struct Grounds {
     curve: SearchCurve,
     lattice: Lattice,
+    fine: Lattice,
     cusps: CuspTable,
 }
 
@@ -215,7 +216,7 @@ impl Grounds {
             if !all.iter().any(|g| g.serves(&task.curve)) {
                 let lattice = Lattice::new(&task.curve);
                 let cusps = CuspTable::new(&scale, &lattice.postures, &strips);
-                all.push(Self { curve: task.curve, lattice, cusps });
+                all.push(Self { curve: task.curve, lattice, fine: Lattice::fine(&task.curve), cusps });
             }
         }
         all

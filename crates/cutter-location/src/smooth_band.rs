@@ -1,6 +1,8 @@
 //! A smooth sequence of rotary positions through chosen ones, inside the feasible set.
 
-use facemill_cl_data::{Cancelled, Monitor, Posture};
+use std::cell::Cell;
+
+use facemill_cl_data::{Cancelled, CcPoint, Monitor, Posture};
 use facemill_inverse_kinematics::{AxisKind, AxisValues, Branch};
 use facemill_tool_model::cl_from_cc;
 
@@ -29,7 +31,23 @@ pub(crate) struct Band<'b, 's, 'a> {
     /// What changes faster than this is smoothed away, s.
     tau: f64,
     rotary: Vec<usize>,
+    beside: Cell<Beside>,
 }
+
+/// What looking beside the search curve has given so far.
+#[derive(Clone, Copy, Default)]
+struct Beside {
+    /// The last posture found.
+    last: Option<Posture>,
+    /// Points in a row without one.
+    in_vain: usize,
+}
+
+/// Points in a row without a posture beside the curve after which only every [`SELDOM`]th is looked at.
+const PATIENCE: usize = 20;
+
+/// See [`PATIENCE`].
+const SELDOM: usize = 10;
 
 /// A stretch of points that the machine stands at on one branch.
 struct Stretch {
@@ -59,7 +77,7 @@ impl<'b, 's, 'a> Band<'b, 's, 'a> {
     pub(crate) fn new(pass: &'b SmoothPass<'s, 'a>, clock: &'b PassClock, scale: &'b MotionScale, tau: f64) -> Self {
         let axes = pass.test.cell.machine.axes();
         let rotary = (0..axes.len()).filter(|&k| axes[k].kind == AxisKind::Rotary).collect();
-        Self { pass, clock, scale, tau, rotary }
+        Self { pass, clock, scale, tau, rotary, beside: Cell::default() }
     }
 
     /// Poses of all points, along a smooth band through chosen nodes where that is feasible. A point of which no posture near
@@ -75,7 +93,7 @@ impl<'b, 's, 'a> Band<'b, 's, 'a> {
             return (0..n)
                 .map(|k| {
                     monitor.checkpoint()?;
-                    Ok(self.searched(k, None, hints))
+                    Ok(self.searched(k, None, None, hints))
                 })
                 .collect();
         }
@@ -223,7 +241,7 @@ impl<'b, 's, 'a> Band<'b, 's, 'a> {
 
     /// A feasible posture near one that is not: with more tilt, one step beyond the first such one where that is feasible, too,
     /// because the band will not keep to it exactly; else the one that the band was to go through; else the first one of the
-    /// search curve.
+    /// search curve, or one beside it.
     fn raised(&self, k: usize, [posture, wanted]: [Posture; 2], near: &Configuration, hints: &mut Hints) -> Outcome {
         let cc = &self.pass.task.pass.points[k];
         let mut first = None;
@@ -245,12 +263,47 @@ impl<'b, 's, 'a> Band<'b, 's, 'a> {
         let as_wanted =
             |hints: &mut Hints| self.pass.test.try_posture(cc, wanted, Some(near), hints).ok().filter(on_branch);
         let first = first.or_else(|| as_wanted(hints));
-        first.map_or_else(|| self.searched(k, Some(near), hints), Ok)
+        first.map_or_else(|| self.searched(k, Some(wanted), Some(near), hints), Ok)
     }
 
-    fn searched(&self, k: usize, near: Option<&Configuration>, hints: &mut Hints) -> Outcome {
+    fn searched(&self, k: usize, wanted: Option<Posture>, near: Option<&Configuration>, hints: &mut Hints) -> Outcome {
         let (cc, curve) = (&self.pass.task.pass.points[k], &self.pass.task.curve);
-        search(self.pass.test, cc, curve, &self.pass.settings.search, 0.0, near, hints).map(|found| found.pose)
+        let found = search(self.pass.test, cc, curve, &self.pass.settings.search, 0.0, near, hints);
+        found.map(|found| found.pose).or_else(|why| self.beside_the_curve(k, wanted, near, hints).ok_or(why))
+    }
+
+    /// A feasible posture of a fine lattice over the ranges: where all of the curve is blocked, a narrow place beside it may be
+    /// free. The posture found at the point before is tried first, then those of the lattice, the nearest to the wanted one
+    /// first, without one the first by tilt. After many points in a row without one, only now and then another is looked at so
+    /// closely.
+    fn beside_the_curve(
+        &self,
+        k: usize,
+        wanted: Option<Posture>,
+        near: Option<&Configuration>,
+        hints: &mut Hints,
+    ) -> Option<FeasiblePose> {
+        let cc = &self.pass.task.pass.points[k];
+        let mut beside = self.beside.get();
+        let mut free = |posture: &Posture| self.pass.test.try_posture(cc, *posture, near, hints).ok();
+        let again = beside.last.and_then(|posture| free(&posture));
+        let is_skipped = beside.in_vain >= PATIENCE && !beside.in_vain.is_multiple_of(SELDOM);
+        let found =
+            again.or_else(|| if is_skipped { None } else { self.fine_postures(cc, wanted).iter().find_map(free) });
+        beside.in_vain = if found.is_some() { 0 } else { beside.in_vain + 1 };
+        beside.last = found.map(|pose| pose.posture).or(beside.last);
+        self.beside.set(beside);
+        found
+    }
+
+    /// The fine lattice, the postures whose tool axis is nearest to that of the wanted one first.
+    fn fine_postures(&self, cc: &CcPoint, wanted: Option<Posture>) -> Vec<Posture> {
+        let mut postures: Vec<Posture> = self.pass.fine.postures.iter().map(|p| self.pass.signed(*p)).collect();
+        if let Some(axis) = wanted.map(|posture| cc.tool_axis(posture)) {
+            let cos = |posture: &Posture| cc.tool_axis(*posture).dot(&axis);
+            postures.sort_by(|a, b| cos(b).total_cmp(&cos(a)));
+        }
+        postures
     }
 
     /// The machine with its rotary axes so.

@@ -20,6 +20,8 @@ pub(crate) struct SmoothPass<'s, 'a> {
     pub(crate) settings: &'s PassSettings,
     pub(crate) smooth: &'s SmoothSettings,
     pub(crate) lattice: &'s Lattice,
+    /// Where the lattice and the search find nothing.
+    pub(crate) fine: &'s Lattice,
     pub(crate) cusps: &'s CuspTable,
 }
 

@@ -403,3 +403,55 @@ fn the_tool_axis_meets_the_point_or_line_it_is_to_point_to() {
     let below = AxisTarget::Point(Point3::new(0.0, 0.0, -100.0));
     assert!(on_a_plane(PostureMode::Toward(below), curve).iter().all(|o| *o == Err(Infeasible::FromBelow)));
 }
+
+/// Whether the postures around one, over a degree of axis turn in both directions, are feasible: looked at on a grid.
+fn is_wide_place(test: &PoseTest<'_>, cc: &CcPoint, p: Posture) -> bool {
+    let half = 0.55f64.to_radians();
+    let turn = half / p.tilt.sin();
+    (-2..=2).all(|i| {
+        (-2..=2).all(|j| {
+            let near =
+                Posture { tilt: p.tilt + 0.5 * half * f64::from(i), rotate: p.rotate + 0.5 * turn * f64::from(j) };
+            test.try_posture(cc, near, None, &mut Hints::default()).is_ok()
+        })
+    })
+}
+
+#[test]
+fn a_place_beside_the_search_curve_a_degree_across_is_found() {
+    let tree = MeshTree::new(&plane(400.0));
+    let (machine, tool) = (machine(), tool(16.0, 2.0, 12.0));
+    let mut random = Random(71);
+    let (mut beside, mut scenes) = (0, 0);
+    while beside < 6 && scenes < 600 {
+        scenes += 1;
+        // Three balls at the height of the holder.
+        let balls: Vec<MeshTree> = (0..3)
+            .map(|_| {
+                let (angle, away) = (random.between(-3.1, 3.1), random.between(40.0, 75.0));
+                let center = Point3::new(away * angle.cos(), away * angle.sin(), random.between(70.0, 140.0));
+                MeshTree::new(&Ball { center, radius: random.between(10.0, 25.0) }.mesh())
+            })
+            .collect();
+        let obstacles = balls.iter().map(|b| obstacle("ball", b)).chain([obstacle("part", &tree)]).collect();
+        let cell = workcell(&machine, &tool, obstacles);
+        let test = PoseTest::new(&cell);
+        let curve = curve_deg([3.0, 0.0], [20.0, -85.0], SearchOrder::TiltFirst, 4.0);
+        let cc = cc_on_plane(0.0, 0.0);
+        if search(&test, &cc, &curve, &SearchSettings::default(), 0.0, None, &mut Hints::default()).is_ok() {
+            continue;
+        }
+        let grid = (0..12).flat_map(|i| (0..12).map(move |j| (4.0 + 1.3 * f64::from(i), -80.0 + 6.5 * f64::from(j))));
+        let wide = grid
+            .map(|(tilt, rotate)| Posture { tilt: tilt.to_radians(), rotate: rotate.to_radians() })
+            .find(|p| is_wide_place(&test, &cc, *p));
+        if wide.is_none() {
+            continue;
+        }
+        beside += 1;
+        let task = PassTask { pass: Pass::new(vec![cc]), curve, strips: Vec::new() };
+        let planned = plan_passes(&test, &[task], &settings(PostureMode::Smooth(SMOOTH), 0.02), &Silent).unwrap();
+        assert!(planned[0].outcomes.points[0].is_ok(), "scene {scenes}: {wide:?} is feasible");
+    }
+    assert!(beside >= 6, "{beside} of {scenes} scenes");
+}
