@@ -217,7 +217,8 @@ fn nodes_that_do_not_stand_as_seated_leave_the_graph_and_the_gap_of_the_rest_is_
             let cl = cl_from_cc(cell.tool.cutter(), cc, p).translated(cc.normal.into_inner() * cell.max_lift);
             (cl, (p, stand(&cell, &cl).configuration.axes))
         };
-        let (mut free, mut standing): (Vec<Vec<(Posture, AxisValues)>>, Vec<Vec<_>>) = (Vec::new(), Vec::new());
+        let mut free: Vec<Vec<(Posture, AxisValues)>> = Vec::new();
+        let mut standing: Vec<Vec<(Posture, AxisValues)>> = Vec::new();
         for cc in &points {
             let found = search(&test, cc, &curve, &SearchSettings::default(), 0.0, None, hints);
             let of_lattice = [12.0f64, 14.0].map(|tilt| Posture { tilt: tilt.to_radians(), rotate: 0.0 });
