@@ -3,7 +3,7 @@ use nalgebra::{Isometry3, Point3, Translation3, Unit, UnitQuaternion, Vector3};
 use crate::{
     Axis, AxisKind, AxisLetter, AxisValues, Carrier, LinkId, Machine, MachineBody, MachineError, MachineFile,
     bodies::{pose_of, solid_of},
-    check::{check_bodies, check_feed, check_motion, check_name, check_row, joint_axis},
+    check::{check_assumed, check_bodies, check_feed, check_motion, check_name, check_row, joint_axis},
     direction_pair::{DirectionPair, PairFault},
     machine_file::{BodyFile, DhRow, Joint, Sense},
     screw_chain::{LinearMap, Screw, ScrewChain},
@@ -23,6 +23,7 @@ struct WalkedChain {
 /// Validates a file and sets up the machine.
 pub(crate) fn build(file: MachineFile) -> Result<Machine, MachineError> {
     check_name("name", &file.name)?;
+    check_assumed(&file)?;
     check_motion(&file.motion)?;
     check_feed(&file.feed)?;
     check_bodies("bed_bodies", &file.bed_bodies)?;

@@ -1,5 +1,5 @@
 use crate::{
-    Axis, AxisKind, AxisLetter, Carrier, FieldProblem, MachineError,
+    Axis, AxisKind, AxisLetter, Carrier, FieldProblem, MachineError, MachineFile,
     machine_file::{
         BodyFile, DhRow, FeedFile, Joint, MotionFile, PrismaticJoint, RevoluteJoint, RevoluteRange, ShapeFile,
     },
@@ -173,4 +173,28 @@ pub(crate) fn check_feed(feed: &FeedFile) -> Checked {
     positive("feed.max_mm_min".to_owned(), None, feed.max_mm_min)?;
     range("feed.max_mm_min".to_owned(), None, feed.min_mm_min, feed.max_mm_min)?;
     feed.rapid_mm_min.map_or(Ok(()), |v| positive("feed.rapid_mm_min".to_owned(), None, v))
+}
+
+/// What is marked as assumed has to exist.
+pub(crate) fn check_assumed(file: &MachineFile) -> Checked {
+    if let Some(source) = &file.source {
+        check_name("source", source)?;
+    }
+    for (k, chain) in file.tool_chains.iter().enumerate() {
+        if let Some(interface) = &chain.tool_interface {
+            check_name(&format!("tool_chains[{k}].tool_interface"), interface)?;
+        }
+    }
+    for (k, assumed) in file.assumed.iter().enumerate() {
+        for (i, axis) in assumed.axes.iter().enumerate() {
+            let field = format!("assumed[{k}].axes[{i}]");
+            if !assumed.value.is_of_axes() {
+                return Err(fail(field, Some(axis), FieldProblem::NotOfAnAxis));
+            }
+            if !file.joints().any(|j| j.axis() == axis) {
+                return Err(fail(field, Some(axis), FieldProblem::NoSuchAxis));
+            }
+        }
+    }
+    Ok(())
 }

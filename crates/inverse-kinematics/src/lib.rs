@@ -26,8 +26,10 @@
 //!
 //! It must not know cutting: no part, no tool but its length.
 
+mod assumed;
 mod axis;
 mod axis_ranges;
+
 mod axis_values;
 mod bodies;
 mod build;
@@ -44,6 +46,7 @@ mod screw_chain;
 mod windings;
 mod work_frame;
 
+pub use assumed::{AssumedFile, AssumedValue};
 pub use axis::{Axis, AxisKind, AxisLetter, Carrier};
 pub use axis_ranges::{AxisRange, AxisRanges, LimitVerdict, PoseSet};
 pub use axis_values::{AxisValues, MAX_AXES};

@@ -126,6 +126,12 @@ pub enum FieldProblem {
     /// The axis is not an address of NC text.
     #[error("is not an axis address: one of X Y Z A B C U V W, with a digit from 1 to 9 behind it for a second head")]
     NoAxisLetter,
+    /// A list of axes names one that no joint has.
+    #[error("is the address of no joint")]
+    NoSuchAxis,
+    /// An axis is named for a value that the machine has as a whole.
+    #[error("names an axis, but the value belongs to the machine as a whole; leave `axes` out")]
+    NotOfAnAxis,
     /// Two joints have the same address.
     #[error("is the address of another joint already")]
     DuplicateAxis,

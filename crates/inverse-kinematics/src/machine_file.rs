@@ -2,6 +2,8 @@ use facemill_cl_data::{ControlTolerance, CuttingLaw, MotionLaw, RapidLaw};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::AssumedFile;
+
 /// Machine file: kinematic chains, axes, bodies and motion laws of a machine tool.
 ///
 /// Two chains start at the bed: the workpiece's ends at the table frame, the tool's at the spindle nose. Every row of a
@@ -13,6 +15,12 @@ pub struct MachineFile {
     pub format: MachineFormat,
     /// What reports call the machine.
     pub name: String,
+    /// Where the numbers come from.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub source: Option<String>,
+    /// Values that nobody measured or looked up: typical ones, to be replaced before a program is run.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub assumed: Vec<AssumedFile>,
     /// From the bed to the table, on which the workpiece lies.
     pub workpiece_chain: WorkpieceChain,
     /// From the bed to the spindle nose, one chain for each head.
@@ -49,6 +57,9 @@ pub struct ToolChain {
     /// Channel of the control that programs this head, from 1.
     #[serde(default = "first_channel")]
     pub channel: u32,
+    /// What the spindle nose takes (HSK-A100, SK 50, Capto C8); reports say it, nothing depends on it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tool_interface: Option<String>,
     /// From the bed outward.
     pub rows: Vec<DhRow>,
 }

@@ -121,7 +121,7 @@ fn structures_without_a_closed_solution_are_refused_by_name() {
     let three_axes = Machine::from_file(file(Vec::new(), head_yxz())).unwrap_err();
     assert_eq!(three_axes, MachineError::UnsupportedStructure { n_heads: 1, n_linear: 3, n_rotary: 0 });
     let mut two_heads = Machine::head_b_table_c().unwrap().to_file();
-    two_heads.tool_chains.push(ToolChain { channel: 2, rows: Vec::new() });
+    two_heads.tool_chains.push(ToolChain { channel: 2, tool_interface: None, rows: Vec::new() });
     assert_eq!(
         Machine::from_file(two_heads).unwrap_err(),
         MachineError::UnsupportedStructure { n_heads: 2, n_linear: 3, n_rotary: 2 }
@@ -210,4 +210,22 @@ fn shapes_are_placed_as_the_file_says() {
     let pose = machine.body_poses(&q).find(|p| p.body.name() == "spindle nose").unwrap();
     let nose = machine.forward(&q, 0.0);
     assert!((pose.table_from_solid.to_homogeneous() - nose.to_homogeneous()).abs().max() < 1e-10);
+}
+
+#[test]
+fn assumed_values_are_told_and_those_of_no_axis_refused() {
+    let assumed = |value, axes: &[&str]| AssumedFile { value, axes: axes.iter().map(|&a| a.to_owned()).collect() };
+    let mut file = Machine::head_b_table_c().unwrap().to_file();
+    file.assumed = vec![assumed(AssumedValue::MaxJerk, &["B"]), assumed(AssumedValue::Limits, &[])];
+    let text = facemill_file_format::to_json(&file);
+    let file = Machine::from_json(text.as_bytes()).unwrap().to_file();
+    assert!(file.is_assumed(AssumedValue::MaxJerk, "B") && !file.is_assumed(AssumedValue::MaxJerk, "C"));
+    assert!(file.is_assumed(AssumedValue::Limits, "X") && !file.is_assumed(AssumedValue::Home, "X"));
+    let unknown = refusal(|f| f.assumed = vec![assumed(AssumedValue::MaxJerk, &["B", "A"])]);
+    assert_eq!(unknown, "assumed[0].axes[1] (axis A): is the address of no joint");
+    let whole = refusal(|f| f.assumed = vec![assumed(AssumedValue::Motion, &["B"])]);
+    assert!(whole.starts_with("assumed[0].axes[0] (axis B): ") && whole.contains("leave `axes` out"), "{whole}");
+    assert_eq!(refusal(|f| f.source = Some(" ".to_owned())), "source: is empty");
+    let nose = refusal(|f| f.tool_chains[0].tool_interface = Some(String::new()));
+    assert_eq!(nose, "tool_chains[0].tool_interface: is empty");
 }

@@ -87,8 +87,10 @@ pub fn file(workpiece: Vec<DhRow>, tool: Vec<DhRow>) -> MachineFile {
     MachineFile {
         format: MachineFormat::V1,
         name: "test machine".to_owned(),
+        source: None,
+        assumed: Vec::new(),
         workpiece_chain: WorkpieceChain { rows: workpiece },
-        tool_chains: vec![ToolChain { channel: 1, rows: tool }],
+        tool_chains: vec![ToolChain { channel: 1, tool_interface: None, rows: tool }],
         bed_bodies: Vec::new(),
         motion: MotionFile {
             cutting: CuttingLawFile::AxesLinear,
