@@ -28,6 +28,7 @@
 
 mod assumed;
 mod axis;
+mod axis_lines;
 mod axis_ranges;
 
 mod axis_values;
@@ -48,6 +49,7 @@ mod work_frame;
 
 pub use assumed::{AssumedFile, AssumedValue};
 pub use axis::{Axis, AxisKind, AxisLetter, Carrier};
+pub use axis_lines::{AxisLine, rows_from_axes};
 pub use axis_ranges::{AxisRange, AxisRanges, LimitVerdict, PoseSet};
 pub use axis_values::{AxisValues, MAX_AXES};
 pub use bodies::{BodyPose, LinkId, MachineBody};
