@@ -30,6 +30,7 @@ mod assumed;
 mod axis;
 mod axis_lines;
 mod axis_ranges;
+mod axis_reach;
 
 mod axis_values;
 mod bodies;
@@ -37,8 +38,10 @@ mod build;
 mod check;
 mod deviation;
 mod direction_pair;
+mod family;
 mod inverse;
 mod inverse_solution;
+mod joint_lines;
 mod machine;
 mod machine_file;
 mod motion;
@@ -51,10 +54,13 @@ pub use assumed::{AssumedFile, AssumedValue};
 pub use axis::{Axis, AxisKind, AxisLetter, Carrier};
 pub use axis_lines::{AxisLine, rows_from_axes};
 pub use axis_ranges::{AxisRange, AxisRanges, LimitVerdict, PoseSet};
+pub use axis_reach::{AxisReach, SingularDirection};
 pub use axis_values::{AxisValues, MAX_AXES};
 pub use bodies::{BodyPose, LinkId, MachineBody};
 pub use deviation::{Deviation, deviation_bound};
+pub use family::{Family, RotaryRole};
 pub use inverse_solution::{Branch, BranchPreference, InverseSolution, InverseSolutions, Unreachable};
+pub use joint_lines::JointLine;
 pub use machine::{FeedRange, FieldProblem, Machine, MachineError};
 pub use machine_file::{
     BodyFile, ControlToleranceFile, CuttingLawFile, DhRow, FeedFile, Joint, MachineFile, MachineFormat, MotionFile,

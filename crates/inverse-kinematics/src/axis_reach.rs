@@ -1,0 +1,122 @@
+use std::f64::consts::{PI, TAU};
+
+use facemill_cl_data::ClPoint;
+use nalgebra::{Point3, Unit, Vector3};
+
+use crate::{AxisKind, AxisLetter, BranchPreference, Joint, Machine, MachineError};
+
+/// Which directions of the tool axis a machine reaches with its rotary axes inside their limits, wherever the tip is.
+///
+/// Angles are counted from the z axis of the table frame, rad. They come from a grid of directions with bisection between
+/// its points: estimates, good to what the reach changes within 1.5° of azimuth.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AxisReach {
+    /// Share of the sphere of directions, 0 to 1.
+    pub share: f64,
+    /// Smallest angle from z of a direction reached.
+    pub smallest_tilt: f64,
+    /// Largest one.
+    pub largest_tilt: f64,
+    /// Every direction up to this angle from z is reached; 0 where z itself is not, or nothing about it.
+    pub full_cone: f64,
+    /// Directions in which a rotary axis has no effect on the tool axis.
+    pub singular: Vec<SingularDirection>,
+}
+
+/// A direction of the tool axis along the rotary axis nearest to the workpiece, which may then stand anywhere.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SingularDirection {
+    /// The rotary axis.
+    pub axis: AxisLetter,
+    /// The direction, table frame.
+    pub direction: Unit<Vector3<f64>>,
+    /// Whether the other rotary axes reach it within their limits.
+    pub is_reached: bool,
+}
+
+/// Steps of the angle from z, and of the azimuth.
+const POLAR: usize = 240;
+const AZIMUTHS: usize = 240;
+/// Halvings of an interval of the grid: to 1e-9 rad.
+const HALVINGS: usize = 24;
+/// Limits of linear axes that no pose about the origin exceeds, mm; small enough that solutions stay exact.
+const FAR: f64 = 1e6;
+
+impl Machine {
+    /// Which directions of the tool axis the rotary axes reach.
+    ///
+    /// # Errors
+    /// None for a machine that was built: it is built again with longer linear axes.
+    pub fn axis_reach(&self) -> Result<AxisReach, MachineError> {
+        let machine = self.with_long_linear_axes()?;
+        let reaches = |tilt: f64, azimuth: f64| machine.reaches(&direction(tilt, azimuth));
+        let step = PI / POLAR as f64;
+        let mut reach =
+            AxisReach { share: 0.0, smallest_tilt: PI, largest_tilt: 0.0, full_cone: PI, singular: Vec::new() };
+        for k in 0..AZIMUTHS {
+            let azimuth = TAU * (k as f64 + 0.5) / AZIMUTHS as f64;
+            // Middles of the bands, which is where an area is counted, and both poles.
+            let tilt = |i: usize| if i > POLAR { PI } else { ((i as f64 - 0.5) * step).max(0.0) };
+            let free: Vec<bool> = (0..=POLAR + 1).map(|i| reaches(tilt(i), azimuth)).collect();
+            let border = |inside: usize, outside: usize| {
+                let (mut a, mut b) = (tilt(inside), tilt(outside));
+                for _ in 0..HALVINGS {
+                    let middle = 0.5 * (a + b);
+                    if reaches(middle, azimuth) { a = middle } else { b = middle }
+                }
+                a
+            };
+            let bands = (1..=POLAR).filter(|&i| free[i]);
+            reach.share += bands.map(|i| (tilt(i) - 0.5 * step).cos() - (tilt(i) + 0.5 * step).cos()).sum::<f64>();
+            if let Some(first) = free.iter().position(|f| *f) {
+                let tilt = if first == 0 { 0.0 } else { border(first, first - 1) };
+                reach.smallest_tilt = reach.smallest_tilt.min(tilt);
+            }
+            if let Some(last) = free.iter().rposition(|f| *f) {
+                let tilt = if last == POLAR + 1 { PI } else { border(last, last + 1) };
+                reach.largest_tilt = reach.largest_tilt.max(tilt);
+            }
+            if let Some(first_not) = free.iter().position(|f| !*f) {
+                let cone = if first_not == 0 { 0.0 } else { border(first_not - 1, first_not) };
+                reach.full_cone = reach.full_cone.min(cone);
+            }
+        }
+        reach.share /= 2.0 * AZIMUTHS as f64;
+        reach.singular = machine.singular_directions();
+        Ok(reach)
+    }
+
+    /// The same machine with linear axes that end nowhere near.
+    fn with_long_linear_axes(&self) -> Result<Self, MachineError> {
+        let mut file = self.to_file();
+        let rows = file.workpiece_chain.rows.iter_mut().chain(file.tool_chains.iter_mut().flat_map(|c| &mut c.rows));
+        for row in rows {
+            if let Some(Joint::Prismatic(j)) = &mut row.joint {
+                (j.min_mm, j.max_mm) = (j.min_mm.min(-FAR), j.max_mm.max(FAR));
+            }
+        }
+        Self::from_file(file)
+    }
+
+    /// Whether the tool axis takes this direction with the tip in the origin of the table frame.
+    fn reaches(&self, axis: &Unit<Vector3<f64>>) -> bool {
+        let cl = ClPoint { tip: Point3::origin(), axis: *axis };
+        self.nearest_inverse(&cl, 0.0, None, BranchPreference::Nearest).is_ok()
+    }
+
+    fn singular_directions(&self) -> Vec<SingularDirection> {
+        let first = self.joint_lines().into_iter().find(|l| l.kind == AxisKind::Rotary);
+        let both = first.into_iter().flat_map(|l| [(l.axis, l.direction), (l.axis, -l.direction)]);
+        both.map(|(axis, direction)| SingularDirection {
+            axis: self.axes()[axis].letter,
+            direction,
+            is_reached: self.reaches(&direction),
+        })
+        .collect()
+    }
+}
+
+fn direction(tilt: f64, azimuth: f64) -> Unit<Vector3<f64>> {
+    let (sin, cos) = tilt.sin_cos();
+    Unit::new_normalize(Vector3::new(sin * azimuth.cos(), sin * azimuth.sin(), cos))
+}
