@@ -11,6 +11,7 @@ use facemill::report::{CertificatesFile, Report};
 use facemill::solution_space_file::SolutionSpaceFile;
 use facemill::{Failure, Job, PlanSettings, SolutionSpaceRequest, Stages, files, plan_setup, summary};
 
+use crate::machine_commands::{self, MachineCommand};
 use crate::progress::Bar;
 
 /// Plans five-axis face milling of sculptured surfaces: mesh and path in, machine NC out.
@@ -69,6 +70,11 @@ enum Command {
     New {
         #[command(subcommand)]
         part: NewPart,
+    },
+    /// Checks machine files, and makes them from those of another program
+    Machine {
+        #[command(subcommand)]
+        what: MachineCommand,
     },
     /// Prints the JSON Schema of a file format
     Schema {
@@ -162,6 +168,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
             solution_space(&job, &SolutionSpaceRequest { operation, pass, point, resolution_deg }, out)
         }
         Command::New { part } => write_new(part),
+        Command::Machine { what } => machine_commands::run(what),
         Command::Schema { format } => {
             say(&schema(format))?;
             Ok(ExitCode::SUCCESS)
@@ -176,7 +183,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
 }
 
 /// Writes to standard output. A reader that has had enough and closed it (`| head`) is no failure.
-fn say(text: &str) -> Result<(), Failure> {
+pub(crate) fn say(text: &str) -> Result<(), Failure> {
     let mut out = std::io::stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
         Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => {

@@ -31,6 +31,7 @@ pub mod files;
 pub mod job_file;
 mod linearity;
 mod load;
+mod machine_check;
 mod mending;
 #[cfg(test)]
 mod move_laws;
@@ -56,6 +57,7 @@ mod validate;
 pub use check::describe_setup;
 pub use failure::Failure;
 pub use load::{Job, read_mesh};
+pub use machine_check::{MachineCheck, describe_machine};
 pub use plan::{PlanSettings, Planned, REJECTED, plan_setup};
 pub use solution_space::{SolutionSpace, SolutionSpaceRequest, solution_space};
 pub use summary::summary;

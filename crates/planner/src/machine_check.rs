@@ -1,0 +1,240 @@
+//! What `machine check` says of a machine.
+
+use facemill_inverse_kinematics::{
+    AssumedValue, Axis, AxisKind, AxisReach, AxisValues, Carrier, DhRow, LinkId, Machine, MachineFile,
+};
+use nalgebra::Vector3;
+
+/// A machine in lines, and whether its inverse solution gave back every pose that was tried.
+pub struct MachineCheck {
+    /// What was found, for people.
+    pub lines: Vec<String>,
+    /// What is wrong; none where the round trip was closed.
+    pub fault: Option<String>,
+}
+
+/// Poses of the round trip.
+const POSES: usize = 2000;
+/// Tool length of the round trip, mm.
+const TOOL_LENGTH: f64 = 200.0;
+/// What the inverse solution promises: mm and rad; the second forward solution rounds as well.
+const CLOSED: [f64; 2] = [2e-9, 2e-12];
+
+/// Tells chain, axes, zero pose, family, reach and assumed values of a machine, and tries poses there and back.
+///
+/// # Errors
+/// When the reach cannot be found, as the kinematics say it.
+pub fn describe_machine(machine: &Machine) -> Result<MachineCheck, facemill_inverse_kinematics::MachineError> {
+    let file = machine.to_file();
+    let reach = machine.axis_reach()?;
+    let mut lines = vec![format!("machine \"{}\": {}", machine.name(), machine.family())];
+    lines.extend(file.source.iter().map(|s| format!("  numbers from: {s}")));
+    lines.extend(linear_axes(machine));
+    lines.extend(rows_of(&file));
+    lines.push("axes at 0, from the table to the tool, in the table frame (* assumed)".to_owned());
+    lines.extend(axis_table(machine, &file));
+    lines.extend(zero_pose(machine, &file));
+    lines.extend(bodies_of(machine));
+    lines.extend(reach_lines(&reach));
+    lines.push(assumed_line(&file));
+    let trip = round_trip(machine);
+    lines.push(format!(
+        "round trip over {POSES} poses within the limits: tip off by {:.1e} mm at most, tool axis by {:.1e} rad; {} not \
+         found again",
+        trip.worst[0], trip.worst[1], trip.lost
+    ));
+    let closed = trip.lost == 0 && trip.worst[0] <= CLOSED[0] && trip.worst[1] <= CLOSED[1];
+    let fault = || format!("the inverse solution lost {} of {POSES} poses within the limits", trip.lost);
+    Ok(MachineCheck { lines, fault: (!closed).then(fault) })
+}
+
+/// Numbers without trailing zeros, and 0 without a sign.
+fn short(value: f64) -> String {
+    let text = format!("{value:.4}");
+    let text = text.trim_end_matches('0').trim_end_matches('.');
+    if text == "-0" { "0".to_owned() } else { text.to_owned() }
+}
+
+fn triple(v: &Vector3<f64>) -> String {
+    format!("({}, {}, {})", short(v.x), short(v.y), short(v.z))
+}
+
+fn linear_axes(machine: &Machine) -> Vec<String> {
+    let family = machine.family();
+    let list = |letters: &[facemill_inverse_kinematics::AxisLetter]| {
+        let text: Vec<String> = letters.iter().map(ToString::to_string).collect();
+        if text.is_empty() { "none".to_owned() } else { text.join(" ") }
+    };
+    vec![format!(
+        "  linear axes from the bed outward: head {}, table {}",
+        list(&family.linear_head),
+        list(&family.linear_table)
+    )]
+}
+
+fn rows_of(file: &MachineFile) -> Vec<String> {
+    let mut lines = vec!["rows (a mm, alpha deg, d mm, theta deg)".to_owned()];
+    let mut chain = |name: String, rows: &[DhRow]| {
+        for (k, row) in rows.iter().enumerate() {
+            let joint = row.joint.as_ref().map_or("fixed", |j| j.axis());
+            let bodies = if row.bodies.is_empty() { String::new() } else { format!("   bodies: {}", row.bodies.len()) };
+            let numbers = [row.a_mm, row.alpha_deg, row.d_mm, row.theta_deg].map(|v| format!("{:>10}", short(v)));
+            lines.push(format!("  {name}.rows[{k}]  {joint:>5} {}{bodies}", numbers.join(" ")));
+        }
+    };
+    chain("workpiece_chain".to_owned(), &file.workpiece_chain.rows);
+    for (k, c) in file.tool_chains.iter().enumerate() {
+        chain(format!("tool_chains[{k}]"), &c.rows);
+    }
+    lines
+}
+
+fn axis_table(machine: &Machine, file: &MachineFile) -> Vec<String> {
+    let lines = machine.joint_lines();
+    let about = lines.iter().map(|line| {
+        let axis = &machine.axes()[line.axis];
+        let letter = axis.letter.to_string();
+        let (kind, through) = match line.kind {
+            AxisKind::Linear => ("moves along", String::new()),
+            AxisKind::Rotary => ("turns about", format!(" through {}", triple(&line.point.coords))),
+        };
+        let side = if line.carrier == Carrier::Head { "head" } else { "table" };
+        let star = if file.is_assumed(AssumedValue::Dimensions, &letter) { " *" } else { "" };
+        format!("  {letter:<2} {side:<5} {kind} {}{through}{star}", triple(&line.direction))
+    });
+    let limits = lines.iter().map(|line| limits_line(&machine.axes()[line.axis], file));
+    about.chain(limits).collect()
+}
+
+fn limits_line(axis: &Axis, file: &MachineFile) -> String {
+    let letter = axis.letter.to_string();
+    let star = |value| if file.is_assumed(value, &letter) { " *" } else { "" };
+    let unit = if axis.kind == AxisKind::Linear { "mm" } else { "deg" };
+    let word = |v: f64| short(axis.in_word_unit(v));
+    let range = match axis.endless {
+        true => "endless".to_owned(),
+        false => format!("{} to {} {unit}", word(axis.min), word(axis.max)),
+    };
+    let wrap = match (axis.kind, axis.endless) {
+        (AxisKind::Linear, _) => "",
+        (AxisKind::Rotary, true) => ", words wind on",
+        (AxisKind::Rotary, false) => ", between stops",
+    };
+    let rate = |value: Option<f64>, power: &str, kind| match value {
+        Some(v) => format!("{} {unit}/{power}{}", word(v), star(kind)),
+        None => "not known".to_owned(),
+    };
+    format!(
+        "  {letter:<2} {range}{}{wrap}; home {} {unit}{}; velocity {} {unit}/min{}; acceleration {}; jerk {}",
+        star(AssumedValue::Limits),
+        word(axis.home),
+        star(AssumedValue::Home),
+        short(60.0 * axis.in_word_unit(axis.max_velocity)),
+        star(AssumedValue::MaxVelocity),
+        rate(axis.max_acceleration, "s²", AssumedValue::MaxAcceleration),
+        rate(axis.max_jerk, "s³", AssumedValue::MaxJerk)
+    )
+}
+
+fn zero_pose(machine: &Machine, file: &MachineFile) -> Vec<String> {
+    let zero = AxisValues::zeros(machine.axes().len());
+    let pose = machine.forward(&zero, 0.0);
+    let axis = machine.cl_point(&zero, 0.0).axis;
+    let nose = triple(&pose.translation.vector);
+    let mut lines = vec![format!("zero pose: spindle nose at {nose} mm, tool axis {}", triple(&axis))];
+    if let Some(k) = machine.first_beyond_limit(&zero) {
+        lines.push(format!("  (axis {} cannot stand at 0)", machine.axes()[k].letter));
+    }
+    let takes = file.tool_chains.iter().filter_map(|c| c.tool_interface.as_ref());
+    lines.extend(takes.map(|t| format!("  the nose takes {t}")));
+    lines
+}
+
+fn bodies_of(machine: &Machine) -> Vec<String> {
+    if machine.bodies().is_empty() {
+        return vec!["bodies: none, so nothing is tested against the machine itself".to_owned()];
+    }
+    let on = |link: LinkId| match link {
+        LinkId::Bed => "bed".to_owned(),
+        LinkId::Row { carrier: Carrier::Head, row } => format!("head, row {row}"),
+        LinkId::Row { carrier: Carrier::Table, row } => format!("table, row {row}"),
+    };
+    let each = machine.bodies().iter().map(|b| format!("{} ({}; {} mm)", b.name(), on(b.link), short(b.clearance)));
+    vec![format!("bodies (link; clearance): {}", each.collect::<Vec<_>>().join(", "))]
+}
+
+fn reach_lines(reach: &AxisReach) -> Vec<String> {
+    let deg = |angle: f64| format!("{:.2}°", angle.to_degrees());
+    let mut lines = vec![format!(
+        "reach of the tool axis: {:.1} % of all directions, {} to {} from the table's z; every direction up to {}",
+        100.0 * reach.share,
+        deg(reach.smallest_tilt),
+        deg(reach.largest_tilt),
+        deg(reach.full_cone)
+    )];
+    lines.extend(reach.singular.iter().filter(|s| s.is_reached).map(|s| {
+        format!("singular: with the tool along {} axis {} has no effect on it", triple(&s.direction), s.axis)
+    }));
+    lines
+}
+
+fn assumed_line(file: &MachineFile) -> String {
+    if file.assumed.is_empty() {
+        return "assumed values: none are marked".to_owned();
+    }
+    let one = |a: &facemill_inverse_kinematics::AssumedFile| match (a.value.is_of_axes(), a.axes.is_empty()) {
+        (false, _) => a.value.as_str().to_owned(),
+        (true, true) => format!("{} of all axes", a.value.as_str()),
+        (true, false) => format!("{} of {}", a.value.as_str(), a.axes.join(" ")),
+    };
+    let all: Vec<String> = file.assumed.iter().map(one).collect();
+    format!("assumed values, to be replaced by those of the machine before a program is run: {}", all.join(", "))
+}
+
+struct RoundTrip {
+    /// Largest errors, mm and rad.
+    worst: [f64; 2],
+    /// Poses that no solution came back to.
+    lost: usize,
+}
+
+/// Poses from seeded axis values within the limits, solved and driven again.
+fn round_trip(machine: &Machine) -> RoundTrip {
+    let mut seed = 1_u64;
+    let mut trip = RoundTrip { worst: [0.0; 2], lost: 0 };
+    for _ in 0..POSES {
+        let q = AxisValues::from_fn(machine.axes().len(), |k| {
+            let axis = &machine.axes()[k];
+            let (min, max) = if axis.endless { (-3.0, 3.0) } else { (axis.min, axis.max) };
+            min + (max - min) * random(&mut seed)
+        });
+        let cl = machine.cl_point(&q, TOOL_LENGTH);
+        let Ok(solutions) = machine.inverse_near(&cl, TOOL_LENGTH, &q) else {
+            trip.lost += 1;
+            continue;
+        };
+        let mut found = false;
+        for solution in solutions.iter() {
+            let reached = machine.cl_point(&solution.values, TOOL_LENGTH);
+            trip.worst[0] = trip.worst[0].max((reached.tip - cl.tip).norm());
+            trip.worst[1] = trip.worst[1].max((*reached.axis - *cl.axis).norm());
+            let same = |k: usize| {
+                let d = solution.values.get_or_zero(k) - q.get_or_zero(k);
+                let d = if machine.axes()[k].kind == AxisKind::Rotary { 2.0 * (0.5 * d).sin() } else { d };
+                d.abs() < 1e-4
+            };
+            found |= (0..machine.axes().len()).all(same);
+        }
+        trip.lost += usize::from(!found);
+    }
+    trip
+}
+
+/// A number from 0 to 1 (splitmix64).
+fn random(seed: &mut u64) -> f64 {
+    *seed = seed.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    let mut z = *seed;
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+}

@@ -1,0 +1,63 @@
+//! The commands about machine files.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::Subcommand;
+use facemill::inverse_kinematics::{Machine, import_autodesk_machine};
+use facemill::{Failure, describe_machine, files};
+
+use crate::cli::say;
+
+#[derive(Subcommand)]
+pub(crate) enum MachineCommand {
+    /// Tells a machine's chain, axes, family, reach and assumed values, and tries poses there and back
+    Check {
+        /// Machine file
+        file: PathBuf,
+    },
+    /// Turns an Autodesk machine file into ours, on standard output or in a file
+    Import {
+        /// Autodesk machine file (XML)
+        machine: PathBuf,
+        /// File to write
+        #[arg(long, value_name = "FILE")]
+        out: Option<PathBuf>,
+    },
+}
+
+pub(crate) fn run(command: MachineCommand) -> Result<ExitCode, Failure> {
+    match command {
+        MachineCommand::Check { file } => check(&file),
+        MachineCommand::Import { machine, out } => import(&machine, out.as_deref()),
+    }
+}
+
+fn check(path: &Path) -> Result<ExitCode, Failure> {
+    let machine = Machine::from_json(&files::read(path)?).map_err(|e| Failure::input(path, e))?;
+    let checked = describe_machine(&machine).map_err(|e| Failure::input(path, e))?;
+    say(&format!("{}\n", checked.lines.join("\n")))?;
+    match checked.fault {
+        Some(fault) => Err(Failure::input(path, fault)),
+        None => Ok(ExitCode::SUCCESS),
+    }
+}
+
+fn import(path: &Path, out: Option<&Path>) -> Result<ExitCode, Failure> {
+    let text = String::from_utf8(files::read(path)?).map_err(|_| Failure::input(path, "is not text in UTF-8"))?;
+    let file = import_autodesk_machine(&text).map_err(|e| Failure::input(path, e))?;
+    let json = facemill::file_format::to_json(&file);
+    // What is written can be read and solved.
+    let machine = Machine::from_file(file).map_err(|e| Failure::input(path, format!("the machine in it: {e}")))?;
+    let Some(out) = out else {
+        say(&json)?;
+        return Ok(ExitCode::SUCCESS);
+    };
+    let name = out.file_name().and_then(|n| n.to_str());
+    let name = name.ok_or_else(|| Failure::input(out, "is no name of a file; --out wants one"))?;
+    let folder = out.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    files::write_all(folder, &[(name.to_owned(), json.into_bytes())])?;
+    say(&format!("{}: {}\n", out.display(), machine.family()))?;
+    say(&format!("it has no bodies, and values that are assumed; see: facemill machine check {}\n", out.display()))?;
+    Ok(ExitCode::SUCCESS)
+}
