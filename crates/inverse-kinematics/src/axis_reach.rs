@@ -3,12 +3,12 @@ use std::f64::consts::{PI, TAU};
 use facemill_cl_data::ClPoint;
 use nalgebra::{Point3, Unit, Vector3};
 
-use crate::{AxisKind, AxisLetter, BranchPreference, Joint, Machine, MachineError};
+use crate::{AxisKind, AxisLetter, AxisValues, BranchPreference, Joint, Machine, MachineError};
 
 /// Which directions of the tool axis a machine reaches with its rotary axes inside their limits, wherever the tip is.
 ///
 /// Angles are counted from the z axis of the table frame, rad. They come from a grid of directions with bisection between
-/// its points: estimates, good to what the reach changes within 1.5° of azimuth.
+/// its points: estimates, good to what the reach changes within 1.5° of azimuth. The smallest and largest angle are reached.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AxisReach {
     /// Share of the sphere of directions, 0 to 1.
@@ -37,6 +37,8 @@ pub struct SingularDirection {
 /// Steps of the angle from z, and of the azimuth.
 const POLAR: usize = 240;
 const AZIMUTHS: usize = 240;
+/// Values of a rotary axis, its limits among them.
+const VALUES: usize = 25;
 /// Halvings of an interval of the grid: to 1e-9 rad.
 const HALVINGS: usize = 24;
 /// Limits of linear axes that no pose about the origin exceeds, mm; small enough that solutions stay exact.
@@ -82,6 +84,11 @@ impl Machine {
             }
         }
         reach.share /= 2.0 * AZIMUTHS as f64;
+        // Corners of the reach lie between azimuths; they are where rotary axes stand at their limits.
+        for tilt in machine.tilts() {
+            reach.smallest_tilt = reach.smallest_tilt.min(tilt);
+            reach.largest_tilt = reach.largest_tilt.max(tilt);
+        }
         reach.singular = machine.singular_directions();
         Ok(reach)
     }
@@ -96,6 +103,23 @@ impl Machine {
             }
         }
         Self::from_file(file)
+    }
+
+    /// Angles of the tool axis from z with the rotary axes on a grid of their values, both limits included.
+    fn tilts(&self) -> impl Iterator<Item = f64> + '_ {
+        let rotary: Vec<usize> = (0..self.axes().len()).filter(|&k| self.axes()[k].kind == AxisKind::Rotary).collect();
+        (0..VALUES.pow(rotary.len() as u32)).map(move |combination| {
+            let mut q = AxisValues::zeros(self.axes().len());
+            let mut rest = combination;
+            for &k in &rotary {
+                let axis = &self.axes()[k];
+                let [min, max] = if axis.endless { [-PI, PI] } else { [axis.min, axis.max] };
+                q[k] = min + (max - min) * (rest % VALUES) as f64 / (VALUES - 1) as f64;
+                rest /= VALUES;
+            }
+            let axis = self.cl_point(&q, 0.0).axis;
+            axis.xy().norm().atan2(axis.z)
+        })
     }
 
     /// Whether the tool axis takes this direction with the tip in the origin of the table frame.

@@ -84,6 +84,20 @@ fn reach_of_known_machines_is_the_closed_form() {
     }
 }
 
+/// A head that swivels by A, then B, both up to 40°: the corners are farther out than the sides.
+#[test]
+fn corners_of_the_reach_are_found() {
+    let mut tool = head_yxz();
+    tool.push(row(0.0, 0.0, 0.0, 90.0));
+    tool.push(rotary("A", Sense::Positive, Some((-40.0, 40.0)), row(0.0, 90.0, 0.0, 90.0)));
+    tool.push(rotary("B", Sense::Positive, Some((-40.0, 40.0)), row(0.0, 90.0, 0.0, 90.0)));
+    tool.push(row(0.0, 90.0, -200.0, 0.0));
+    let reach = machine(Vec::new(), tool).axis_reach().unwrap();
+    let cos = 40_f64.to_radians().cos();
+    assert!((reach.largest_tilt - (cos * cos).acos()).abs() < 1e-9, "{reach:?}");
+    assert!((reach.full_cone - 40_f64.to_radians()).abs() < 1e-4, "{reach:?}");
+}
+
 /// Whatever values the rotary axes have, the tool axis is inside what is told.
 #[test]
 fn no_pose_is_outside_the_reach() {
