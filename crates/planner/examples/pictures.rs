@@ -1,5 +1,6 @@
 //! Makes the pictures of the documentation from the sample job:
-//! `cargo run --release -p facemill --example pictures` writes `docs/pictures/*.svg`.
+//! `cargo run --release -p facemill --example pictures` writes `docs/pictures/*.svg`; with `machines` behind it only those of
+//! the machines.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -13,11 +14,18 @@ use nalgebra::Isometry3;
 
 #[path = "pictures/figure.rs"]
 mod figure;
+#[path = "pictures/machines.rs"]
+mod machines;
 #[path = "pictures/method.rs"]
 mod method;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let path = std::env::args().nth(1).unwrap_or_else(|| "assets/propeller/job.json".to_owned());
+    let argument = std::env::args().nth(1);
+    files::write_all(Path::new("docs/pictures"), &machines::machines()?)?;
+    if argument.as_deref() == Some("machines") {
+        return Ok(());
+    }
+    let path = argument.unwrap_or_else(|| "assets/propeller/job.json".to_owned());
     let job = Job::read(Path::new(&path))?;
     let planned = plan_setup(&job, 0, PlanSettings { verify: false, certificates: false }, &SilentStages)?;
     let text = |name: &str| planned.files.iter().find(|(n, _)| n == name).map(|(_, bytes)| bytes.clone());
