@@ -1,0 +1,303 @@
+//! The machine files of `assets/machines` and the commands about machine files.
+
+use facemill::cl_data::{ClPoint, Solid};
+use facemill::inverse_kinematics::{AssumedValue, AxisKind, AxisValues, Carrier, Machine, import_autodesk_machine};
+use facemill_tests::program::{code_and_errors, run};
+use facemill_tests::shared::{shared, workspace};
+use nalgebra::{Isometry3, Point3, Unit, Vector3};
+
+/// File, family, and the limits that docs/machines.md states: axis, min, max (mm or deg; nothing: endless).
+type Preset = (&'static str, &'static str, [(&'static str, Option<(f64, f64)>); 5]);
+
+const fn to(limit: f64) -> Option<(f64, f64)> {
+    Some((-limit, limit))
+}
+
+const PRESETS: [Preset; 9] = [
+    (
+        "head-b-table-c",
+        "head B, table C",
+        [("X", to(2600.0)), ("Y", to(2600.0)), ("Z", Some((-350.0, 3250.0))), ("B", to(110.0)), ("C", None)],
+    ),
+    (
+        "table-table-a-c",
+        "table-table A-C",
+        [("X", to(380.0)), ("Y", to(380.0)), ("Z", Some((-550.0, 0.0))), ("A", to(120.0)), ("C", None)],
+    ),
+    (
+        "table-table-b-c",
+        "table-table B-C",
+        [("X", to(380.0)), ("Y", to(380.0)), ("Z", Some((-550.0, 0.0))), ("B", to(120.0)), ("C", None)],
+    ),
+    (
+        "head-head-c-a",
+        "head-head C-A",
+        [("X", to(2000.0)), ("Y", to(725.0)), ("Z", Some((-750.0, 0.0))), ("A", to(120.0)), ("C", to(370.0))],
+    ),
+    (
+        "head-head-c-b",
+        "head-head C-B",
+        [("X", to(2000.0)), ("Y", to(725.0)), ("Z", Some((-750.0, 0.0))), ("B", to(120.0)), ("C", to(370.0))],
+    ),
+    (
+        "head-b-nutating-table-c",
+        "head B (nutating, 45°), table C",
+        [("X", to(400.0)), ("Y", to(350.0)), ("Z", Some((-600.0, 0.0))), ("B", Some((-30.0, 180.0))), ("C", None)],
+    ),
+    (
+        "table-table-b-c-nutating",
+        "table-table B-C (B nutating, 45°)",
+        [("X", to(300.0)), ("Y", to(350.0)), ("Z", Some((-600.0, 0.0))), ("B", Some((0.0, 180.0))), ("C", None)],
+    ),
+    (
+        "table-y-x-a-c-head-z",
+        "table-table A-C",
+        [("X", to(1000.0)), ("Y", to(350.0)), ("Z", Some((-700.0, 0.0))), ("A", to(120.0)), ("C", None)],
+    ),
+    (
+        "bridge-head-head-a-b",
+        "head-head A-B",
+        [("X", to(3000.0)), ("Y", to(1200.0)), ("Z", Some((-1000.0, 0.0))), ("A", to(40.0)), ("B", to(40.0))],
+    ),
+];
+
+fn preset_text(name: &str) -> String {
+    std::fs::read_to_string(workspace().join(format!("assets/machines/{name}.json"))).expect("a preset")
+}
+
+fn preset(name: &str) -> Machine {
+    Machine::from_json(preset_text(name).as_bytes()).expect("a preset that builds")
+}
+
+/// Deterministic numbers from 0 to 1 (splitmix64).
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    /// Values within the limits; rotary ones alone where the linear ones stay at 0.
+    fn values(&mut self, machine: &Machine, linear_too: bool) -> AxisValues {
+        AxisValues::from_fn(machine.axes().len(), |k| {
+            let axis = &machine.axes()[k];
+            let (min, max) = if axis.endless { (-3.1, 3.1) } else { (axis.min, axis.max) };
+            let value = min + (max - min) * self.next();
+            if axis.kind == AxisKind::Linear && !linear_too { 0.0 } else { value }
+        })
+    }
+}
+
+#[test]
+fn every_preset_is_the_machine_it_says() {
+    let folder = workspace().join("assets/machines");
+    let files = std::fs::read_dir(folder).unwrap().count();
+    assert_eq!(files, PRESETS.len(), "a file in assets/machines is not tested");
+    for (name, family, limits) in PRESETS {
+        let machine = preset(name);
+        assert_eq!(machine.family().to_string(), family, "{name}");
+        for (axis, (letter, range)) in machine.axes().iter().zip(limits) {
+            assert_eq!(axis.letter.to_string(), letter, "{name}");
+            match range {
+                None => assert!(axis.endless, "{name} {letter}"),
+                Some((min, max)) => {
+                    let [a, b] = [axis.min, axis.max].map(|v| axis.in_word_unit(v));
+                    assert!((a - min).abs() < 1e-9 && (b - max).abs() < 1e-9, "{name} {letter}: {a} to {b}");
+                }
+            }
+        }
+        let file = machine.to_file();
+        assert!(file.source.is_some() && file.is_assumed(AssumedValue::Bodies, ""), "{name}");
+        assert!(file.is_assumed(AssumedValue::MaxAcceleration, "X"), "{name}");
+        // A machine whose place of axes is not assumed names where it is from.
+        let published = !file.is_assumed(AssumedValue::Dimensions, "X");
+        assert_eq!(published, file.source.is_some_and(|s| s.contains("Autodesk")), "{name}");
+    }
+}
+
+#[test]
+fn every_preset_goes_there_and_back() {
+    let mut r = Random(1);
+    for (name, ..) in PRESETS {
+        let machine = preset(name);
+        for _ in 0..500 {
+            let q = r.values(&machine, true);
+            let pose = machine.forward(&q, 180.0);
+            let cl = ClPoint {
+                tip: Point3::from(pose.translation.vector),
+                axis: Unit::new_normalize(pose.rotation * Vector3::z()),
+            };
+            let solutions = machine.inverse_near(&cl, 180.0, &q).unwrap_or_else(|e| panic!("{name}: {q:?}: {e}"));
+            for s in solutions.iter() {
+                assert!(machine.first_beyond_limit(&s.values).is_none(), "{name}: {s:?}");
+                let reached = machine.forward(&s.values, 180.0);
+                assert!((reached.translation.vector - cl.tip.coords).norm() < 2e-9, "{name}: {q:?}");
+                assert!((reached.rotation * Vector3::z() - *cl.axis).norm() < 2e-12, "{name}: {q:?}");
+            }
+            let same = |v: &AxisValues| {
+                (0..5).all(|k| {
+                    let d = v[k] - q[k];
+                    let linear = machine.axes()[k].kind == AxisKind::Linear;
+                    if linear { d.abs() < 1e-5 } else { (0.5 * d).sin().abs() < 1e-8 }
+                })
+            };
+            assert!(solutions.iter().any(|s| same(&s.values)), "{name}: {q:?} is not found again: {solutions:?}");
+        }
+    }
+}
+
+/// tilt = acos((1 + cos B) / 2), of the head's and of the table's kind.
+#[test]
+fn nutating_axes_tilt_by_their_closed_form() {
+    for name in ["head-b-nutating-table-c", "table-table-b-c-nutating"] {
+        let machine = preset(name);
+        let (b, c) = (machine.axis_index("B").unwrap(), machine.axis_index("C").unwrap());
+        for step in 0..=180 {
+            let mut q = AxisValues::zeros(5);
+            q[b] = f64::from(step).to_radians();
+            q[c] = 0.7 * f64::from(step);
+            let axis = machine.cl_point(&q, 0.0).axis;
+            assert!((axis.z - 0.5 * (1.0 + q[b].cos())).abs() < 1e-12, "{name} at {step}");
+        }
+    }
+}
+
+/// Presets that say they have the numbers of a published file move as that file does.
+#[test]
+fn presets_from_published_files_move_as_those() {
+    let mut r = Random(2);
+    let Some(folder) = shared("data/machines") else { return };
+    for (name, file) in [
+        ("table-table-a-c", "table_ac_head_xyz"),
+        ("table-table-b-c", "table_bc_head_xyz"),
+        ("head-head-c-a", "table_head_xyzca"),
+        ("head-head-c-b", "table_head_xyzcb"),
+        ("table-y-x-a-c-head-z", "table_yxac_head_z"),
+    ] {
+        let text = std::fs::read_to_string(folder.join(format!("autodesk_5ax_{file}.machine"))).unwrap();
+        let published = Machine::from_file(import_autodesk_machine(&text).unwrap()).unwrap();
+        let machine = preset(name);
+        assert!(machine.to_file().source.unwrap().ends_with(file), "{name}");
+        for (a, b) in machine.axes().iter().zip(published.axes()) {
+            assert_eq!((a.letter, a.endless, a.carried_by), (b.letter, b.endless, b.carried_by), "{name}");
+            assert!(a.endless || ((a.min - b.min).abs() < 1e-9 && (a.max - b.max).abs() < 1e-9), "{name} {a:?}");
+        }
+        for _ in 0..50 {
+            let q = r.values(&machine, true);
+            let (a, b) = (machine.forward(&q, 0.0), published.forward(&q, 0.0));
+            assert!((a.translation.vector - b.translation.vector).norm() < 1e-9, "{name}: {q:?}");
+            assert!(a.rotation.angle_to(&b.rotation) < 1e-7, "{name}: {q:?}");
+        }
+    }
+}
+
+/// Points on the surface of a solid without its clearance, own frame.
+fn surface(solid: &Solid, r: &mut Random) -> Point3<f64> {
+    match solid {
+        Solid::Box(b) => {
+            let mut p = Vector3::from_fn(|_, _| 2.0 * r.next() - 1.0);
+            let side = (3.0 * r.next()) as usize;
+            p[side.min(2)] = if r.next() < 0.5 { -1.0 } else { 1.0 };
+            Point3::from(p.component_mul(&b.half_extents))
+        }
+        Solid::Frustum(f) => {
+            let (t, angle) = ((3.0 * r.next() - 1.0).clamp(0.0, 1.0), std::f64::consts::TAU * r.next());
+            let radius = f.radius_low + t * (f.radius_high - f.radius_low);
+            let radius = if t == 0.0 || t == 1.0 { radius * r.next().sqrt() } else { radius };
+            Point3::new(radius * angle.cos(), radius * angle.sin(), f.z_low + t * (f.z_high - f.z_low))
+        }
+    }
+}
+
+/// With the linear axes at 0, whatever the rotary axes do: bodies with more than one joint between them, which are tested
+/// against each other, keep their clearances.
+#[test]
+fn bodies_of_presets_keep_clear_of_each_other() {
+    let mut r = Random(3);
+    for (name, ..) in PRESETS {
+        // All axes of the propeller mill at 0 put the nose on the table.
+        let machine = preset(name);
+        let mut lift = AxisValues::zeros(5);
+        lift[2] = if name == "head-b-table-c" { 1500.0 } else { 0.0 };
+        let carriers: Vec<_> = machine.bodies().iter().map(|b| b.carrier()).collect();
+        assert!(carriers.contains(&Some(Carrier::Head)), "{name} has no body on its head");
+        assert!(carriers.iter().any(|c| *c != Some(Carrier::Head)), "{name} has no table");
+        for _ in 0..60 {
+            let rotary = r.values(&machine, false);
+            let q = AxisValues::from_fn(5, |k| rotary[k] + lift[k]);
+            let poses: Vec<_> = machine.body_poses(&q).collect();
+            for a in &poses {
+                let others =
+                    poses.iter().filter(|b| a.body.joints_from_table().abs_diff(b.body.joints_from_table()) > 1);
+                for b in others {
+                    let b_from_a: Isometry3<f64> = b.table_from_solid.inverse() * a.table_from_solid;
+                    let near = (0..60)
+                        .map(|_| b.body.body.solid.core_distance(&(b_from_a * surface(&a.body.body.solid, &mut r))))
+                        .fold(f64::INFINITY, f64::min);
+                    let keep = a.body.clearance + b.body.clearance;
+                    assert!(near > keep, "{name}: {} {near} mm from {} at {q:?}", a.body.name(), b.body.name());
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn machine_check_tells_what_a_preset_is() {
+    for (name, family, _) in PRESETS.into_iter().step_by(4) {
+        let file = workspace().join(format!("assets/machines/{name}.json"));
+        let output = run(&[std::ffi::OsStr::new("machine"), "check".as_ref(), file.as_os_str()]);
+        assert_eq!(code_and_errors(&output).0, 0);
+        let text = String::from_utf8(output.stdout).unwrap();
+        for wanted in [
+            family,
+            "tool_chains[0].rows[0]",
+            "zero pose",
+            "reach of the tool axis",
+            "assumed values",
+            "0 not found again",
+        ] {
+            assert!(text.contains(wanted), "{name}: no {wanted} in\n{text}");
+        }
+    }
+}
+
+#[test]
+fn wrong_machine_files_are_exit_2_with_field_and_axis() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("machine.json");
+    let text = preset_text("table-table-a-c");
+    for (from, to, message) in [
+        ("\"min_deg\": -120.0", "\"min_deg\": 130.0", "range.limited.max_deg (axis A)"),
+        ("\"value\": \"max_jerk\"", "\"value\": \"max_yerk\"", "max_jerk"),
+        ("\"A\"", "\"C\"", "(axis C)"),
+    ] {
+        assert!(text.contains(from), "{from}");
+        std::fs::write(&path, text.replace(from, to)).unwrap();
+        let (code, errors) = code_and_errors(&run(&["machine", "check", path.to_str().unwrap()]));
+        assert!(code == 2 && errors.contains(message) && errors.contains("machine.json"), "{code}: {errors}");
+    }
+    std::fs::write(&path, "<machine>\n  <axis id=\"U\"/>\n</machine>").unwrap();
+    let (code, errors) = code_and_errors(&run(&["machine", "import", path.to_str().unwrap()]));
+    assert!(code == 2 && errors.contains("machine.json: line 2, <axis id=\"U\">"), "{code}: {errors}");
+}
+
+#[test]
+fn an_imported_machine_can_be_checked() {
+    let Some(folder) = shared("data/machines") else { return };
+    let out = tempfile::tempdir().unwrap();
+    let written = out.path().join("fork.json");
+    let source = folder.join("autodesk_5ax_table_head_xyzca.machine");
+    let [source, target] = [&source, &written].map(|p| p.to_str().unwrap());
+    assert_eq!(code_and_errors(&run(&["machine", "import", source, "--out", target])).0, 0);
+    let output = run(&["machine", "check", target]);
+    assert_eq!(code_and_errors(&output).0, 0);
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert!(text.contains("head-head C-A") && text.contains("bodies: none"), "{text}");
+    let printed = run(&["machine", "import", source]).stdout;
+    assert!(printed == std::fs::read(&written).unwrap());
+}
