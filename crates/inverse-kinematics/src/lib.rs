@@ -6,6 +6,10 @@
 //! whole set of CL points asks for, [`Motion`] what happens between two positions, [`deviation_bound`] how far that is
 //! from what was meant, [`Machine::body_poses`] where the machine's own bodies are.
 //!
+//! Rows of a chain are made from directions and points by [`rows_from_axes`]; [`Machine::joint_lines`],
+//! [`Machine::family`] and [`Machine::axis_reach`] say of a machine what its rows mean, and [`import_autodesk_machine`]
+//! reads the files of another program.
+//!
 //! ```
 //! use facemill_cl_data::ClPoint;
 //! use facemill_inverse_kinematics::{BranchPreference, Machine};

@@ -27,8 +27,11 @@ const MARGINS: [f64; 3] = [60.0, 80.0, 70.0];
 /// At the right, for the arrows of linear axes, pixels.
 const ROOM_FOR_ARROWS: f64 = 80.0;
 
+/// Names and contents of files.
+type Files = Vec<(String, Vec<u8>)>;
+
 /// A picture for each machine.
-pub(crate) fn machines() -> Result<Vec<(String, Vec<u8>)>, Box<dyn std::error::Error>> {
+pub(crate) fn machines() -> Result<Files, Box<dyn std::error::Error>> {
     let draw = |&(name, z): &(&str, f64)| {
         let text = std::fs::read(Path::new("assets/machines").join(format!("{name}.json")))?;
         let machine = Machine::from_json(&text)?;
