@@ -120,6 +120,18 @@ fn every_preset_is_the_machine_it_says() {
 }
 
 #[test]
+fn every_preset_obeys_the_schema_and_lists_known_values_alone() {
+    let schema = serde_json::from_slice(&run(&["schema", "machine"]).stdout).expect("a schema is JSON");
+    let validator = jsonschema::validator_for(&schema).expect("a schema that is one");
+    for (name, ..) in PRESETS {
+        let mut file: serde_json::Value = serde_json::from_str(&preset_text(name)).unwrap();
+        assert!(validator.is_valid(&file), "{name}");
+        file["assumed"][0]["value"] = "weather".into();
+        assert!(!validator.is_valid(&file), "{name}");
+    }
+}
+
+#[test]
 fn every_preset_goes_there_and_back() {
     let mut r = Random(1);
     for (name, ..) in PRESETS {
