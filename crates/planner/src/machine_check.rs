@@ -44,7 +44,13 @@ pub fn describe_machine(machine: &Machine) -> Result<MachineCheck, facemill_inve
         trip.worst[0], trip.worst[1], trip.lost
     ));
     let closed = trip.lost == 0 && trip.worst[0] <= CLOSED[0] && trip.worst[1] <= CLOSED[1];
-    let fault = || format!("the inverse solution lost {} of {POSES} poses within the limits", trip.lost);
+    let fault = || {
+        format!(
+            "the round trip is not closed: {} of {POSES} poses within the limits not found again, tip off by up to {:.1e} \
+             mm, tool axis by {:.1e} rad",
+            trip.lost, trip.worst[0], trip.worst[1]
+        )
+    };
     Ok(MachineCheck { lines, fault: (!closed).then(fault) })
 }
 
