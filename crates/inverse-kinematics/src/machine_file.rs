@@ -57,7 +57,7 @@ pub struct ToolChain {
     /// Channel of the control that programs this head, from 1.
     #[serde(default = "first_channel")]
     pub channel: u32,
-    /// What the spindle nose takes (HSK-A100, SK 50, Capto C8); reports say it, nothing depends on it.
+    /// What the spindle nose takes (HSK-A100, SK 50, Capto C8); nothing depends on it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tool_interface: Option<String>,
     /// From the bed outward.
