@@ -9,8 +9,8 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use facemill_cl_data::{Aabb, ClPoint};
 use nalgebra::{Isometry3, Point3, Vector3};
 
-use crate::screw_chain::Screw;
 use crate::{Axis, AxisKind, AxisValues, Branch, InverseSolution, MAX_AXES, Machine, Unreachable};
+use crate::{direction_pair::DirectionPair, screw_chain::Screw, solver::Solver};
 
 /// Tool poses in the table frame: axes within an angle of one, tips within a distance of one.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,7 +43,7 @@ pub enum AxisRanges {
     /// No pose of the set is in reach, whatever the limits.
     OutOfReach(Unreachable),
     /// Nothing is proven: the set reaches to the pole or to the edge of the reach, or the machine's joints stand in an order
-    /// that is not treated (a rotary joint between two linear ones).
+    /// that is not treated (a rotary joint between two linear ones, or three rotary joints).
     Unknown,
 }
 
@@ -72,21 +72,28 @@ impl Machine {
         if !(set.turn >= 0.0 && set.turn < FRAC_PI_2 && set.shift >= 0.0 && set.shift.is_finite()) {
             return AxisRanges::Unknown;
         }
-        let solutions = match self.unlimited(&set.cl, tool_length, &self.home()) {
+        let Solver::Closed { rotaries, .. } = &self.solver else { return AxisRanges::Unknown };
+        let solutions = match self.unlimited_pair(rotaries, &set.cl, tool_length, &self.home()) {
             Ok((first, Some(second))) => [first, second],
             Err(why @ Unreachable::Direction { by, .. }) if by > set.turn + FROM_POLE => {
                 return AxisRanges::OutOfReach(why);
             }
             _ => return AxisRanges::Unknown,
         };
-        let ranges = solutions.map(|s| self.range_of(set, tool_length, &s));
+        let ranges = solutions.map(|s| self.range_of(rotaries, set, tool_length, &s));
         match ranges {
             [Some(first), Some(second)] => AxisRanges::Both([first, second]),
             _ => AxisRanges::Unknown,
         }
     }
 
-    fn range_of(&self, set: &PoseSet, tool_length: f64, solution: &InverseSolution) -> Option<AxisRange> {
+    fn range_of(
+        &self,
+        rotaries: &DirectionPair,
+        set: &PoseSet,
+        tool_length: f64,
+        solution: &InverseSolution,
+    ) -> Option<AxisRange> {
         let rotary = self.rotary_halves(set)?;
         let joints = Joints::new(self, &solution.values, tool_length);
         let linear = self.linear_halves(&joints, &rotary, set)?;
@@ -95,7 +102,7 @@ impl Machine {
         for screw in &self.chain.screws {
             half[screw.axis] = SLACK
                 + match screw.kind {
-                    AxisKind::Rotary if screw.axis == self.rotaries.first.axis => rotary[0],
+                    AxisKind::Rotary if screw.axis == rotaries.first.axis => rotary[0],
                     AxisKind::Rotary => rotary[1],
                     AxisKind::Linear => {
                         n_linear += 1;

@@ -1,12 +1,12 @@
-use nalgebra::{Isometry3, Point3, Translation3, Unit, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Point3, SMatrix, SVector, Translation3, Unit, UnitQuaternion, Vector3};
 
 use crate::{
     Axis, AxisKind, AxisLetter, AxisValues, Carrier, LinkId, Machine, MachineBody, MachineError, MachineFile,
     bodies::{pose_of, solid_of},
     check::{check_assumed, check_bodies, check_feed, check_motion, check_name, check_row, joint_axis},
-    direction_pair::{DirectionPair, PairFault},
     machine_file::{BodyFile, DhRow, Joint, Sense},
-    screw_chain::{LinearMap, Screw, ScrewChain},
+    screw_chain::{Screw, ScrewChain},
+    solver::Solver,
 };
 use facemill_cl_data::PlacedSolid;
 
@@ -39,11 +39,9 @@ pub(crate) fn build(file: MachineFile) -> Result<Machine, MachineError> {
     let table_from_bed = bed_from_table.inverse();
     let (axes, screws) = screws_of(&table, head, &table_from_bed);
     let chain = ScrewChain { screws, table_from_nose: table_from_bed * head.end() };
-    let linears = chain_axes(&chain, AxisKind::Linear);
-    let linears = [linears[0], linears[1], linears[2]];
-    let rotaries = rotaries_of(&chain, &axes)?;
+    let solver = Solver::new(&chain, &axes)?;
     let bodies = bodies_of(&file, &table, head, &table_from_bed);
-    let machine = Machine { file, axes, chain, rotaries, linears, bodies };
+    let machine = Machine { file, axes, chain, solver, bodies };
     refuse_dependent_linears(&machine)?;
     Ok(machine)
 }
@@ -113,7 +111,7 @@ fn refuse_structure(table: &WalkedChain, heads: &[WalkedChain]) -> Result<(), Ma
     let joints = || table.joints.iter().chain(heads.iter().flat_map(|h| &h.joints));
     let count = |kind| joints().filter(|(axis, ..)| axis.kind == kind).count();
     let (n_linear, n_rotary) = (count(AxisKind::Linear), count(AxisKind::Rotary));
-    if heads.len() == 1 && n_linear == 3 && n_rotary == 2 {
+    if heads.len() == 1 && matches!((n_linear, n_rotary), (3, 2) | (2, 3)) {
         return Ok(());
     }
     Err(MachineError::UnsupportedStructure { n_heads: heads.len(), n_linear, n_rotary })
@@ -140,32 +138,47 @@ fn screws_of(table: &WalkedChain, head: &WalkedChain, table_from_bed: &Isometry3
     (axes, screws)
 }
 
-fn chain_axes(chain: &ScrewChain, kind: AxisKind) -> Vec<usize> {
-    chain.screws.iter().filter(|s| s.kind == kind).map(|s| s.axis).collect()
-}
-
-fn rotaries_of(chain: &ScrewChain, axes: &[Axis]) -> Result<DirectionPair, MachineError> {
-    let rotary: Vec<&Screw> = chain.screws.iter().filter(|s| s.kind == AxisKind::Rotary).collect();
-    let (first, second) = (rotary[0], rotary[1]);
-    let letter = |s: &Screw| axes[s.axis].letter;
-    DirectionPair::new((first.axis, first.direction), (second.axis, second.direction), &chain.spindle_at_zero())
-        .map_err(|fault| match fault {
-            PairFault::Parallel => MachineError::ParallelRotaries { first: letter(first), second: letter(second) },
-            PairFault::SpindleAlongSecond => MachineError::ToolAlongRotary { axis: letter(second) },
-        })
-}
-
-/// Refuses linear axes that lie in a plane in every pose of the rotary axes (tried in a few).
+/// Refuses machines that cannot place the tip in every direction while the tool axis stands, in any pose (tried in a few).
 fn refuse_dependent_linears(machine: &Machine) -> Result<(), MachineError> {
-    let solvable = [0.0, 0.7, -1.1].iter().any(|&angle| {
-        let q = AxisValues::from_fn(machine.axes.len(), |k| if machine.is_rotary(k) { angle } else { 0.0 });
-        let map: LinearMap = machine.linear_map(&q, 0.0);
-        map.solve(&Point3::origin()).is_some()
+    let free_somewhere = [0.0, 0.7, -1.1].iter().any(|&angle| {
+        let q = AxisValues::from_fn(machine.axes.len(), |k| {
+            if machine.is_rotary(k) { angle * (1.0 + 0.37 * k as f64) } else { 50.0 }
+        });
+        match &machine.solver {
+            Solver::Closed { .. } => machine.linear_map(&q, 0.0).solve(&Point3::origin()).is_some(),
+            Solver::Numeric(_) => moves_tool_freely(&machine.chain, &q),
+        }
     });
-    if solvable {
+    if free_somewhere {
         return Ok(());
     }
-    Err(MachineError::DependentLinears { axes: machine.linears.map(|k| machine.axes[k].letter) })
+    let axes = machine.solver.linears().iter().map(|&k| machine.axes[k].letter).collect();
+    Err(MachineError::DependentLinears { axes })
+}
+
+/// Whether five joints move tip and tool axis in every direction at a pose: the determinant of the velocities they give,
+/// those of the tip by rotary joints counted per metre.
+fn moves_tool_freely(chain: &ScrewChain, q: &AxisValues) -> bool {
+    // 1e-9 is what directions known to 1e-9 leave of nothing.
+    const LEAST: f64 = 1e-9;
+    let end = chain.forward(q, 0.0);
+    let (tip, tool_axis) = (Point3::from(end.translation.vector), end.rotation * Vector3::z());
+    let across = tool_axis.cross(&Vector3::ith(tool_axis.iamin(), 1.0)).normalize();
+    let mut velocities = SMatrix::<f64, 5, 5>::zeros();
+    let mut motion = Isometry3::identity();
+    for (k, screw) in chain.screws.iter().enumerate() {
+        let direction = motion.rotation * screw.direction.into_inner();
+        let (of_axis, of_tip) = match screw.kind {
+            AxisKind::Linear => (Vector3::zeros(), direction),
+            AxisKind::Rotary => {
+                (direction.cross(&tool_axis), direction.cross(&(tip - motion * Point3::from(screw.point))) * 1e-3)
+            }
+        };
+        let turn = [of_axis.dot(&across), of_axis.dot(&tool_axis.cross(&across))];
+        velocities.set_column(k, &SVector::from([turn[0], turn[1], of_tip.x, of_tip.y, of_tip.z]));
+        motion *= screw.motion(q.get_or_zero(screw.axis));
+    }
+    velocities.determinant().abs() > LEAST
 }
 
 fn bodies_of(

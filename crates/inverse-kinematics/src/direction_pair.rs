@@ -25,12 +25,12 @@ pub(crate) struct DirectionPair {
 pub(crate) struct RotaryAxis {
     /// Index among the machine's axes.
     pub(crate) axis: usize,
-    direction: Vector3<f64>,
+    pub(crate) direction: Vector3<f64>,
     /// Azimuth 0 and 90°.
-    zero: Vector3<f64>,
-    quarter: Vector3<f64>,
+    pub(crate) zero: Vector3<f64>,
+    pub(crate) quarter: Vector3<f64>,
     /// Azimuth of the spindle at the zero pose; of no meaning for the first axis.
-    spindle_azimuth: f64,
+    pub(crate) spindle_azimuth: f64,
 }
 
 /// The rotary values that reach a direction.
@@ -59,7 +59,7 @@ pub(crate) enum PairFault {
 const SAME_DIRECTION: f64 = 4e-13;
 
 /// Sine of the angle below which axes of a machine count as parallel: what a file in degrees with nine digits leaves.
-const PARALLEL_SINE: f64 = 1e-9;
+pub(crate) const PARALLEL_SINE: f64 = 1e-9;
 
 impl DirectionPair {
     pub(crate) fn new(
@@ -117,7 +117,7 @@ impl DirectionPair {
 }
 
 impl RotaryAxis {
-    fn new(axis: usize, direction: Vector3<f64>, toward: &Vector3<f64>, spindle: &Vector3<f64>) -> Self {
+    pub(crate) fn new(axis: usize, direction: Vector3<f64>, toward: &Vector3<f64>, spindle: &Vector3<f64>) -> Self {
         let zero = (toward - direction * direction.dot(toward)).normalize();
         let mut rotary = Self { axis, direction, zero, quarter: direction.cross(&zero), spindle_azimuth: 0.0 };
         rotary.spindle_azimuth = rotary.azimuth(spindle);
@@ -130,6 +130,6 @@ impl RotaryAxis {
 }
 
 /// Angle between two unit vectors, accurate at 0 and π too.
-fn angle(a: &Vector3<f64>, b: &Vector3<f64>) -> f64 {
+pub(crate) fn angle(a: &Vector3<f64>, b: &Vector3<f64>) -> f64 {
     a.cross(b).norm().atan2(a.dot(b))
 }

@@ -4,11 +4,12 @@ use facemill_cl_data::ClPoint;
 
 use crate::{
     Axis, AxisKind, AxisValues, Branch, BranchPreference, InverseSolution, InverseSolutions, Machine, Unreachable,
-    direction_pair::PairSolution,
+    direction_pair::{DirectionPair, PairSolution},
+    solver::Solver,
 };
 
 /// Largest difference between a CL point and the forward solution of its axis values, mm.
-const TIP_ACCURACY: f64 = 1e-9;
+pub(crate) const TIP_ACCURACY: f64 = 1e-9;
 /// The same for the tool axis, rad.
 const AXIS_ACCURACY: f64 = 1e-12;
 /// Excess over a limit that is rounding and cut off, mm or rad. Above the accuracies it would break their promise; far
@@ -16,14 +17,15 @@ const AXIS_ACCURACY: f64 = 1e-12;
 const LIMIT_SLACK: [f64; 2] = [2e-10, 2e-13];
 
 impl Machine {
-    /// All branches within the limits for a tool pose in the table frame. Rotary values are those nearest to home; where
-    /// one is [free](InverseSolution::free_axis) it stands at home.
+    /// All solutions within the limits for a tool pose in the table frame, each at the winding nearest to home; where a
+    /// rotary axis is [free](InverseSolution::free_axis) it stands at home.
     ///
-    /// Closed form, no allocation. The forward solution of every result differs from `cl` by at most 1e-9 mm and
-    /// 1e-12 rad (and by the rounding of a rotary value that has wound up many turns).
+    /// Closed form for three linear and two rotary axes; for two and three all roots of a polynomial of degree 12. No
+    /// allocation. The forward solution of every result differs from `cl` by at most 1e-9 mm and 1e-12 rad (and by the
+    /// rounding of a rotary value that has wound up many turns).
     ///
     /// # Errors
-    /// When no branch is within the limits; see [`Unreachable`].
+    /// When no solution is within the limits; see [`Unreachable`].
     pub fn inverse(&self, cl: &ClPoint, tool_length: f64) -> Result<InverseSolutions, Unreachable> {
         self.inverse_near(cl, tool_length, &self.home())
     }
@@ -39,28 +41,33 @@ impl Machine {
         tool_length: f64,
         reference: &AxisValues,
     ) -> Result<InverseSolutions, Unreachable> {
-        // A free axis stays at the reference, so that has to be within the limits.
-        let reference = AxisValues::from_fn(self.axes.len(), |k| {
-            let axis = &self.axes[k];
-            let value = reference.get_or_zero(k);
-            if value.is_finite() { value.clamp(axis.min, axis.max) } else { axis.home }
-        });
-        let (first, second) = self.unlimited(cl, tool_length, &reference)?;
-        let first = self.within_limits(first);
-        let second = second.map(|s| self.within_limits(s));
-        match (first, second) {
-            (Ok(first), None | Some(Err(_))) => Ok(InverseSolutions { first, second: None }),
-            (Ok(first), Some(Ok(second))) => Ok(InverseSolutions { first, second: Some(second) }),
-            (Err(_), Some(Ok(first))) => Ok(InverseSolutions { first, second: None }),
-            (Err(e), None) => Err(e),
-            (Err(e), Some(Err(other))) => Err(if self.excess(&other) < self.excess(&e) { other } else { e }),
+        let reference = self.inside(reference);
+        let all = self.unlimited(cl, tool_length, &reference)?;
+        let mut within: Option<InverseSolutions> = None;
+        let mut why: Option<Unreachable> = None;
+        for solution in all.iter() {
+            match (self.within_limits(*solution), &mut within) {
+                (Ok(solution), Some(within)) => within.push(solution),
+                (Ok(solution), None) => within = Some(InverseSolutions::one(solution)),
+                (Err(e), _) if why.as_ref().is_none_or(|why| self.excess(&e) < self.excess(why)) => why = Some(e),
+                (Err(_), _) => {}
+            }
+        }
+        match (within, why) {
+            (Some(mut within), _) => {
+                self.nearest_first(&mut within, &reference);
+                Ok(within)
+            }
+            (None, Some(e)) => Err(e),
+            (None, None) => Err(Unreachable::Inaccurate),
         }
     }
 
     /// The one solution to take.
     ///
     /// With a previous position: the solution that is reached from it first, every axis moving at its largest speed; full
-    /// turns are unrolled and at the pole the free axis stays. Without: the preferred branch.
+    /// turns are unrolled and at the pole the free axis stays. On a machine with three rotary axes, where Newton's method
+    /// from that position finds a solution within 5° of it, that one. Without: the preferred branch.
     ///
     /// # Errors
     /// As [`Machine::inverse`].
@@ -72,6 +79,11 @@ impl Machine {
         preferred: BranchPreference,
     ) -> Result<AxisValues, Unreachable> {
         let reference = previous.copied().unwrap_or_else(|| self.home());
+        if let (Solver::Numeric(numeric), Some(previous)) = (&self.solver, previous)
+            && let Some(values) = self.continued(numeric, cl, tool_length, previous)
+        {
+            return Ok(values);
+        }
         let solutions = self.inverse_near(cl, tool_length, &reference)?;
         let preferred = match (previous, preferred) {
             (None, BranchPreference::Positive) => solutions.on_branch(Branch::Positive),
@@ -79,17 +91,22 @@ impl Machine {
             _ => None,
         };
         let time = |s: &InverseSolution| self.travel_time(&reference, &s.values);
-        let nearest = match &solutions.second {
-            Some(second) if time(second) < time(&solutions.first) => second,
-            _ => &solutions.first,
-        };
-        Ok(preferred.unwrap_or(nearest).values)
+        let sooner = |a, b| if time(b) < time(a) { b } else { a };
+        match preferred.or_else(|| solutions.iter().reduce(sooner)) {
+            Some(solution) => Ok(solution.values),
+            None => Err(Unreachable::Inaccurate),
+        }
     }
 
     /// The branch that a position is on; at the border between the two, and at the pole, the positive one.
     pub fn branch_of(&self, q: &AxisValues) -> Branch {
-        let second = q.get_or_zero(self.rotaries.second.axis);
-        if self.rotaries.is_positive(second) { Branch::Positive } else { Branch::Negative }
+        match &self.solver {
+            Solver::Closed { rotaries, .. } if rotaries.is_positive(q.get_or_zero(rotaries.second.axis)) => {
+                Branch::Positive
+            }
+            Solver::Closed { .. } => Branch::Negative,
+            Solver::Numeric(numeric) => numeric.branch_of(numeric.rotaries.map(|k| q.get_or_zero(k))),
+        }
     }
 
     /// Time in which every axis has got from one position to another at its largest speed, s (no acceleration).
@@ -98,20 +115,44 @@ impl Machine {
         (0..self.axes.len()).map(time).fold(0.0, f64::max)
     }
 
-    /// One or two solutions, their rotary values at the winding nearest to the finite `reference`; limits are not asked.
+    /// The solutions, their rotary values at the winding nearest to the finite `reference`; limits are not asked.
     pub(crate) fn unlimited(
         &self,
         cl: &ClPoint,
         tool_length: f64,
         reference: &AxisValues,
+    ) -> Result<InverseSolutions, Unreachable> {
+        match &self.solver {
+            Solver::Closed { rotaries, .. } => {
+                let (first, second) = self.unlimited_pair(rotaries, cl, tool_length, reference)?;
+                let mut all = InverseSolutions::one(first);
+                if let Some(second) = second {
+                    all.push(second);
+                }
+                Ok(all)
+            }
+            Solver::Numeric(numeric) => self.unlimited_numeric(numeric, cl, tool_length, reference),
+        }
+    }
+
+    /// As [`Machine::unlimited`], for two rotary joints.
+    pub(crate) fn unlimited_pair(
+        &self,
+        rotaries: &DirectionPair,
+        cl: &ClPoint,
+        tool_length: f64,
+        reference: &AxisValues,
     ) -> Result<(InverseSolution, Option<InverseSolution>), Unreachable> {
-        let finite = cl.tip.coords.iter().chain(cl.axis.iter()).all(|v| v.is_finite()) && tool_length.is_finite();
-        if !finite {
+        if !is_finite(cl, tool_length) {
             return Err(Unreachable::NotFinite);
         }
-        let first_axis = self.rotaries.first.axis;
-        let solve = |pair, free| self.with_rotaries(cl, tool_length, reference, pair, free);
-        match self.rotaries.solve(&cl.axis) {
+        let axes = [rotaries.first.axis, rotaries.second.axis];
+        let solve = |pair: [f64; 2], free| {
+            let branch = if rotaries.is_positive(pair[1]) { Branch::Positive } else { Branch::Negative };
+            let values = self.with_rotaries(cl, tool_length, reference, axes.into_iter().zip(pair))?;
+            Ok(InverseSolution { values, branch, free_axis: free })
+        };
+        match rotaries.solve(&cl.axis) {
             PairSolution::Two { positive, negative } => match (solve(positive, None), solve(negative, None)) {
                 (Ok(positive), negative) => Ok((positive, negative.ok())),
                 (Err(_), Ok(negative)) => Ok((negative, None)),
@@ -119,49 +160,54 @@ impl Machine {
             },
             PairSolution::One(pair) => Ok((solve(pair, None)?, None)),
             PairSolution::FirstFree(second) => {
-                Ok((solve([reference.get_or_zero(first_axis), second], Some(first_axis))?, None))
+                Ok((solve([reference.get_or_zero(axes[0]), second], Some(axes[0]))?, None))
             }
-            PairSolution::Beyond(by) => Err(Unreachable::Direction {
-                first: self.axes[first_axis].letter,
-                second: self.axes[self.rotaries.second.axis].letter,
-                by,
-            }),
+            PairSolution::Beyond(by) => Err(self.direction_missed(axes[0], axes[1], by)),
         }
     }
 
-    /// The linear values for a pair of rotary values, checked by the forward solution.
-    fn with_rotaries(
+    /// The values of all axes for these rotary ones, checked by the forward solution.
+    pub(crate) fn with_rotaries(
         &self,
         cl: &ClPoint,
         tool_length: f64,
         reference: &AxisValues,
-        pair: [f64; 2],
-        free_axis: Option<usize>,
-    ) -> Result<InverseSolution, Unreachable> {
-        let (first, second) = (self.rotaries.first.axis, self.rotaries.second.axis);
+        rotary: impl Iterator<Item = (usize, f64)>,
+    ) -> Result<AxisValues, Unreachable> {
         let mut values = AxisValues::zeros(self.axes.len());
-        for (axis, value) in [(first, pair[0]), (second, pair[1])] {
+        let mut turned = 0.0;
+        for (axis, value) in rotary {
             values[axis] = nearest_turn(value, reference.get_or_zero(axis));
+            turned += values[axis].abs();
         }
         let map = self.linear_map(&values, tool_length);
-        let linears = map.solve(&cl.tip).ok_or(Unreachable::Singular)?;
-        for (k, &axis) in self.linears.iter().enumerate() {
+        let linears = self.solve_linears(&map, &cl.tip).ok_or(Unreachable::Singular)?;
+        for (k, &axis) in self.solver.linears().iter().enumerate() {
             values[axis] = linears[k];
         }
         let tip_error = (map.tip(&linears) - cl.tip.coords).norm();
         let axis_error = (map.tool_axis - cl.axis.into_inner()).norm();
         // After many turns of an endless axis the rounding of its value alone exceeds the accuracy.
-        let rounding = f64::EPSILON * (values[first].abs() + values[second].abs());
+        let rounding = f64::EPSILON * turned;
         let exact =
             tip_error <= TIP_ACCURACY - LIMIT_SLACK[0] && axis_error <= AXIS_ACCURACY - LIMIT_SLACK[1] + rounding;
-        if !exact {
-            return Err(Unreachable::Inaccurate);
-        }
-        let branch = if self.rotaries.is_positive(pair[1]) { Branch::Positive } else { Branch::Negative };
-        Ok(InverseSolution { values, branch, free_axis })
+        if exact { Ok(values) } else { Err(Unreachable::Inaccurate) }
     }
 
-    fn within_limits(&self, mut solution: InverseSolution) -> Result<InverseSolution, Unreachable> {
+    pub(crate) fn direction_missed(&self, first: usize, second: usize, by: f64) -> Unreachable {
+        Unreachable::Direction { first: self.axes[first].letter, second: self.axes[second].letter, by }
+    }
+
+    /// The position with every value within its limits: a free axis stays at the reference, so that has to be.
+    fn inside(&self, reference: &AxisValues) -> AxisValues {
+        AxisValues::from_fn(self.axes.len(), |k| {
+            let axis = &self.axes[k];
+            let value = reference.get_or_zero(k);
+            if value.is_finite() { value.clamp(axis.min, axis.max) } else { axis.home }
+        })
+    }
+
+    pub(crate) fn within_limits(&self, mut solution: InverseSolution) -> Result<InverseSolution, Unreachable> {
         for (index, axis) in self.axes.iter().enumerate() {
             let value = match axis.kind {
                 AxisKind::Linear => solution.values[index],
@@ -186,6 +232,10 @@ impl Machine {
             _ => f64::INFINITY,
         }
     }
+}
+
+pub(crate) fn is_finite(cl: &ClPoint, tool_length: f64) -> bool {
+    cl.tip.coords.iter().chain(cl.axis.iter()).all(|v| v.is_finite()) && tool_length.is_finite()
 }
 
 fn slack(axis: &Axis) -> f64 {

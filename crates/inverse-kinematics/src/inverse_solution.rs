@@ -9,12 +9,18 @@ pub struct InverseSolution {
     pub branch: Branch,
     /// At the pole, where the tool axis lies along the rotary axis nearest to the workpiece: the index of that axis. Any
     /// value of it does; `values` holds the reference value, with the linear values that belong to it.
+    ///
+    /// With three rotary axes: the axis that can move on while the others make up for it, where a whole curve of solutions
+    /// is. `values` holds those at its reference value, or at one near that.
     pub free_axis: Option<usize>,
 }
 
 /// The two ways to reach a tool axis: the rotary axis nearest to the tool turns the spindle to its positive or its
 /// negative side, counted from where the spindle is nearest to the other rotary axis. On a B-head, C-table machine:
 /// B ≥ 0 or B ≤ 0.
+///
+/// With three rotary axes it is the side of the last one as seen from the middle one, or of the sum of both where they are
+/// parallel; there may be several solutions on each side.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Branch {
     /// B ≥ 0.
@@ -35,12 +41,20 @@ pub enum BranchPreference {
     Negative,
 }
 
-/// All branches within the limits, each once: one or two for a machine with two rotary axes.
+/// All solutions within the limits, each once.
+///
+/// With two rotary axes one or two, the positive branch first. With three up to [`MAX_SOLUTIONS`], several on a branch: those
+/// come first that are reached first from the reference position, so that the first one on a branch goes on from where the
+/// machine stands.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InverseSolutions {
-    pub(crate) first: InverseSolution,
-    pub(crate) second: Option<InverseSolution>,
+    // Entries from `n` on repeat the first one.
+    items: [InverseSolution; MAX_SOLUTIONS],
+    n: usize,
 }
+
+/// The most solutions of any pose, windings aside: two with two rotary axes; with three twelve, the roots of a polynomial.
+pub const MAX_SOLUTIONS: usize = 12;
 
 /// Why there are no axis values for a CL point.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -75,8 +89,19 @@ pub enum Unreachable {
         /// Smallest turn that brings the direction into reach, rad.
         by: f64,
     },
+    /// Of two linear axes: in no pose of the rotary axes that gives the tool axis is the tip in the plane in which they move
+    /// it.
+    #[error("the linear axes {first} and {second} miss the tip by {by:.4} mm in every pose that gives the tool axis")]
+    Tip {
+        /// Linear axis nearer to the workpiece.
+        first: AxisLetter,
+        /// Linear axis nearer to the tool.
+        second: AxisLetter,
+        /// Distance of the tip from the plane, at the best of the poses tried: some smaller one may be missed, mm.
+        by: f64,
+    },
     /// In the pose of the rotary axes the linear axes lie in one plane.
-    #[error("the linear axes lie in one plane in the pose that the tool axis asks for")]
+    #[error("the linear axes are dependent in the pose that the tool axis asks for")]
     Singular,
     /// The CL point is so far away that rounding exceeds the promised accuracy.
     #[error("no solution is accurate to 1e-9 mm and 1e-12 rad there")]
@@ -87,18 +112,39 @@ pub enum Unreachable {
 }
 
 impl InverseSolutions {
+    pub(crate) fn one(first: InverseSolution) -> Self {
+        Self { items: [first; MAX_SOLUTIONS], n: 1 }
+    }
+
+    /// Adds a solution; more than fit are dropped.
+    pub(crate) fn push(&mut self, solution: InverseSolution) {
+        if self.n < MAX_SOLUTIONS {
+            self.items[self.n] = solution;
+            self.n += 1;
+        }
+    }
+
+    pub(crate) fn as_mut_slice(&mut self) -> &mut [InverseSolution] {
+        &mut self.items[..self.n]
+    }
+
+    /// The solutions; at least one.
+    pub fn as_slice(&self) -> &[InverseSolution] {
+        &self.items[..self.n]
+    }
+
     /// The solutions; at least one.
     pub fn iter(&self) -> impl Iterator<Item = &InverseSolution> + '_ {
-        std::iter::once(&self.first).chain(self.second.as_ref())
+        self.as_slice().iter()
     }
 
     /// Number of solutions.
     #[expect(clippy::len_without_is_empty, reason = "there is always at least one")]
     pub fn len(&self) -> usize {
-        1 + usize::from(self.second.is_some())
+        self.n
     }
 
-    /// The solution on this branch, if it is within the limits.
+    /// The (first) solution on this branch that is within the limits.
     pub fn on_branch(&self, branch: Branch) -> Option<&InverseSolution> {
         self.iter().find(|s| s.branch == branch)
     }

@@ -25,7 +25,8 @@
 //! ```
 //!
 //! Solved in closed form are machines with three linear and two rotary joints in any order, on table or head, with axes
-//! in general directions; others are refused by name when the file is read. Every inverse solution is checked by the
+//! in general directions; those with two linear and three rotary joints by the roots of a polynomial, all of them; others
+//! are refused by name when the file is read. Every inverse solution is checked by the
 //! forward one to 1e-9 mm and 1e-12 rad. Units are mm, rad and s; F words alone are mm/min.
 //!
 //! It must not know cutting: no part, no tool but its length.
@@ -51,8 +52,14 @@ mod joint_lines;
 mod machine;
 mod machine_file;
 mod motion;
+mod numeric_inverse;
 mod preset;
 mod screw_chain;
+mod solver;
+mod summed_rotaries;
+mod three_rotaries;
+mod tip_condition;
+mod trig_roots;
 mod windings;
 mod work_frame;
 
@@ -66,7 +73,7 @@ pub use bodies::{BodyPose, LinkId, MachineBody};
 pub use deviation::{Deviation, deviation_bound};
 pub use family::{Family, RotaryRole};
 pub use import::{ImportError, import_autodesk_machine};
-pub use inverse_solution::{Branch, BranchPreference, InverseSolution, InverseSolutions, Unreachable};
+pub use inverse_solution::{Branch, BranchPreference, InverseSolution, InverseSolutions, MAX_SOLUTIONS, Unreachable};
 pub use joint_lines::JointLine;
 pub use machine::{FeedRange, FieldProblem, Machine, MachineError};
 pub use machine_file::{

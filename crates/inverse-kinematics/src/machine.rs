@@ -3,10 +3,11 @@ use facemill_file_format::FormatError;
 use nalgebra::{Isometry3, Point3, Unit, Vector3};
 
 use crate::{
-    Axis, AxisKind, AxisLetter, AxisValues, MachineBody, MachineFile,
+    Axis, AxisKind, AxisLetter, AxisValues, MachineBody, MachineFile, Unreachable,
     build::build,
-    direction_pair::DirectionPair,
+    inverse::TIP_ACCURACY,
     screw_chain::{LinearMap, ScrewChain},
+    solver::Solver,
 };
 
 /// A five-axis machine tool: forward and inverse solution, limits, bodies, motion laws.
@@ -19,9 +20,7 @@ pub struct Machine {
     pub(crate) file: MachineFile,
     pub(crate) axes: Vec<Axis>,
     pub(crate) chain: ScrewChain,
-    pub(crate) rotaries: DirectionPair,
-    /// Axes of the three linear joints, in chain order.
-    pub(crate) linears: [usize; 3],
+    pub(crate) solver: Solver,
     pub(crate) bodies: Vec<MachineBody>,
 }
 
@@ -52,10 +51,10 @@ pub enum MachineError {
         /// What is wrong with it.
         problem: FieldProblem,
     },
-    /// There is no closed solution for these joints.
+    /// There is no inverse solution for these joints.
     #[error(
         "the machine has {n_heads} head(s) with {n_linear} linear and {n_rotary} rotary joints; only one head with three \
-         linear and two rotary joints has an inverse solution here"
+         linear and two rotary or two linear and three rotary joints has an inverse solution here"
     )]
     UnsupportedStructure {
         /// Number of tool chains.
@@ -65,7 +64,7 @@ pub enum MachineError {
         /// Revolute joints of both chains.
         n_rotary: usize,
     },
-    /// Both rotary joints turn the tool about the same direction.
+    /// All rotary joints turn the tool about the same direction; told are two of them.
     #[error("the rotary axes {first} and {second} are parallel, so the tool axis has one degree of freedom only")]
     ParallelRotaries {
         /// The one nearer to the workpiece.
@@ -79,11 +78,12 @@ pub enum MachineError {
         /// The rotary axis nearest to the tool.
         axis: AxisLetter,
     },
-    /// The three linear joints cannot reach a volume.
-    #[error("the linear axes {}, {} and {} lie in one plane", axes[0], axes[1], axes[2])]
+    /// The linear joints do not add enough for the tip to be placed anywhere: three of them lie in one plane, or two do not
+    /// add to what three rotary joints do.
+    #[error("the linear axes {} leave a direction in which the tip cannot be placed", axes.iter().map(AxisLetter::as_str).collect::<Vec<_>>().join(", "))]
     DependentLinears {
-        /// The three linear axes.
-        axes: [AxisLetter; 3],
+        /// The linear axes.
+        axes: Vec<AxisLetter>,
     },
 }
 
@@ -197,7 +197,10 @@ impl Machine {
     /// Tip and tool axis in the table frame; as [`Machine::forward`] without the turn about the tool's own axis.
     pub fn cl_point(&self, q: &AxisValues, tool_length: f64) -> ClPoint {
         let map = self.linear_map(q, tool_length);
-        let linears = Vector3::from(self.linears.map(|k| q.get_or_zero(k)));
+        let mut linears = Vector3::zeros();
+        for (k, &axis) in self.solver.linears().iter().enumerate() {
+            linears[k] = q.get_or_zero(axis);
+        }
         ClPoint { tip: Point3::from(map.tip(&linears)), axis: Unit::new_normalize(map.tool_axis) }
     }
 
@@ -224,21 +227,45 @@ impl Machine {
     }
 
     /// Travel of every axis per mm of tool length that keeps the tip in its place with all rotary axes at 0: what G43
-    /// adds to the programmed words. Rotary entries are 0; `None` when the linear axes are dependent there.
+    /// adds to the programmed words. Rotary entries are 0; `None` when the linear axes are dependent there, or cannot move
+    /// the tip along the spindle.
     pub fn length_compensation_travel(&self) -> Option<AxisValues> {
         let zero = AxisValues::zeros(self.axes.len());
         let tip = Point3::from(self.linear_map(&zero, 0.0).offset);
-        self.with_linears(&zero, &tip, 1.0)
+        self.with_linears(&zero, &tip, 1.0).ok()
     }
 
-    /// The rotary values of `q` with the linear values that bring the tip to `tip`; `None` when they are dependent there.
-    pub(crate) fn with_linears(&self, q: &AxisValues, tip: &Point3<f64>, tool_length: f64) -> Option<AxisValues> {
-        let linears = self.linear_map(q, tool_length).solve(tip)?;
+    /// The rotary values of `q` with the linear values that bring the tip to `tip`.
+    ///
+    /// # Errors
+    /// When they are dependent there, or, of two linear axes, when the tip is not in the plane they move it in.
+    pub(crate) fn with_linears(
+        &self,
+        q: &AxisValues,
+        tip: &Point3<f64>,
+        tool_length: f64,
+    ) -> Result<AxisValues, Unreachable> {
+        let map = self.linear_map(q, tool_length);
+        let linears = self.solve_linears(&map, tip).ok_or(Unreachable::Singular)?;
+        let by = (map.tip(&linears) - tip.coords).norm();
+        if let [first, second] = self.solver.linears()[..]
+            && by > TIP_ACCURACY
+        {
+            return Err(Unreachable::Tip { first: self.axes[first].letter, second: self.axes[second].letter, by });
+        }
         let mut q = *q;
-        for (k, &axis) in self.linears.iter().enumerate() {
+        for (k, &axis) in self.solver.linears().iter().enumerate() {
             q[axis] = linears[k];
         }
-        Some(q)
+        Ok(q)
+    }
+
+    /// The linear values that bring the tip to `tip`, or, of two linear axes, nearest to it; `None` when they are dependent.
+    pub(crate) fn solve_linears(&self, map: &LinearMap, tip: &Point3<f64>) -> Option<Vector3<f64>> {
+        match self.solver {
+            Solver::Closed { .. } => map.solve(tip),
+            Solver::Numeric(_) => map.solve_two(tip),
+        }
     }
 
     pub(crate) fn linear_map(&self, q: &AxisValues, tool_length: f64) -> LinearMap {

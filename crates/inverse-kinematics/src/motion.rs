@@ -77,8 +77,8 @@ impl<'a> Motion<'a> {
     /// which is the continuous one when both ends are on the same branch.
     ///
     /// # Errors
-    /// Only under the RTCP laws: [`Unreachable::Singular`] where the linear axes cannot follow the tip,
-    /// [`Unreachable::Direction`] where the turning tool vector leaves the reach of the rotary axes.
+    /// Only under the RTCP laws: [`Unreachable::Singular`] or [`Unreachable::Tip`] where the linear axes cannot follow the
+    /// tip, [`Unreachable::Direction`] where the turning tool vector leaves the reach of the rotary axes.
     pub fn at(&self, t: f64) -> Result<AxisValues, Unreachable> {
         if t <= 0.0 || t.is_nan() {
             return Ok(self.start);
@@ -92,7 +92,7 @@ impl<'a> Motion<'a> {
             BlockLaw::Rapid(RapidLaw::PerAxis) => Ok(self.per_axis(t)),
             BlockLaw::Cutting(CuttingLaw::TipAndRotariesLinear) => {
                 let tip = self.ideal(t).tip;
-                self.machine.with_linears(&straight, &tip, self.tool_length).ok_or(Unreachable::Singular)
+                self.machine.with_linears(&straight, &tip, self.tool_length)
             }
             BlockLaw::Cutting(CuttingLaw::TipLinearVectorTurned) => self.turned(t, &straight),
         }
@@ -124,12 +124,12 @@ impl<'a> Motion<'a> {
     }
 
     fn turned(&self, t: f64, straight: &AxisValues) -> Result<AxisValues, Unreachable> {
-        let (first, second) = self.machine.unlimited(&self.ideal(t), self.tool_length, straight)?;
+        let all = self.machine.unlimited(&self.ideal(t), self.tool_length, straight)?;
         let turn = |q: &AxisValues| -> f64 {
             (0..q.len()).filter(|&k| self.machine.is_rotary(k)).map(|k| (q[k] - straight[k]).abs()).sum()
         };
-        let second = second.filter(|s| turn(&s.values) < turn(&first.values));
-        Ok(second.unwrap_or(first).values)
+        let nearer = |a: AxisValues, b: AxisValues| if turn(&b) < turn(&a) { b } else { a };
+        all.iter().map(|s| s.values).reduce(nearer).ok_or(Unreachable::Singular)
     }
 }
 

@@ -115,6 +115,20 @@ impl LinearMap {
         Some(values + cramer(tip.coords - self.tip(&values)))
     }
 
+    /// The first two linear values that bring the tip nearest to `tip`; `None` when the two directions are parallel.
+    pub(crate) fn solve_two(&self, tip: &Point3<f64>) -> Option<Vector3<f64>> {
+        let [x, y] = [0, 1].map(|k| self.directions.column(k).into_owned());
+        let normal = x.cross(&y);
+        let square = normal.norm_squared();
+        if square.sqrt() < Self::MIN_DETERMINANT || square.is_nan() {
+            return None;
+        }
+        let (yn, nx) = (y.cross(&normal), normal.cross(&x));
+        let cramer = |rhs: Vector3<f64>| Vector3::new(rhs.dot(&yn), rhs.dot(&nx), 0.0) / square;
+        let values = cramer(tip.coords - self.offset);
+        Some(values + cramer(tip.coords - self.tip(&values)))
+    }
+
     /// The tip at these linear values.
     pub(crate) fn tip(&self, linears: &Vector3<f64>) -> Vector3<f64> {
         self.offset + self.directions * linears

@@ -139,8 +139,13 @@ pub fn head_ca() -> Machine {
 
 /// A machine with joints in random order, senses and general directions, split anywhere between table and head.
 pub fn random_machine(r: &mut Random) -> Machine {
+    random_machine_of(r, ["X", "Y", "Z", "B", "C"])
+}
+
+/// The same of joints with these addresses.
+pub fn random_machine_of(r: &mut Random, axes: [&str; 5]) -> Machine {
     loop {
-        let mut joints = ["X", "Y", "Z", "B", "C"];
+        let mut joints = axes;
         for k in (1..5).rev() {
             joints.swap(k, r.below(k + 1));
         }
@@ -149,7 +154,7 @@ pub fn random_machine(r: &mut Random) -> Machine {
         for (k, axis) in joints.iter().enumerate() {
             let any =
                 row(r.within(-200.0, 200.0), r.within(-180.0, 180.0), r.within(-200.0, 200.0), r.within(-180.0, 180.0));
-            let mut row = if ["B", "C"].contains(axis) {
+            let mut row = if ["A", "B", "C"].contains(axis) {
                 rotary(axis, Sense::Positive, Some((-180.0, 180.0)), any)
             } else {
                 linear(axis, any)
@@ -169,6 +174,30 @@ pub fn random_machine(r: &mut Random) -> Machine {
             return machine;
         }
     }
+}
+
+/// CLOPT's variant of the dual mill as one head sees it: two linear and two rotary joints in the head, C of the workpiece
+/// level along the bed's x. Head: Y, Z, then B about y, then A about x.
+pub fn dual_mill_head() -> Machine {
+    // The table's z is the bed's x.
+    let table = vec![rotary("C", Sense::Positive, None, row(0.0, 90.0, 0.0, 90.0)), row(0.0, 0.0, 0.0, 0.0)];
+    let tool = vec![
+        linear("Y", row(0.0, -90.0, 0.0, 0.0)),
+        linear("Z", row(0.0, 90.0, 0.0, 0.0)),
+        rotary("B", Sense::Positive, Some((-120.0, 120.0)), row(40.0, -90.0, 60.0, 0.0)),
+        rotary("A", Sense::Positive, Some((-120.0, 120.0)), row(25.0, 90.0, 80.0, 90.0)),
+        row(10.0, 90.0, 30.0, 0.0),
+    ];
+    machine(table, tool)
+}
+
+/// Two linear and three rotary joints: a dual mill's head, heads and tables in general position, and some with two rotary
+/// joints parallel.
+pub fn families_of_three_rotaries() -> Vec<Machine> {
+    let mut r = Random(12);
+    let mut all = vec![dual_mill_head()];
+    all.extend((0..12).map(|_| random_machine_of(&mut r, ["X", "Y", "A", "B", "C"])));
+    all
 }
 
 /// A machine of every family, and some in general position.

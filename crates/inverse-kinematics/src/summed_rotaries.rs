@@ -1,0 +1,185 @@
+use nalgebra::{Unit, Vector3};
+
+use crate::{
+    Branch,
+    direction_pair::{DirectionPair, PairFault, PairSolution},
+    three_rotaries::{RotaryTriple, Target, Triples},
+    tip_condition::{functions, value_and_gradient},
+    trig_roots::{SAMPLES, real_roots, sample_angle},
+};
+
+/// Part of the largest coefficient of the tip condition below which it counts as zero all along a line.
+const NO_CONDITION: f64 = 1e-11;
+
+/// Steps of Newton's method.
+const MOST_STEPS: usize = 12;
+
+/// Three rotary joints, the middle one parallel to one of its neighbours, that turn the tool to a direction and bring the tip
+/// into the plane that two linear joints move it in.
+///
+/// Only the sum of the two parallel ones turns the tool axis, so that sum and the third value follow from it in closed form.
+/// Along each of the two branches the tip condition is a trigonometric polynomial of degree 2 in one of the summands.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct SummedRotaries {
+    pair: DirectionPair,
+    /// Whether the middle joint is parallel to the first one; else to the last one.
+    first_two: bool,
+    /// +1, or −1 where the parallel joints turn opposite ways.
+    sign: f64,
+}
+
+/// Rotary values `base + θ·direction`.
+#[derive(Clone, Copy)]
+struct Line {
+    base: [f64; 3],
+    direction: [f64; 3],
+    /// The joint that θ is the value of.
+    unknown: usize,
+    branch: Branch,
+    free: Option<usize>,
+}
+
+impl SummedRotaries {
+    /// Directions of the rotary joints from the table to the tool, and the spindle, at the machine's zero pose.
+    pub(crate) fn new(
+        w: [Unit<Vector3<f64>>; 3],
+        spindle: &Unit<Vector3<f64>>,
+        first_two: bool,
+    ) -> Result<Self, PairFault> {
+        let beside = if first_two { w[0] } else { w[2] };
+        let second = if first_two { w[2] } else { w[1] };
+        let pair = DirectionPair::new((0, w[0]), (1, second), spindle)?;
+        Ok(Self { pair, first_two, sign: w[1].dot(&beside).signum() })
+    }
+
+    /// All solutions for a target; where a whole curve of them is, those at the reference value of its free joint.
+    pub(crate) fn solve(&self, target: &Target, reference: [f64; 3]) -> Triples {
+        let mut all = Triples::new();
+        for line in self.lines(target, reference).into_iter().flatten() {
+            along(target, &line, reference, &mut all);
+        }
+        all
+    }
+
+    /// The solution nearest to a reference position on its line; `None` where Newton's method does not find one.
+    pub(crate) fn near(&self, target: &Target, reference: [f64; 3]) -> Option<RotaryTriple> {
+        let branch = self.branch_of(reference);
+        let line = self.lines(target, reference).into_iter().flatten().find(|l| l.branch == branch)?;
+        let (value, error) = line.polished(target, reference[line.unknown]);
+        (error < 1e-12).then(|| line.triple(value, line.free))
+    }
+
+    pub(crate) fn branch_of(&self, values: [f64; 3]) -> Branch {
+        let second = if self.first_two { values[2] } else { values[1] + self.sign * values[2] };
+        if self.pair.is_positive(second) { Branch::Positive } else { Branch::Negative }
+    }
+
+    /// Angle by which a direction is out of reach, 0 within.
+    pub(crate) fn out_of_reach(&self, tool_axis: &Vector3<f64>) -> f64 {
+        match self.pair.solve(tool_axis) {
+            PairSolution::Beyond(by) => by,
+            _ => 0.0,
+        }
+    }
+
+    /// The rotary values at a value of the unknown on one branch.
+    pub(crate) fn values_at(&self, target: &Target, value: f64, positive: bool) -> Option<[f64; 3]> {
+        let lines = self.lines(target, [0.0; 3]);
+        let line = if positive { lines[0] } else { lines[1].or(lines[0]) };
+        line.map(|l| l.values(value))
+    }
+
+    fn lines(&self, target: &Target, reference: [f64; 3]) -> [Option<Line>; 2] {
+        let line = |[first, second]: [f64; 2], branch| self.line(first, second, branch);
+        match self.pair.solve(&target.tool_axis) {
+            PairSolution::Two { positive, negative } => {
+                [Some(line(positive, Branch::Positive)), Some(line(negative, Branch::Negative))]
+            }
+            PairSolution::One(pair) => {
+                let line = line(pair, Branch::Positive);
+                [Some(Line { branch: self.branch_of(line.base), ..line }), None]
+            }
+            PairSolution::FirstFree(second) => [Some(self.free_line(reference[0], second)), None],
+            PairSolution::Beyond(_) => [None, None],
+        }
+    }
+
+    fn line(&self, first: f64, second: f64, branch: Branch) -> Line {
+        let s = self.sign;
+        if self.first_two {
+            let base = [0.0, s * first, second];
+            Line { base, direction: [1.0, -s, 0.0], unknown: 0, branch, free: None }
+        } else {
+            let base = [first, second, 0.0];
+            Line { base, direction: [0.0, -s, 1.0], unknown: 2, branch, free: None }
+        }
+    }
+
+    /// The tool axis lies on the first axis: that stays where it is.
+    fn free_line(&self, first: f64, second: f64) -> Line {
+        let line = self.line(first, second, Branch::Positive);
+        let line = if self.first_two {
+            Line { base: [first, 0.0, second], direction: [0.0, 1.0, 0.0], unknown: 1, ..line }
+        } else {
+            line
+        };
+        Line { branch: self.branch_of(line.base), free: Some(0), ..line }
+    }
+}
+
+/// The solutions on one line.
+fn along(target: &Target, line: &Line, reference: [f64; 3], all: &mut Triples) {
+    let mut samples = [0.0; SAMPLES];
+    for (k, sample) in samples.iter_mut().enumerate() {
+        *sample = line.condition(target, sample_angle(k)).0;
+    }
+    let size = samples.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+    if size < NO_CONDITION * target.scale {
+        all.push(line.triple(reference[line.unknown], line.free.or(Some(line.unknown))));
+        return;
+    }
+    for &seed in real_roots(&samples, 1e-15 * target.scale).as_slice() {
+        let (value, error) = line.polished(target, seed);
+        if error < 1e-12 {
+            all.push(line.triple(value, line.free));
+        }
+    }
+}
+
+impl Line {
+    fn values(&self, value: f64) -> [f64; 3] {
+        [0, 1, 2].map(|k| self.base[k] + value * self.direction[k])
+    }
+
+    fn triple(&self, value: f64, free: Option<usize>) -> RotaryTriple {
+        RotaryTriple { values: self.values(value), branch: self.branch, free }
+    }
+
+    /// The tip condition and its derivative along the line.
+    fn condition(&self, target: &Target, value: f64) -> (f64, f64) {
+        let (f, gradient) = value_and_gradient(&target.t, &self.values(value).map(functions));
+        (f, gradient.dot(&Vector3::from(self.direction)))
+    }
+
+    /// Newton's method, and what it leaves of the tip condition over its scale.
+    fn polished(&self, target: &Target, start: f64) -> (f64, f64) {
+        let (mut best, (mut f, mut slope)) = (start, self.condition(target, start));
+        let mut step = -f / slope;
+        for _ in 0..MOST_STEPS {
+            if !step.is_finite() || step.abs() < 1e-15 || f == 0.0 {
+                break;
+            }
+            let next = best + step.clamp(-0.3, 0.3);
+            let (next_f, next_slope) = self.condition(target, next);
+            if next_f.abs() < f.abs() {
+                (best, f, slope) = (next, next_f, next_slope);
+                step = -f / slope;
+            } else if f.abs() > 1e-14 * target.scale {
+                step *= 0.25;
+            } else {
+                break;
+            }
+        }
+        (best, f.abs() / target.scale)
+    }
+}
