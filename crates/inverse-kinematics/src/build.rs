@@ -1,4 +1,4 @@
-use nalgebra::{Isometry3, Point3, SMatrix, SVector, Translation3, Unit, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Point3, Translation3, Unit, UnitQuaternion, Vector3};
 
 use crate::{
     Axis, AxisKind, AxisLetter, AxisValues, Carrier, LinkId, Machine, MachineBody, MachineError, MachineFile,
@@ -156,29 +156,11 @@ fn refuse_dependent_linears(machine: &Machine) -> Result<(), MachineError> {
     Err(MachineError::DependentLinears { axes })
 }
 
-/// Whether five joints move tip and tool axis in every direction at a pose: the determinant of the velocities they give,
-/// those of the tip by rotary joints counted per metre.
+/// Whether five joints move tip and tool axis in every direction at a pose.
 fn moves_tool_freely(chain: &ScrewChain, q: &AxisValues) -> bool {
     // 1e-9 is what directions known to 1e-9 leave of nothing.
     const LEAST: f64 = 1e-9;
-    let end = chain.forward(q, 0.0);
-    let (tip, tool_axis) = (Point3::from(end.translation.vector), end.rotation * Vector3::z());
-    let across = tool_axis.cross(&Vector3::ith(tool_axis.iamin(), 1.0)).normalize();
-    let mut velocities = SMatrix::<f64, 5, 5>::zeros();
-    let mut motion = Isometry3::identity();
-    for (k, screw) in chain.screws.iter().enumerate() {
-        let direction = motion.rotation * screw.direction.into_inner();
-        let (of_axis, of_tip) = match screw.kind {
-            AxisKind::Linear => (Vector3::zeros(), direction),
-            AxisKind::Rotary => {
-                (direction.cross(&tool_axis), direction.cross(&(tip - motion * Point3::from(screw.point))) * 1e-3)
-            }
-        };
-        let turn = [of_axis.dot(&across), of_axis.dot(&tool_axis.cross(&across))];
-        velocities.set_column(k, &SVector::from([turn[0], turn[1], of_tip.x, of_tip.y, of_tip.z]));
-        motion *= screw.motion(q.get_or_zero(screw.axis));
-    }
-    velocities.determinant().abs() > LEAST
+    chain.tool_velocities(q, 0.0).0.determinant().abs() > LEAST
 }
 
 fn bodies_of(

@@ -1,6 +1,7 @@
 use std::f64::consts::TAU;
 
 use facemill_cl_data::ClPoint;
+use nalgebra::Vector3;
 
 use crate::{
     Axis, AxisKind, AxisValues, Branch, BranchPreference, InverseSolution, InverseSolutions, Machine, Unreachable,
@@ -185,13 +186,14 @@ impl Machine {
         for (k, &axis) in self.solver.linears().iter().enumerate() {
             values[axis] = linears[k];
         }
-        let tip_error = (map.tip(&linears) - cl.tip.coords).norm();
-        let axis_error = (map.tool_axis - cl.axis.into_inner()).norm();
-        // After many turns of an endless axis the rounding of its value alone exceeds the accuracy.
-        let rounding = f64::EPSILON * turned;
-        let exact =
-            tip_error <= TIP_ACCURACY - LIMIT_SLACK[0] && axis_error <= AXIS_ACCURACY - LIMIT_SLACK[1] + rounding;
-        if exact { Ok(values) } else { Err(Unreachable::Inaccurate) }
+        let [tip_error, axis_error] = [map.tip(&linears) - cl.tip.coords, map.tool_axis - cl.axis.into_inner()];
+        if is_exact(&tip_error, &axis_error, turned) {
+            return Ok(values);
+        }
+        match self.solver {
+            Solver::Closed { .. } => Err(Unreachable::Inaccurate),
+            Solver::Numeric(_) => self.refined(cl, tool_length, values, turned),
+        }
     }
 
     pub(crate) fn direction_missed(&self, first: usize, second: usize, by: f64) -> Unreachable {
@@ -236,6 +238,13 @@ impl Machine {
 
 pub(crate) fn is_finite(cl: &ClPoint, tool_length: f64) -> bool {
     cl.tip.coords.iter().chain(cl.axis.iter()).all(|v| v.is_finite()) && tool_length.is_finite()
+}
+
+/// Whether a pose is met to the accuracy promised, with what rotary values of this sum leave to rounding: after many turns
+/// of an endless axis it alone exceeds the accuracy.
+pub(crate) fn is_exact(tip_error: &Vector3<f64>, axis_error: &Vector3<f64>, turned: f64) -> bool {
+    tip_error.norm() <= TIP_ACCURACY - LIMIT_SLACK[0]
+        && axis_error.norm() <= AXIS_ACCURACY - LIMIT_SLACK[1] + f64::EPSILON * turned
 }
 
 fn slack(axis: &Axis) -> f64 {

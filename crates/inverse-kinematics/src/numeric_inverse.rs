@@ -1,16 +1,27 @@
 use std::f64::consts::TAU;
 
 use facemill_cl_data::ClPoint;
+use nalgebra::SVector;
 
 use crate::{
-    AxisValues, InverseSolution, InverseSolutions, Machine, Unreachable,
-    inverse::is_finite,
+    AxisKind, AxisValues, InverseSolution, InverseSolutions, Machine, Unreachable,
+    inverse::{is_exact, is_finite},
+    screw_chain::METRE,
     solver::{NumericSolver, Solver},
     three_rotaries::{RotaryTriple, Target},
 };
 
 /// Largest turn of any rotary axis for which the solution that Newton's method finds is taken without a look at the others.
 const CONTINUED: f64 = 5.0 * TAU / 360.0;
+
+/// Steps of Newton's method on all joints, after which a solution is given up.
+const MOST_REFINEMENTS: usize = 4;
+
+/// Singular value below which joints hardly move the tool.
+const HARDLY: f64 = 1e-8;
+
+/// Distance of the tip that may be rounding, mm.
+const ALMOST: f64 = 1e-2;
 
 /// Poses tried on each branch for the distance by which a tip is missed.
 const POSES_TRIED: usize = 90;
@@ -46,7 +57,7 @@ impl Machine {
         match (all, why) {
             (Some(all), _) => Ok(all),
             (None, Some(e)) => Err(e),
-            (None, None) => Err(self.tip_missed(numeric, cl, &target, tool_length)),
+            (None, None) => self.almost(numeric, cl, &target, tool_length, reference),
         }
     }
 
@@ -77,6 +88,32 @@ impl Machine {
         }
     }
 
+    /// Newton's method on all five joints, for poses in which the tip condition alone is not enough: where the linear axes are
+    /// nearly parallel.
+    pub(crate) fn refined(
+        &self,
+        cl: &ClPoint,
+        tool_length: f64,
+        mut values: AxisValues,
+        turned: f64,
+    ) -> Result<AxisValues, Unreachable> {
+        for _ in 0..MOST_REFINEMENTS {
+            let at = self.cl_point(&values, tool_length);
+            let (tip, axis) = (cl.tip - at.tip, cl.axis.into_inner() - at.axis.into_inner());
+            if is_exact(&tip, &axis, turned) {
+                return Ok(values);
+            }
+            let (velocities, across) = self.chain.tool_velocities(&values, tool_length);
+            let off = [across[0].dot(&axis), across[1].dot(&axis), tip.x / METRE, tip.y / METRE, tip.z / METRE];
+            // Without the directions in which the joints hardly move the tool: steps along them would be noise.
+            let Ok(step) = velocities.svd(true, true).solve(&SVector::from(off), HARDLY) else { break };
+            for (k, screw) in self.chain.screws.iter().enumerate() {
+                values[screw.axis] += step[k] * if screw.kind == AxisKind::Linear { METRE } else { 1.0 };
+            }
+        }
+        Err(Unreachable::Inaccurate)
+    }
+
     fn with_triple(
         &self,
         numeric: &NumericSolver,
@@ -90,39 +127,72 @@ impl Machine {
         Ok(InverseSolution { values, branch: triple.branch, free_axis: triple.free.map(|k| numeric.rotaries[k]) })
     }
 
-    /// The distance of the tip from the plane of the two linear axes, at the best pose found: equidistant ones, and the
-    /// smallest between the neighbours of the best of them by golden section.
-    fn tip_missed(&self, numeric: &NumericSolver, cl: &ClPoint, target: &Target, tool_length: f64) -> Unreachable {
-        let distance = |value: f64, positive: bool| -> f64 {
-            let Some(rotary) = numeric.values_at(target, value, positive) else { return f64::INFINITY };
+    /// Where the tip condition has no root: the solution from where it is least, or by how much the tip is missed there. There
+    /// is one only where the condition hardly depends on what is solved for and rounding decides.
+    fn almost(
+        &self,
+        numeric: &NumericSolver,
+        cl: &ClPoint,
+        target: &Target,
+        tool_length: f64,
+        reference: &AxisValues,
+    ) -> Result<InverseSolutions, Unreachable> {
+        let (by, rotary) = self.nearest_miss(numeric, cl, target, tool_length);
+        if by < ALMOST {
+            let rotary = numeric.rotaries.into_iter().zip(rotary);
+            if let Ok(values) = self.with_rotaries(cl, tool_length, reference, rotary) {
+                let branch = self.branch_of(&values);
+                return Ok(InverseSolutions::one(InverseSolution { values, branch, free_axis: None }));
+            }
+        }
+        let [first, second] = numeric.linears.map(|k| self.axes[k].letter);
+        Err(Unreachable::Tip { first, second, by })
+    }
+
+    /// The distance of the tip from the plane of the two linear axes, and the rotary values, at the best pose found:
+    /// equidistant ones, and the smallest between the neighbours of the best of them by golden section.
+    fn nearest_miss(
+        &self,
+        numeric: &NumericSolver,
+        cl: &ClPoint,
+        target: &Target,
+        tool_length: f64,
+    ) -> (f64, [f64; 3]) {
+        let distance = |value: f64, positive: bool| -> (f64, [f64; 3]) {
+            let Some(rotary) = numeric.values_at(target, value, positive) else { return (f64::INFINITY, [0.0; 3]) };
             let mut q = AxisValues::zeros(self.axes.len());
             for (k, value) in numeric.rotaries.into_iter().zip(rotary) {
                 q[k] = value;
             }
             let map = self.linear_map(&q, tool_length);
             let nearest = self.solve_linears(&map, &cl.tip);
-            nearest.map_or(f64::INFINITY, |linears| (map.tip(&linears) - cl.tip.coords).norm())
+            (nearest.map_or(f64::INFINITY, |linears| (map.tip(&linears) - cl.tip.coords).norm()), rotary)
         };
         let step = TAU / POSES_TRIED as f64;
-        let tried = (0..2 * POSES_TRIED).map(|k| {
+        let (mut best, mut at) = ((f64::INFINITY, [0.0; 3]), (0.0, true));
+        for k in 0..2 * POSES_TRIED {
             let (value, positive) = ((k / 2) as f64 * step, k % 2 == 0);
-            (distance(value, positive), value, positive)
-        });
-        let nearest = |a: (f64, f64, bool), b: (f64, f64, bool)| if b.0 < a.0 { b } else { a };
-        let (mut by, value, positive) = tried.fold((f64::INFINITY, 0.0, true), nearest);
+            let tried = distance(value, positive);
+            if tried.0 < best.0 {
+                (best, at) = (tried, (value, positive));
+            }
+        }
         let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
-        let (mut low, mut high) = (value - step, value + step);
+        let (mut low, mut high) = (at.0 - step, at.0 + step);
         for _ in 0..60 {
             let (a, b) = (high - golden * (high - low), low + golden * (high - low));
-            let (at_a, at_b) = (distance(a, positive), distance(b, positive));
-            by = by.min(at_a).min(at_b);
-            if at_a < at_b {
+            let (at_a, at_b) = (distance(a, at.1), distance(b, at.1));
+            for tried in [at_a, at_b] {
+                if tried.0 < best.0 {
+                    best = tried;
+                }
+            }
+            if at_a.0 < at_b.0 {
                 high = b;
             } else {
                 low = a;
             }
         }
-        let [first, second] = numeric.linears.map(|k| self.axes[k].letter);
-        Unreachable::Tip { first, second, by }
+        best
     }
 }

@@ -1,6 +1,9 @@
-use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, Translation3, Unit, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, SMatrix, SVector, Translation3, Unit, UnitQuaternion, Vector3};
 
 use crate::{AxisKind, AxisValues};
+
+/// Length that counts as much as 1 rad where both stand in one matrix, mm.
+pub(crate) const METRE: f64 = 1000.0;
 
 /// A joint as a screw in the table frame at the zero pose (all axis values 0).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -68,6 +71,31 @@ impl ScrewChain {
     /// Tool axis at the zero pose.
     pub(crate) fn spindle_at_zero(&self) -> Unit<Vector3<f64>> {
         self.table_from_nose.rotation * Vector3::z_axis()
+    }
+
+    /// Velocities that the first five joints, in chain order, give the tool at `q`: of the tool axis along two directions
+    /// across it (the two vectors), and of the tip per metre; linear joints per metre too.
+    pub(crate) fn tool_velocities(&self, q: &AxisValues, tool_length: f64) -> (SMatrix<f64, 5, 5>, [Vector3<f64>; 2]) {
+        let end = self.forward(q, tool_length);
+        let (tip, tool_axis) = (Point3::from(end.translation.vector), end.rotation * Vector3::z());
+        let across = tool_axis.cross(&Vector3::ith(tool_axis.iamin(), 1.0)).normalize();
+        let across = [across, tool_axis.cross(&across)];
+        let mut velocities = SMatrix::<f64, 5, 5>::zeros();
+        let mut motion = Isometry3::identity();
+        for (k, screw) in self.screws.iter().take(5).enumerate() {
+            let direction = motion.rotation * screw.direction.into_inner();
+            let (of_axis, of_tip) = match screw.kind {
+                AxisKind::Linear => (Vector3::zeros(), direction),
+                AxisKind::Rotary => {
+                    let arm = tip - motion * Point3::from(screw.point);
+                    (direction.cross(&tool_axis), direction.cross(&arm) / METRE)
+                }
+            };
+            let turn = across.map(|t| t.dot(&of_axis));
+            velocities.set_column(k, &SVector::from([turn[0], turn[1], of_tip.x, of_tip.y, of_tip.z]));
+            motion *= screw.motion(q.get_or_zero(screw.axis));
+        }
+        (velocities, across)
     }
 
     /// Tip and tool axis for the rotary values in `q`, its linear values left open. Linear joints beyond three are 0.

@@ -138,7 +138,7 @@ fn along(target: &Target, line: &Line, reference: [f64; 3], all: &mut Triples) {
         all.push(line.triple(reference[line.unknown], line.free.or(Some(line.unknown))));
         return;
     }
-    for &seed in real_roots(&samples, 1e-15 * target.scale).as_slice() {
+    for &seed in real_roots(&samples, 4e-15 * target.scale).as_slice() {
         let (value, error) = line.polished(target, seed);
         if error < 1e-12 {
             all.push(line.triple(value, line.free));

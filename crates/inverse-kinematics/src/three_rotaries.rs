@@ -14,12 +14,20 @@ use crate::{
 /// than 1e-12 rad, so that they cannot be told apart.
 const SAME_SOLUTION: f64 = 1e-6;
 
+/// Rotary values nearer to each other than this are one solution too if those in the middle between them are a solution.
+const MAYBE_SAME: f64 = 1e-2;
+/// How nearly: rad, and the part of the tip condition's scale.
+const STILL_SOLUTION: f64 = 2e-13;
+
 /// Part of the largest coefficient of the tip condition below which its polynomial counts as zero, so that any value solves it.
 const NO_CONDITION: f64 = 1e-11;
 
 /// Angle from the pole of the middle rotary within which solutions are looked for at the pole as well, rad. There two roots
 /// come nearer and nearer to each other, while their middle values stay apart; larger costs time only.
 const BESIDE_POLE: f64 = 0.02;
+
+/// Part of the largest coefficient of the tip condition below which it hardly tells the middle value at its pole.
+const HARDLY_A_CONDITION: f64 = 1e-5;
 
 /// Steps of Newton's method. From a root of the polynomial two are enough; at a double root every step halves the distance.
 const MOST_STEPS: usize = 12;
@@ -177,11 +185,14 @@ impl ThreeRotaries {
             self.on_curve(target, &harmonics, reference, &mut all);
             return all;
         }
+        self.beside_pole(target, &harmonics, reference, &mut all);
         let seeds = real_roots(&samples, 1e-14 * size);
         for &phi in seeds.as_slice() {
             self.at_root(target, &harmonics, phi, &mut all);
         }
-        self.beside_pole(target, &harmonics, reference, &mut all);
+        if seeds.cut_off {
+            self.on_curve(target, &harmonics, reference, &mut all);
+        }
         all
     }
 
@@ -271,10 +282,27 @@ impl ThreeRotaries {
             // The other side's condition is not met there, unless both are nearly.
             if own <= other || own < 1e-4 * at.d * target.scale {
                 let (values, error) = self.polished(target, self.values(of, &at, phi, positive));
-                if error < 1e-11 {
-                    all.push(self.triple(values, None));
-                }
+                self.add(target, values, error, all);
             }
+        }
+    }
+
+    /// Adds a solution that can be told from those that are there.
+    fn add(&self, target: &Target, values: [f64; 3], error: f64, all: &mut Triples) {
+        if error > 1e-11 {
+            return;
+        }
+        let triple = self.triple(values, None);
+        let one_with = |other: &RotaryTriple| {
+            let way = [0, 1, 2].map(|k| {
+                let d = other.values[k] - triple.values[k];
+                d - 2.0 * PI * (0.5 * d / PI).round()
+            });
+            let middle = [0, 1, 2].map(|k| values[k] + 0.5 * way[k]);
+            way.iter().all(|d| d.abs() < MAYBE_SAME) && self.error(target, middle).0 < STILL_SOLUTION
+        };
+        if !all.as_slice().iter().any(one_with) {
+            all.push(triple);
         }
     }
 
@@ -293,17 +321,17 @@ impl ThreeRotaries {
             };
             let [p, c, s] = [0, 1, 2].map(by_second);
             let (amplitude, phase) = (c.hypot(s), s.atan2(c));
-            if amplitude.max(p.abs()) < NO_CONDITION * target.scale {
-                let second = reference[1] - self.zero[1];
-                all.push(self.triple([first, second, third], Some(1)));
+            let hardly = amplitude.max(p.abs()) < HARDLY_A_CONDITION * target.scale;
+            let here = reference[1] - self.zero[1];
+            if hardly && self.error(target, [first, here, third]).0 < STILL_SOLUTION {
+                all.push(self.triple([first, here, third], Some(1)));
                 continue;
             }
             let half = (-p / amplitude).clamp(-1.0, 1.0).acos();
-            for second in [phase + half, phase - half] {
+            let rest = (0..8).filter(|_| hardly).map(|k| here + 0.25 * PI * f64::from(k));
+            for second in [phase + half, phase - half].into_iter().chain(rest) {
                 let (values, error) = self.polished(target, [first, second, third]);
-                if error < 1e-11 {
-                    all.push(self.triple(values, None));
-                }
+                self.add(target, values, error, all);
             }
         }
     }

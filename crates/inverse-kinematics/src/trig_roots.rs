@@ -17,8 +17,14 @@ const ORDER: usize = 2 * DEGREE + 1;
 const HALVINGS: u32 = 20;
 /// Pieces looked at before the polynomial counts as zero all along an arc.
 const MOST_PIECES: usize = 1200;
+/// Length of a bracket in which a root is taken from the last step, which is much nearer to it; part of an arc.
+const CLOSED: f64 = 1e-6;
+
 /// Most values told.
-pub(crate) const MOST_SEEDS: usize = 64;
+const MOST_SEEDS: usize = 64;
+
+/// Pieces with roots that cannot be told apart are one when they are so near to each other, rad.
+const ADJACENT: f64 = 1e-9;
 
 /// Angle of sample `k`.
 pub(crate) fn sample_angle(k: usize) -> f64 {
@@ -36,12 +42,14 @@ pub(crate) fn sample_directions() -> &'static [[f64; 2]; SAMPLES] {
     &DIRECTIONS
 }
 
-/// Angles near which every root lies: a simple one to 1e-12 rad of the polynomial given; where two or more are nearer to each
-/// other than 1e-6 rad, ends and middles of the pieces that hold them.
+/// Angles near which every root lies: a simple one to 1e-9 rad; where two or more are nearer to each
+/// other than 1e-6 rad, or than rounding can tell, five equidistant ones over the stretch that holds them.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Seeds {
     angles: [f64; MOST_SEEDS],
     n: usize,
+    /// The stretch that is being put together.
+    stretch: Option<[f64; 2]>,
     /// More pieces than are looked at: the polynomial is zero, or nearly so, along an arc.
     pub(crate) cut_off: bool,
 }
@@ -49,6 +57,25 @@ pub(crate) struct Seeds {
 impl Seeds {
     pub(crate) fn as_slice(&self) -> &[f64] {
         &self.angles[..self.n]
+    }
+
+    /// Adds a piece that holds roots; such pieces come in ascending order.
+    fn push_piece(&mut self, low: f64, high: f64) {
+        match &mut self.stretch {
+            Some(stretch) if low - stretch[1] < ADJACENT => stretch[1] = high,
+            _ => {
+                self.end_stretch();
+                self.stretch = Some([low, high]);
+            }
+        }
+    }
+
+    fn end_stretch(&mut self) {
+        if let Some([low, high]) = self.stretch.take() {
+            for k in 0..5 {
+                self.push(low + (high - low) * 0.25 * f64::from(k));
+            }
+        }
     }
 
     fn push(&mut self, angle: f64) {
@@ -70,7 +97,7 @@ impl Seeds {
 /// double root is found, and one that rounding has turned into a near miss.
 pub(crate) fn real_roots(samples: &[f64; SAMPLES], noise: f64) -> Seeds {
     let basis: &Basis = &BASIS;
-    let mut seeds = Seeds { angles: [0.0; MOST_SEEDS], n: 0, cut_off: false };
+    let mut seeds = Seeds { angles: [0.0; MOST_SEEDS], n: 0, stretch: None, cut_off: false };
     let mut budget = MOST_PIECES;
     for arc in 0..ARCS {
         let mut shifted = [0.0; SAMPLES];
@@ -83,10 +110,13 @@ pub(crate) fn real_roots(samples: &[f64; SAMPLES], noise: f64) -> Seeds {
         }
         let piece = Piece { c, low: 0.0, width: 1.0 };
         let centre = TAU * arc as f64 / ARCS as f64;
-        isolate(&piece, HALVINGS, noise, &mut budget, &mut |s| {
-            seeds.push(centre + 2.0 * (basis.half_width * (2.0 * s - 1.0)).atan());
+        let angle = |s: f64| centre + 2.0 * (basis.half_width * (2.0 * s - 1.0)).atan();
+        isolate(&piece, HALVINGS, noise, &mut budget, &mut |found| match found {
+            Found::Root(s) => seeds.push(angle(s)),
+            Found::Piece(low, high) => seeds.push_piece(angle(low), angle(high)),
         });
     }
+    seeds.end_stretch();
     seeds.cut_off |= budget == 0;
     seeds
 }
@@ -103,21 +133,26 @@ enum Signs {
     NoRoot,
     OneRoot,
     Unknown,
+    /// Nothing, as all of them are noise.
+    Noise,
 }
 
-fn isolate(piece: &Piece, halvings: u32, noise: f64, budget: &mut usize, found: &mut dyn FnMut(f64)) {
+/// A root, or a piece with some, as fractions of the arc.
+enum Found {
+    Root(f64),
+    Piece(f64, f64),
+}
+
+fn isolate(piece: &Piece, halvings: u32, noise: f64, budget: &mut usize, found: &mut impl FnMut(Found)) {
     if *budget == 0 {
         return;
     }
     *budget -= 1;
     match piece.signs(noise) {
         Signs::NoRoot => {}
-        Signs::OneRoot => found(piece.low + piece.width * piece.only_root()),
-        Signs::Unknown if halvings == 0 => {
-            for s in [0.0, 0.5, 1.0] {
-                found(piece.low + piece.width * s);
-            }
-        }
+        Signs::OneRoot => found(Found::Root(piece.low + piece.width * piece.only_root())),
+        Signs::Noise => found(Found::Piece(piece.low, piece.low + piece.width)),
+        Signs::Unknown if halvings == 0 => found(Found::Piece(piece.low, piece.low + piece.width)),
         Signs::Unknown => {
             for half in piece.halves() {
                 isolate(&half, halvings - 1, noise, budget, found);
@@ -132,6 +167,9 @@ impl Piece {
         let negative = self.c.iter().filter(|&&c| c < -noise).count();
         if positive == ORDER || negative == ORDER {
             return Signs::NoRoot;
+        }
+        if positive + negative == 0 {
+            return Signs::Noise;
         }
         // One change: what cannot be told stands between the two runs only.
         let (first, last) = (self.c[0], self.c[ORDER - 1]);
@@ -172,24 +210,29 @@ impl Piece {
         sum
     }
 
-    /// The root between ends of opposite sign, as a fraction of the piece (false position, Illinois).
+    /// The root between ends of opposite sign, as a fraction of the piece (Ridders). The bracket itself is closed: where the
+    /// polynomial is nearly zero at an end without a root there, steps get small long before.
     fn only_root(&self) -> f64 {
         let (mut a, mut b) = ([0.0, self.c[0]], [1.0, self.c[ORDER - 1]]);
+        let point = |s: f64| [s, self.value(s)];
         for _ in 0..60 {
-            let s = (a[0] * b[1] - b[0] * a[1]) / (b[1] - a[1]);
-            let value = self.value(s);
-            if (value > 0.0) == (b[1] > 0.0) {
-                a[1] *= 0.5;
+            let middle = point(0.5 * (a[0] + b[0]));
+            let root = (middle[1] * middle[1] - a[1] * b[1]).sqrt();
+            let at = point(middle[0] + (middle[0] - a[0]) * (a[1].signum() * middle[1] / root).clamp(-1.0, 1.0));
+            if at[1] == 0.0 || (b[0] - a[0]) * self.width < CLOSED {
+                return at[0];
+            }
+            let [low, high] = if at[0] < middle[0] { [at, middle] } else { [middle, at] };
+            let is_between = |p: [f64; 2], q: [f64; 2]| (p[1] > 0.0) != (q[1] > 0.0);
+            [a, b] = if is_between(a, low) {
+                [a, low]
+            } else if is_between(low, high) {
+                [low, high]
             } else {
-                a = b;
-            }
-            let step = (s - b[0]).abs();
-            b = [s, value];
-            if value == 0.0 || step * self.width < 1e-12 {
-                break;
-            }
+                [high, b]
+            };
         }
-        b[0]
+        0.5 * (a[0] + b[0])
     }
 }
 
@@ -304,7 +347,9 @@ mod tests {
     }
 
     #[test]
-    fn zero_is_told() {
-        assert!(real_roots(&[0.0; SAMPLES], 1e-300).cut_off);
+    fn of_zero_the_whole_circle_is_told() {
+        let found = real_roots(&[0.0; SAMPLES], 1e-300);
+        let (low, high) = (found.as_slice()[0], found.as_slice()[4]);
+        assert!((high - low - TAU).abs() < 1e-12 && found.as_slice().len() == 5);
     }
 }

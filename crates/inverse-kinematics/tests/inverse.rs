@@ -5,7 +5,7 @@ mod common;
 use common::*;
 use facemill_cl_data::ClPoint;
 use facemill_inverse_kinematics::*;
-use nalgebra::{DMatrix, DVector, Point3, Unit, Vector3};
+use nalgebra::{Point3, Unit, Vector3};
 
 const TOOL: f64 = 137.0;
 
@@ -319,75 +319,6 @@ fn a_moved_base_changes_nothing() {
             }
         }
     }
-}
-
-/// One damped Newton run on the forward matrices with finite differences; `None` where it does not converge.
-fn newton(machine: &Machine, cl: &ClPoint, start: AxisValues) -> Option<AxisValues> {
-    let residual = |q: &AxisValues| {
-        let at = cl_by_matrices(machine, q, TOOL);
-        let (tip, axis) = (at.tip - cl.tip, (*at.axis - *cl.axis) * 500.0);
-        DVector::from_iterator(6, tip.iter().chain(axis.iter()).copied())
-    };
-    let mut q = start;
-    let mut damping = 1e-3;
-    let mut r = residual(&q);
-    for _ in 0..80 {
-        let step = |k: usize| if machine.axes()[k].kind == AxisKind::Linear { 1e-3 } else { 1e-6 };
-        let mut jacobian = DMatrix::zeros(6, 5);
-        for k in 0..5 {
-            let (mut up, mut down) = (q, q);
-            up[k] += step(k);
-            down[k] -= step(k);
-            jacobian.set_column(k, &((residual(&up) - residual(&down)) / (2.0 * step(k))));
-        }
-        let mut normal = jacobian.transpose() * &jacobian;
-        for k in 0..5 {
-            normal[(k, k)] *= 1.0 + damping;
-        }
-        let change = normal.lu().solve(&(-jacobian.transpose() * &r))?;
-        let next = AxisValues::from_fn(5, |k| q[k] + change[k]);
-        let next_r = residual(&next);
-        if next_r.norm() < r.norm() {
-            (q, r, damping) = (next, next_r, damping * 0.3);
-        } else {
-            damping *= 4.0;
-        }
-        if r.norm() < 1e-9 {
-            return Some(q);
-        }
-    }
-    None
-}
-
-#[test]
-fn damped_newton_finds_no_solution_that_is_missing() {
-    let mut r = Random(8);
-    let (mut n_found, mut n_second) = (0, 0);
-    for machine in families() {
-        for _ in 0..12 {
-            let q = r.values(&machine);
-            let cl = cl_by_matrices(&machine, &q, TOOL);
-            let solutions = machine.inverse(&cl, TOOL).unwrap();
-            for _ in 0..8 {
-                let Some(mut found) = newton(&machine, &cl, r.values(&machine)) else { continue };
-                // Into (−π, π], as the limits of the test machines ask.
-                for k in 3..5 {
-                    found[k] -= std::f64::consts::TAU * (found[k] / std::f64::consts::TAU).round();
-                }
-                if machine.first_beyond_limit(&found).is_some() {
-                    continue;
-                }
-                n_found += 1;
-                let near = |s: &InverseSolution| {
-                    let (mm, rad) = difference(&machine, &s.values, &found);
-                    mm < 1e-2 && rad < 1e-4
-                };
-                assert!(solutions.iter().any(near), "{found:?} is not among {solutions:?}");
-                n_second += usize::from(solutions.len() == 2 && near(solutions.iter().nth(1).unwrap()));
-            }
-        }
-    }
-    assert!(n_found > 800 && n_second > 200, "the oracle found {n_found} solutions, {n_second} of them second ones");
 }
 
 #[test]

@@ -1,6 +1,8 @@
 //! Machines for tests, and forward kinematics written down a second time.
 #![allow(dead_code, unreachable_pub, reason = "every test program uses a part of it")]
 
+pub mod oracle;
+
 use facemill_cl_data::ClPoint;
 use facemill_inverse_kinematics::*;
 use nalgebra::{Matrix4, Point3, Unit, Vector3, Vector4};
@@ -139,11 +141,11 @@ pub fn head_ca() -> Machine {
 
 /// A machine with joints in random order, senses and general directions, split anywhere between table and head.
 pub fn random_machine(r: &mut Random) -> Machine {
-    random_machine_of(r, ["X", "Y", "Z", "B", "C"])
+    random_machine_of(r, ["X", "Y", "Z", "B", "C"], |r| r.within(-180.0, 180.0))
 }
 
-/// The same of joints with these addresses.
-pub fn random_machine_of(r: &mut Random, axes: [&str; 5]) -> Machine {
+/// The same with joints of these addresses, and angles between them as given: right ones make poles and parallel joints.
+pub fn random_machine_of(r: &mut Random, axes: [&str; 5], angle: impl Fn(&mut Random) -> f64) -> Machine {
     loop {
         let mut joints = axes;
         for k in (1..5).rev() {
@@ -152,8 +154,7 @@ pub fn random_machine_of(r: &mut Random, axes: [&str; 5]) -> Machine {
         let n_table = r.below(6);
         let mut chains = [Vec::new(), Vec::new()];
         for (k, axis) in joints.iter().enumerate() {
-            let any =
-                row(r.within(-200.0, 200.0), r.within(-180.0, 180.0), r.within(-200.0, 200.0), r.within(-180.0, 180.0));
+            let any = row(r.within(-200.0, 200.0), angle(r), r.within(-200.0, 200.0), angle(r));
             let mut row = if ["A", "B", "C"].contains(axis) {
                 rotary(axis, Sense::Positive, Some((-180.0, 180.0)), any)
             } else {
@@ -169,11 +170,15 @@ pub fn random_machine_of(r: &mut Random, axes: [&str; 5]) -> Machine {
             chains[usize::from(k >= n_table)].push(row);
         }
         let [table, mut tool] = chains;
-        tool.push(row(r.within(-50.0, 50.0), r.within(-180.0, 180.0), r.within(-300.0, 0.0), 17.0));
+        tool.push(row(r.within(-50.0, 50.0), angle(r), r.within(-300.0, 0.0), 17.0));
         if let Ok(machine) = Machine::from_file(file(table, tool)) {
             return machine;
         }
     }
+}
+
+fn right_angle(r: &mut Random) -> f64 {
+    [-90.0, 0.0, 90.0, 180.0][r.below(4)]
 }
 
 /// CLOPT's variant of the dual mill as one head sees it: two linear and two rotary joints in the head, C of the workpiece
@@ -191,12 +196,14 @@ pub fn dual_mill_head() -> Machine {
     machine(table, tool)
 }
 
-/// Two linear and three rotary joints: a dual mill's head, heads and tables in general position, and some with two rotary
-/// joints parallel.
+/// Two linear and three rotary joints: a dual mill's head, machines in general position, and ones with right angles, many of
+/// them with two rotary joints parallel.
 pub fn families_of_three_rotaries() -> Vec<Machine> {
+    let axes = ["X", "Y", "A", "B", "C"];
     let mut r = Random(12);
     let mut all = vec![dual_mill_head()];
-    all.extend((0..12).map(|_| random_machine_of(&mut r, ["X", "Y", "A", "B", "C"])));
+    all.extend((0..8).map(|_| random_machine_of(&mut r, axes, |r| r.within(-180.0, 180.0))));
+    all.extend((0..12).map(|_| random_machine_of(&mut r, axes, right_angle)));
     all
 }
 
