@@ -31,12 +31,12 @@
 //!
 //! It must not know cutting: no part, no tool but its length.
 
+mod all_solutions;
 mod assumed;
 mod axis;
 mod axis_lines;
 mod axis_ranges;
 mod axis_reach;
-
 mod axis_values;
 mod bodies;
 mod build;

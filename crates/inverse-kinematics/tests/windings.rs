@@ -62,3 +62,51 @@ fn an_endless_axis_has_one_winding() {
         assert_eq!(machine.windings(&q), [q]);
     }
 }
+
+/// Every rotary axis of a machine with these limits in degrees.
+fn with_limits(machine: &Machine, min_deg: f64, max_deg: f64) -> Machine {
+    let mut file = machine.to_file();
+    let rows = file.workpiece_chain.rows.iter_mut().chain(&mut file.tool_chains[0].rows);
+    for joint in rows.filter_map(|row| row.joint.as_mut()) {
+        if let Joint::Revolute(joint) = joint {
+            joint.range = RevoluteRange::Limited { min_deg, max_deg };
+        }
+    }
+    Machine::from_file(file).unwrap()
+}
+
+#[test]
+fn all_solutions_are_all_branches_at_all_turns_within_the_limits_and_reach_the_pose() {
+    let mut random = Random(7);
+    let mut n_wound = 0;
+    for machine in families().iter().chain(&families_of_three_rotaries()) {
+        let machine = with_limits(machine, -300.0, 430.0);
+        let rotary: Vec<usize> = (0..5).filter(|&k| machine.axes()[k].kind == AxisKind::Rotary).collect();
+        for _ in 0..20 {
+            let q = random.values(&machine);
+            let cl = cl_by_matrices(&machine, &q, 90.0);
+            let all = machine.all_solutions(&cl, 90.0).unwrap();
+            for s in &all {
+                let reached = cl_by_matrices(&machine, &s.values, 90.0);
+                assert!((reached.tip - cl.tip).norm() < 1.01e-9 && (*reached.axis - *cl.axis).norm() < 1.01e-12);
+                assert_eq!(machine.first_beyond_limit(&s.values), None);
+                assert_eq!(machine.branch_of(&s.values), s.branch);
+            }
+            // The position itself is among them, and each other whole number of turns within the limits is too.
+            let same = |a: &AxisValues, b: &AxisValues| (0..5).all(|k| (a[k] - b[k]).abs() < 1e-3);
+            assert!(all.iter().any(|s| same(&s.values, &q)), "{q:?}");
+            for s in &all {
+                for &k in &rotary {
+                    for turn in [-TAU, TAU] {
+                        let mut wound = s.values;
+                        wound[k] += turn;
+                        let inside = machine.axes()[k].holds(wound[k]);
+                        assert_eq!(all.iter().filter(|t| same(&t.values, &wound)).count(), usize::from(inside));
+                        n_wound += usize::from(inside);
+                    }
+                }
+            }
+        }
+    }
+    assert!(n_wound > 10_000, "{n_wound}");
+}
