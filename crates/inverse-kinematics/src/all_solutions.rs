@@ -16,7 +16,7 @@ impl Machine {
         let mut all = Vec::new();
         for solution in solutions.iter() {
             let wound =
-                self.windings(&solution.values).into_iter().map(|values| InverseSolution { values, ..*solution });
+                self.windings(&solution.values).into_iter().map(|values| InverseSolution { values, ..solution });
             all.extend(wound.filter(|s| {
                 let at = self.cl_point(&s.values, tool_length);
                 let turned = (0..s.values.len()).filter(|&k| self.is_rotary(k)).map(|k| s.values[k].abs()).sum();

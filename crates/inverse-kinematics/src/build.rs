@@ -127,12 +127,9 @@ fn screws_of(table: &WalkedChain, head: &WalkedChain, table_from_bed: &Isometry3
     axes.sort_by_key(|a| a.letter);
     let screws = joints.iter().map(|&(axis, sign, frame)| {
         let frame = table_from_bed * frame;
-        Screw {
-            axis: axes.iter().position(|a| a.letter == axis.letter).unwrap_or_default(),
-            kind: axis.kind,
-            direction: Unit::new_normalize(frame.rotation * Vector3::z() * sign),
-            point: frame.translation.vector,
-        }
+        let axis = axes.iter().position(|a| a.letter == axis.letter).unwrap_or_default();
+        let direction = Unit::new_normalize(frame.rotation * Vector3::z() * sign);
+        Screw::new(axis, axes[axis].kind, direction, frame.translation.vector)
     });
     let screws = screws.collect();
     (axes, screws)

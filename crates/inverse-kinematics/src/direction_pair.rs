@@ -18,6 +18,29 @@ pub(crate) struct DirectionPair {
     spindle_to_second: f64,
     /// +1, or −1 where the first axis had to be reversed so that it is within 90° of the spindle at the zero pose.
     first_sign: f64,
+    /// What [`DirectionPair::solve_regular`] needs of the sides.
+    constants: SideConstants,
+}
+
+/// B is the side between the axes, C that from the spindle to the second axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct SideConstants {
+    cos_between: f64,
+    sin_between: f64,
+    cos_spindle: f64,
+    sin_spindle: f64,
+    /// cos(B − C) and cos(B + C).
+    cos_near: f64,
+    cos_far: f64,
+    /// Cosine and sine of the spindle's azimuth about the second axis.
+    spindle: [f64; 2],
+}
+
+/// A rotary value with its cosine and sine.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Turned {
+    pub(crate) value: f64,
+    pub(crate) direction: [f64; 2],
 }
 
 /// A rotary axis with an azimuth about it.
@@ -75,13 +98,60 @@ impl DirectionPair {
         if spindle.cross(&w).norm() < PARALLEL_SINE {
             return Err(PairFault::SpindleAlongSecond);
         }
-        Ok(Self {
-            first: RotaryAxis::new(first.0, u, &w, spindle),
-            second: RotaryAxis::new(second.0, w, &u, spindle),
-            between: angle(&u, &w),
-            spindle_to_second: angle(spindle, &w),
-            first_sign,
-        })
+        let second = RotaryAxis::new(second.0, w, &u, spindle);
+        let (between, spindle_to_second) = (angle(&u, &w), angle(spindle, &w));
+        let constants = SideConstants {
+            cos_between: between.cos(),
+            sin_between: between.sin(),
+            cos_spindle: spindle_to_second.cos(),
+            sin_spindle: spindle_to_second.sin(),
+            cos_near: (between - spindle_to_second).cos(),
+            cos_far: (between + spindle_to_second).cos(),
+            spindle: [second.spindle_azimuth.cos(), second.spindle_azimuth.sin()],
+        };
+        let first = RotaryAxis::new(first.0, u, &w, spindle);
+        Ok(Self { first, second, between, spindle_to_second, first_sign, constants })
+    }
+
+    /// The values of both axes on the positive and on the negative side by the law of cosines, which needs fewer functions
+    /// than the half-angle formulas and loses digits near the pole and the edges of the reach: `None` there.
+    pub(crate) fn solve_regular(&self, tool_axis: &Vector3<f64>) -> Option<[[Turned; 2]; 2]> {
+        // Within 1e-4 of them more than four digits would be lost.
+        const REGULAR: f64 = 1e-4;
+        let of = &self.constants;
+        let cos = tool_axis.dot(&self.first.direction);
+        let [x, y] = [tool_axis.dot(&self.first.zero), tool_axis.dot(&self.first.quarter)];
+        let across_sq = x * x + y * y;
+        let (near, far) = (of.cos_near - cos, cos - of.cos_far);
+        let is_regular = across_sq > REGULAR && near > REGULAR && far > REGULAR;
+        if !is_regular {
+            return None;
+        }
+        // At the second axis: near + far = 2·sin B·sin C, tan(γ₂/2)² = near/far.
+        let sides = 2.0 * of.sin_between * of.sin_spindle;
+        let (cos_second, sin_second) = ((far - near) / sides, 2.0 * (near * far).sqrt() / sides);
+        // At the first, times sin A: sin γ₁ = sin γ₂·sin C / sin A.
+        let cos_first = (of.cos_spindle - cos * of.cos_between) / of.sin_between;
+        let sin_first = sin_second * of.sin_spindle;
+        let (at_first, at_second) = (sin_first.atan2(cos_first), sin_second.atan2(cos_second));
+        let azimuth = y.atan2(x);
+        let [c, s] = of.spindle;
+        Some([1.0, -1.0].map(|side| {
+            let sin_first = side * sin_first;
+            let first = Turned {
+                value: self.first_sign * (azimuth + side * at_first),
+                direction: [
+                    (x * cos_first - y * sin_first) / across_sq,
+                    self.first_sign * (y * cos_first + x * sin_first) / across_sq,
+                ],
+            };
+            let sin_second = side * sin_second;
+            let second = Turned {
+                value: side * at_second - self.second.spindle_azimuth,
+                direction: [cos_second * c + sin_second * s, sin_second * c - cos_second * s],
+            };
+            [first, second]
+        }))
     }
 
     /// The values of both axes, each within ±2π, for a tool axis in the table frame.

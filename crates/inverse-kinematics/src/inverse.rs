@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 
 use crate::{
     Axis, AxisKind, AxisValues, Branch, BranchPreference, InverseSolution, InverseSolutions, Machine, Unreachable,
-    direction_pair::{DirectionPair, PairSolution},
+    direction_pair::{DirectionPair, PairSolution, Turned},
     solver::Solver,
 };
 
@@ -31,6 +31,24 @@ impl Machine {
         self.inverse_near(cl, tool_length, &self.home())
     }
 
+    /// All solutions for a tool pose in the table frame without regard to limits, each at the winding nearest to home.
+    ///
+    /// For three linear and two rotary axes the forward solution is not asked either: away from singular poses it differs
+    /// from `cl` by some rounding (1e-15 of the lengths), near them by more. Two linear and three rotary axes are solved as
+    /// by [`Machine::inverse`].
+    ///
+    /// # Errors
+    /// When there is none; see [`Unreachable`].
+    pub fn inverse_unchecked(&self, cl: &ClPoint, tool_length: f64) -> Result<InverseSolutions, Unreachable> {
+        let home = self.home();
+        if let Solver::Closed { rotaries, .. } = &self.solver
+            && let Some(both) = self.both_unchecked(rotaries, cl, tool_length, &home)
+        {
+            return Ok(both);
+        }
+        self.unlimited(cl, tool_length, &home)
+    }
+
     /// As [`Machine::inverse`], with the rotary values within the limits that are nearest to those of `reference`; a
     /// free axis stays where it is there.
     ///
@@ -43,25 +61,37 @@ impl Machine {
         reference: &AxisValues,
     ) -> Result<InverseSolutions, Unreachable> {
         let reference = self.inside(reference);
-        let all = self.unlimited(cl, tool_length, &reference)?;
+        match &self.solver {
+            Solver::Closed { rotaries, .. } => {
+                let (first, second) = self.unlimited_pair(rotaries, cl, tool_length, &reference)?;
+                self.all_within_limits([first].into_iter().chain(second))
+            }
+            Solver::Numeric(numeric) => {
+                let all = self.unlimited_numeric(numeric, cl, tool_length, &reference)?;
+                let mut within = self.all_within_limits(all.iter())?;
+                within.sort_by_measure(|s| self.travel_time(&reference, &s.values));
+                Ok(within)
+            }
+        }
+    }
+
+    /// The solutions within the limits, or by how much the nearest to them is beyond.
+    fn all_within_limits(
+        &self,
+        solutions: impl Iterator<Item = InverseSolution>,
+    ) -> Result<InverseSolutions, Unreachable> {
         let mut within: Option<InverseSolutions> = None;
-        let mut why: Option<Unreachable> = None;
-        for solution in all.iter() {
-            match (self.within_limits(*solution), &mut within) {
-                (Ok(solution), Some(within)) => within.push(solution),
-                (Ok(solution), None) => within = Some(InverseSolutions::one(solution)),
-                (Err(e), _) if why.as_ref().is_none_or(|why| self.excess(&e) < self.excess(why)) => why = Some(e),
+        let mut why = Unreachable::Inaccurate;
+        let mut least = f64::INFINITY;
+        for solution in solutions {
+            match (self.within_limits(solution), &mut within) {
+                (Ok(solution), Some(within)) => within.push(&solution),
+                (Ok(solution), None) => within = Some(InverseSolutions::one(&solution)),
+                (Err(e), _) if self.excess(&e) < least => (least, why) = (self.excess(&e), e),
                 (Err(_), _) => {}
             }
         }
-        match (within, why) {
-            (Some(mut within), _) => {
-                self.nearest_first(&mut within, &reference);
-                Ok(within)
-            }
-            (None, Some(e)) => Err(e),
-            (None, None) => Err(Unreachable::Inaccurate),
-        }
+        within.ok_or(why)
     }
 
     /// The one solution to take.
@@ -92,7 +122,7 @@ impl Machine {
             _ => None,
         };
         let time = |s: &InverseSolution| self.travel_time(&reference, &s.values);
-        let sooner = |a, b| if time(b) < time(a) { b } else { a };
+        let sooner = |a: InverseSolution, b: InverseSolution| if time(&b) < time(&a) { b } else { a };
         match preferred.or_else(|| solutions.iter().reduce(sooner)) {
             Some(solution) => Ok(solution.values),
             None => Err(Unreachable::Inaccurate),
@@ -126,14 +156,44 @@ impl Machine {
         match &self.solver {
             Solver::Closed { rotaries, .. } => {
                 let (first, second) = self.unlimited_pair(rotaries, cl, tool_length, reference)?;
-                let mut all = InverseSolutions::one(first);
+                let mut all = InverseSolutions::one(&first);
                 if let Some(second) = second {
-                    all.push(second);
+                    all.push(&second);
                 }
                 Ok(all)
             }
             Solver::Numeric(numeric) => self.unlimited_numeric(numeric, cl, tool_length, reference),
         }
+    }
+
+    /// Both solutions of two rotary joints without a check; `None` beside singular poses.
+    fn both_unchecked(
+        &self,
+        rotaries: &DirectionPair,
+        cl: &ClPoint,
+        tool_length: f64,
+        reference: &AxisValues,
+    ) -> Option<InverseSolutions> {
+        if !is_finite(cl, tool_length) {
+            return None;
+        }
+        let axes = [rotaries.first.axis, rotaries.second.axis];
+        let [first, second] = rotaries.solve_regular(&cl.axis)?;
+        let of = |turned: [Turned; 2], branch| {
+            let map = self.chain.linear_map_turned(turned.map(|t| t.direction), tool_length);
+            let linears = map.solve(&cl.tip)?;
+            let mut values = AxisValues::zeros(self.axes.len());
+            for (axis, turned) in axes.into_iter().zip(turned) {
+                values[axis] = nearest_turn(turned.value, reference.get_or_zero(axis));
+            }
+            for (k, &axis) in self.solver.linears().iter().enumerate() {
+                values[axis] = linears[k];
+            }
+            Some(InverseSolution { values, branch, free_axis: None })
+        };
+        let mut both = InverseSolutions::one(&of(first, Branch::Positive)?);
+        both.push(&of(second, Branch::Negative)?);
+        Some(both)
     }
 
     /// As [`Machine::unlimited`], for two rotary joints.

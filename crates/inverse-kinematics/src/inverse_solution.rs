@@ -48,9 +48,40 @@ pub enum BranchPreference {
 /// machine stands.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InverseSolutions {
-    // Entries from `n` on repeat the first one.
-    items: [InverseSolution; MAX_SOLUTIONS],
+    // Entries from `n` on are empty.
+    items: [Packed; MAX_SOLUTIONS],
     n: usize,
+}
+
+/// Joints of every machine that is solved here.
+const N_JOINTS: usize = 5;
+
+/// A solution in less than half the room, because solutions are made and copied by the million.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Packed {
+    values: [f64; N_JOINTS],
+    branch: Branch,
+    free_axis: Option<u8>,
+}
+
+impl Packed {
+    const EMPTY: Self = Self { values: [0.0; N_JOINTS], branch: Branch::Positive, free_axis: None };
+
+    fn new(solution: &InverseSolution) -> Self {
+        Self {
+            values: std::array::from_fn(|k| solution.values.get_or_zero(k)),
+            branch: solution.branch,
+            free_axis: solution.free_axis.and_then(|k| u8::try_from(k).ok()),
+        }
+    }
+
+    fn unpacked(&self) -> InverseSolution {
+        InverseSolution {
+            values: AxisValues::from(self.values),
+            branch: self.branch,
+            free_axis: self.free_axis.map(usize::from),
+        }
+    }
 }
 
 /// The most solutions of any pose, windings aside: two with two rotary axes; with three twelve, the roots of a polynomial.
@@ -112,30 +143,37 @@ pub enum Unreachable {
 }
 
 impl InverseSolutions {
-    pub(crate) fn one(first: InverseSolution) -> Self {
-        Self { items: [first; MAX_SOLUTIONS], n: 1 }
+    pub(crate) fn one(first: &InverseSolution) -> Self {
+        let mut all = Self { items: [Packed::EMPTY; MAX_SOLUTIONS], n: 0 };
+        all.push(first);
+        all
     }
 
     /// Adds a solution; more than fit are dropped.
-    pub(crate) fn push(&mut self, solution: InverseSolution) {
+    pub(crate) fn push(&mut self, solution: &InverseSolution) {
         if self.n < MAX_SOLUTIONS {
-            self.items[self.n] = solution;
+            self.items[self.n] = Packed::new(solution);
             self.n += 1;
         }
     }
 
-    pub(crate) fn as_mut_slice(&mut self) -> &mut [InverseSolution] {
-        &mut self.items[..self.n]
+    /// Puts the solutions in ascending order of a measure; equal ones keep theirs.
+    pub(crate) fn sort_by_measure(&mut self, measure: impl Fn(&InverseSolution) -> f64) {
+        let of = |packed: &Packed| measure(&packed.unpacked());
+        for k in 1..self.n {
+            for i in (0..k).rev() {
+                if of(&self.items[i + 1]) < of(&self.items[i]) {
+                    self.items.swap(i, i + 1);
+                } else {
+                    break;
+                }
+            }
+        }
     }
 
     /// The solutions; at least one.
-    pub fn as_slice(&self) -> &[InverseSolution] {
-        &self.items[..self.n]
-    }
-
-    /// The solutions; at least one.
-    pub fn iter(&self) -> impl Iterator<Item = &InverseSolution> + '_ {
-        self.as_slice().iter()
+    pub fn iter(&self) -> impl Iterator<Item = InverseSolution> + '_ {
+        self.items[..self.n].iter().map(Packed::unpacked)
     }
 
     /// Number of solutions.
@@ -145,7 +183,7 @@ impl InverseSolutions {
     }
 
     /// The (first) solution on this branch that is within the limits.
-    pub fn on_branch(&self, branch: Branch) -> Option<&InverseSolution> {
+    pub fn on_branch(&self, branch: Branch) -> Option<InverseSolution> {
         self.iter().find(|s| s.branch == branch)
     }
 }

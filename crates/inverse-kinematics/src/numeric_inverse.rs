@@ -7,7 +7,7 @@ use crate::{
     AxisKind, AxisValues, InverseSolution, InverseSolutions, Machine, Unreachable,
     inverse::{is_exact, is_finite},
     screw_chain::METRE,
-    solver::{NumericSolver, Solver},
+    solver::NumericSolver,
     three_rotaries::{RotaryTriple, Target},
 };
 
@@ -49,8 +49,8 @@ impl Machine {
         let mut why = None;
         for triple in triples.as_slice() {
             match (self.with_triple(numeric, cl, tool_length, reference, triple), &mut all) {
-                (Ok(solution), Some(all)) => all.push(solution),
-                (Ok(solution), None) => all = Some(InverseSolutions::one(solution)),
+                (Ok(solution), Some(all)) => all.push(&solution),
+                (Ok(solution), None) => all = Some(InverseSolutions::one(&solution)),
                 (Err(e), _) => why = Some(e),
             }
         }
@@ -78,14 +78,6 @@ impl Machine {
         let solution = self.within_limits(solution).ok()?;
         let turn = |&k: &usize| (solution.values[k] - previous.get_or_zero(k)).abs();
         numeric.rotaries.iter().all(|k| turn(k) < CONTINUED).then_some(solution.values)
-    }
-
-    /// Puts the solutions of a machine with three rotary joints in order of the time in which they are reached.
-    pub(crate) fn nearest_first(&self, solutions: &mut InverseSolutions, reference: &AxisValues) {
-        if let Solver::Numeric(_) = self.solver {
-            let time = |s: &InverseSolution| self.travel_time(reference, &s.values);
-            solutions.as_mut_slice().sort_unstable_by(|a, b| time(a).total_cmp(&time(b)));
-        }
     }
 
     /// Newton's method on all five joints, for poses in which the tip condition alone is not enough: where the linear axes are
@@ -142,7 +134,7 @@ impl Machine {
             let rotary = numeric.rotaries.into_iter().zip(rotary);
             if let Ok(values) = self.with_rotaries(cl, tool_length, reference, rotary) {
                 let branch = self.branch_of(&values);
-                return Ok(InverseSolutions::one(InverseSolution { values, branch, free_axis: None }));
+                return Ok(InverseSolutions::one(&InverseSolution { values, branch, free_axis: None }));
             }
         }
         let [first, second] = numeric.linears.map(|k| self.axes[k].letter);

@@ -1,4 +1,4 @@
-use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, SMatrix, SVector, Translation3, Unit, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Matrix3, Point3, SMatrix, SVector, Translation3, Unit, UnitQuaternion, Vector3};
 
 use crate::{AxisKind, AxisValues};
 
@@ -15,9 +15,36 @@ pub(crate) struct Screw {
     pub(crate) direction: Unit<Vector3<f64>>,
     /// A point on the axis of a rotary joint.
     pub(crate) point: Vector3<f64>,
+    /// Parts of the turn of a rotary joint that do not change.
+    turn: TurnParts,
+}
+
+/// Rodrigues' formula: the turn is `along + cos·across + sin·cross`, and moves the table frame's origin by
+/// `(1 − cos)·arm − sin·cross_arm`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct TurnParts {
+    along: Matrix3<f64>,
+    across: Matrix3<f64>,
+    cross: Matrix3<f64>,
+    arm: Vector3<f64>,
+    cross_arm: Vector3<f64>,
 }
 
 impl Screw {
+    pub(crate) fn new(axis: usize, kind: AxisKind, direction: Unit<Vector3<f64>>, point: Vector3<f64>) -> Self {
+        let w = direction.into_inner();
+        let along = w * w.transpose();
+        let (across, cross) = (Matrix3::identity() - along, w.cross_matrix());
+        let turn = TurnParts { along, across, cross, arm: across * point, cross_arm: cross * point };
+        Self { axis, kind, direction, point, turn }
+    }
+
+    /// Rotation and translation of everything behind a rotary joint, given cosine and sine of its value.
+    fn turned(&self, [cos, sin]: [f64; 2]) -> (Matrix3<f64>, Vector3<f64>) {
+        let turn = &self.turn;
+        (turn.along + turn.across * cos + turn.cross * sin, turn.arm * (1.0 - cos) - turn.cross_arm * sin)
+    }
+
     /// Motion of everything behind the joint when its axis goes from 0 to `value`.
     pub(crate) fn motion(&self, value: f64) -> Isometry3<f64> {
         match self.kind {
@@ -100,10 +127,24 @@ impl ScrewChain {
 
     /// Tip and tool axis for the rotary values in `q`, its linear values left open. Linear joints beyond three are 0.
     pub(crate) fn linear_map(&self, q: &AxisValues, tool_length: f64) -> LinearMap {
+        self.linear_map_of(tool_length, |screw, _| {
+            let (sin, cos) = q.get_or_zero(screw.axis).sin_cos();
+            [cos, sin]
+        })
+    }
+
+    /// The same for cosines and sines of the rotary values in chain order; of rotary joints beyond them they are 1 and 0.
+    pub(crate) fn linear_map_turned<const N: usize>(&self, turned: [[f64; 2]; N], tool_length: f64) -> LinearMap {
+        self.linear_map_of(tool_length, |_, k| turned.get(k).copied().unwrap_or([1.0, 0.0]))
+    }
+
+    /// With cosine and sine of a rotary joint as told by the joint and its number among the rotary ones.
+    #[inline]
+    fn linear_map_of(&self, tool_length: f64, turned: impl Fn(&Screw, usize) -> [f64; 2]) -> LinearMap {
         let mut rotation = Matrix3::identity();
         let mut offset = Vector3::zeros();
         let mut directions = Matrix3::zeros();
-        let mut n_linear = 0;
+        let (mut n_linear, mut n_rotary) = (0, 0);
         for screw in &self.screws {
             match screw.kind {
                 AxisKind::Linear if n_linear < 3 => {
@@ -112,9 +153,10 @@ impl ScrewChain {
                 }
                 AxisKind::Linear => {}
                 AxisKind::Rotary => {
-                    let turn = Rotation3::from_axis_angle(&screw.direction, q.get_or_zero(screw.axis)).into_inner();
-                    offset += rotation * (screw.point - turn * screw.point);
+                    let (turn, shift) = screw.turned(turned(screw, n_rotary));
+                    offset += rotation * shift;
                     rotation *= turn;
+                    n_rotary += 1;
                 }
             }
         }

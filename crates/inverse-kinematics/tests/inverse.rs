@@ -361,3 +361,30 @@ fn length_compensation_keeps_the_tip_in_place() {
     let travel = mill.length_compensation_travel().unwrap();
     assert!((travel[2] - 1.0).abs() < 1e-12 && travel[0].abs() < 1e-12 && travel[1].abs() < 1e-12);
 }
+
+#[test]
+fn unchecked_solutions_are_the_checked_ones_wherever_limits_allow_them() {
+    let mut r = Random(10);
+    let mut n_regular = 0;
+    for machine in families().iter().chain(&families_of_three_rotaries()) {
+        for _ in 0..200 {
+            let q = r.values(machine);
+            let cl = cl_by_matrices(machine, &q, TOOL);
+            let (all, checked) = (machine.inverse_unchecked(&cl, TOOL).unwrap(), machine.inverse(&cl, TOOL).unwrap());
+            for s in checked.iter() {
+                let near = |u: InverseSolution| {
+                    let (mm, rad) = difference(machine, &s.values, &u.values);
+                    mm < 1e-3 && rad < 1e-6 && s.branch == u.branch
+                };
+                assert!(all.iter().any(near), "{s:?} is not among {all:?}");
+            }
+            for s in all.iter() {
+                let reached = cl_by_matrices(machine, &s.values, TOOL);
+                let (tip, axis) = ((reached.tip - cl.tip).norm(), (*reached.axis - *cl.axis).norm());
+                assert!(tip < 1e-6 && axis < 1e-10, "tip {tip:e}, axis {axis:e}");
+                n_regular += usize::from(tip < 1e-10 && axis < 1e-13);
+            }
+        }
+    }
+    assert!(n_regular > 10_000, "{n_regular}");
+}

@@ -76,7 +76,7 @@ fn linuxcnc_trunnion_joints_are_reproduced() {
             // Where A is 0, C is free and taken over.
             let reference = AxisValues::from([0.0, 0.0, 0.0, 0.0, c]);
             let solutions = machine.inverse_near(&cl, tool_length, &reference).unwrap();
-            let agrees = |s: &InverseSolution| {
+            let agrees = |s: InverseSolution| {
                 let (mm, rad) = difference(&machine, &s.values, &expected);
                 mm < 1e-6 && rad < 1e-9
             };
