@@ -114,16 +114,15 @@ impl DirectionPair {
     }
 
     /// The values of both axes on the positive and on the negative side by the law of cosines, which needs fewer functions
-    /// than the half-angle formulas and loses digits near the pole and the edges of the reach: `None` there.
-    pub(crate) fn solve_regular(&self, tool_axis: &Vector3<f64>) -> Option<[[Turned; 2]; 2]> {
-        // Within 1e-4 of them more than four digits would be lost.
-        const REGULAR: f64 = 1e-4;
+    /// than the half-angle formulas and loses digits near the pole and the edges of the reach: `None` where cosines are nearer
+    /// to those there than `apart`.
+    pub(crate) fn solve_regular(&self, tool_axis: &Vector3<f64>, apart: f64) -> Option<[[Turned; 2]; 2]> {
         let of = &self.constants;
         let cos = tool_axis.dot(&self.first.direction);
         let [x, y] = [tool_axis.dot(&self.first.zero), tool_axis.dot(&self.first.quarter)];
         let across_sq = x * x + y * y;
         let (near, far) = (of.cos_near - cos, cos - of.cos_far);
-        let is_regular = across_sq > REGULAR && near > REGULAR && far > REGULAR;
+        let is_regular = across_sq > apart && near > apart && far > apart;
         if !is_regular {
             return None;
         }

@@ -1,4 +1,4 @@
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 use facemill_cl_data::ClPoint;
 use nalgebra::Vector3;
@@ -16,6 +16,11 @@ const AXIS_ACCURACY: f64 = 1e-12;
 /// Excess over a limit that is rounding and cut off, mm or rad. Above the accuracies it would break their promise; far
 /// below it a pose computed from a limit value would be refused.
 const LIMIT_SLACK: [f64; 2] = [2e-10, 2e-13];
+
+/// Differences of cosines from those at the poles and at the edges of the reach above which the shorter formulas are taken:
+/// they lose the digits that these lack of 1. The accuracies leave two digits, what is not checked four.
+const FAR_FROM_SINGULAR: f64 = 1e-2;
+const BESIDE_SINGULAR: f64 = 1e-4;
 
 impl Machine {
     /// All solutions within the limits for a tool pose in the table frame, each at the winding nearest to home; where a
@@ -178,10 +183,10 @@ impl Machine {
             return None;
         }
         let axes = [rotaries.first.axis, rotaries.second.axis];
-        let [first, second] = rotaries.solve_regular(&cl.axis)?;
+        let [first, second] = rotaries.solve_regular(&cl.axis, BESIDE_SINGULAR)?;
         let of = |turned: [Turned; 2], branch| {
             let map = self.chain.linear_map_turned(turned.map(|t| t.direction), tool_length);
-            let linears = map.solve(&cl.tip)?;
+            let linears = map.solve_once(&cl.tip)?;
             let mut values = AxisValues::zeros(self.axes.len());
             for (axis, turned) in axes.into_iter().zip(turned) {
                 values[axis] = nearest_turn(turned.value, reference.get_or_zero(axis));
@@ -213,6 +218,12 @@ impl Machine {
             let values = self.with_rotaries(cl, tool_length, reference, axes.into_iter().zip(pair))?;
             Ok(InverseSolution { values, branch, free_axis: free })
         };
+        if let Some(both) = rotaries.solve_regular(&cl.axis, FAR_FROM_SINGULAR) {
+            let [positive, negative] = both.map(|pair| solve(pair.map(|t| t.value), None));
+            if let (Ok(positive), Ok(negative)) = (positive, negative) {
+                return Ok((positive, Some(negative)));
+            }
+        }
         match rotaries.solve(&cl.axis) {
             PairSolution::Two { positive, negative } => match (solve(positive, None), solve(negative, None)) {
                 (Ok(positive), negative) => Ok((positive, negative.ok())),
@@ -316,7 +327,9 @@ fn slack(axis: &Axis) -> f64 {
 
 /// The value plus full turns that is nearest to `reference`.
 pub(crate) fn nearest_turn(value: f64, reference: f64) -> f64 {
-    value + TAU * ((reference - value) / TAU).round()
+    let way = reference - value;
+    // Mostly there is nothing to turn; rounding is a call.
+    if way.abs() < PI { value } else { value + TAU * (way / TAU).round() }
 }
 
 /// The value plus the fewest full turns that bring it within the limits, or, where no turn does, nearest to them.

@@ -154,8 +154,8 @@ impl ScrewChain {
                 AxisKind::Linear => {}
                 AxisKind::Rotary => {
                     let (turn, shift) = screw.turned(turned(screw, n_rotary));
-                    offset += rotation * shift;
-                    rotation *= turn;
+                    (offset, rotation) =
+                        if n_rotary == 0 { (shift, turn) } else { (offset + rotation * shift, rotation * turn) };
                     n_rotary += 1;
                 }
             }
@@ -173,16 +173,23 @@ impl LinearMap {
 
     /// The linear values that bring the tip to `tip`; `None` when the three directions lie in a plane.
     pub(crate) fn solve(&self, tip: &Point3<f64>) -> Option<Vector3<f64>> {
-        let [x, y, z] = [0, 1, 2].map(|k| self.directions.column(k).into_owned());
-        let (yz, zx, xy) = (y.cross(&z), z.cross(&x), x.cross(&y));
-        let determinant = x.dot(&yz);
-        if determinant.abs() < Self::MIN_DETERMINANT || determinant.is_nan() {
-            return None;
-        }
-        let cramer = |rhs: Vector3<f64>| Vector3::new(rhs.dot(&yz), rhs.dot(&zx), rhs.dot(&xy)) / determinant;
-        let values = cramer(tip.coords - self.offset);
+        let (rows, determinant) = self.cofactors()?;
+        let values = cramer(&rows, determinant, &(tip.coords - self.offset));
         // One refinement step brings oblique directions to the accuracy of orthogonal ones.
-        Some(values + cramer(tip.coords - self.tip(&values)))
+        Some(values + cramer(&rows, determinant, &(tip.coords - self.tip(&values))))
+    }
+
+    /// The same without the refinement.
+    pub(crate) fn solve_once(&self, tip: &Point3<f64>) -> Option<Vector3<f64>> {
+        let (rows, determinant) = self.cofactors()?;
+        Some(cramer(&rows, determinant, &(tip.coords - self.offset)))
+    }
+
+    fn cofactors(&self) -> Option<([Vector3<f64>; 3], f64)> {
+        let [x, y, z] = [0, 1, 2].map(|k| self.directions.column(k).into_owned());
+        let rows = [y.cross(&z), z.cross(&x), x.cross(&y)];
+        let determinant = x.dot(&rows[0]);
+        (determinant.abs() >= Self::MIN_DETERMINANT).then_some((rows, determinant))
     }
 
     /// The first two linear values that bring the tip nearest to `tip`; `None` when the two directions are parallel.
@@ -203,4 +210,8 @@ impl LinearMap {
     pub(crate) fn tip(&self, linears: &Vector3<f64>) -> Vector3<f64> {
         self.offset + self.directions * linears
     }
+}
+
+fn cramer(rows: &[Vector3<f64>; 3], determinant: f64, rhs: &Vector3<f64>) -> Vector3<f64> {
+    Vector3::new(rhs.dot(&rows[0]), rhs.dot(&rows[1]), rhs.dot(&rows[2])) / determinant
 }
