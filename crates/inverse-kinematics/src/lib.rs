@@ -43,6 +43,8 @@ mod build;
 mod check;
 mod deviation;
 mod direction_pair;
+#[cfg(test)]
+mod elimination_laws;
 mod family;
 mod import;
 mod import_value;
@@ -54,6 +56,7 @@ mod machine_file;
 mod motion;
 mod numeric_inverse;
 mod preset;
+mod rotary_triples;
 mod screw_chain;
 mod solver;
 mod summed_rotaries;

@@ -6,9 +6,9 @@ use nalgebra::SVector;
 use crate::{
     AxisKind, AxisValues, InverseSolution, InverseSolutions, Machine, Unreachable,
     inverse::{is_exact, is_finite},
+    rotary_triples::{RotaryTriple, Target},
     screw_chain::METRE,
     solver::NumericSolver,
-    three_rotaries::{RotaryTriple, Target},
 };
 
 /// Largest turn of any rotary axis for which the solution that Newton's method finds is taken without a look at the others.

@@ -3,9 +3,10 @@ use nalgebra::{Point3, Unit, Vector3};
 use crate::{
     Axis, AxisKind, Branch, MachineError,
     direction_pair::{DirectionPair, PARALLEL_SINE, PairFault},
+    rotary_triples::{RotaryTriple, Target, Triples},
     screw_chain::{Screw, ScrewChain},
     summed_rotaries::SummedRotaries,
-    three_rotaries::{RotaryTriple, Target, ThreeRotaries, Triples},
+    three_rotaries::ThreeRotaries,
     tip_condition::TipCondition,
 };
 

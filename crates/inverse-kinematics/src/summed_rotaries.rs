@@ -3,7 +3,7 @@ use nalgebra::{Unit, Vector3};
 use crate::{
     Branch,
     direction_pair::{DirectionPair, PairFault, PairSolution},
-    three_rotaries::{RotaryTriple, Target, Triples},
+    rotary_triples::{RotaryTriple, Target, Triples},
     tip_condition::{functions, value_and_gradient},
     trig_roots::{SAMPLES, real_roots, sample_angle},
 };

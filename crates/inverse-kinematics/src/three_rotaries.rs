@@ -1,18 +1,15 @@
 use std::f64::consts::PI;
 
-use nalgebra::{Point3, Rotation3, Unit, Vector3};
+use nalgebra::{Rotation3, Unit, Vector3};
 
 use crate::{
-    Branch, MAX_SOLUTIONS,
+    Branch,
     direction_pair::{RotaryAxis, angle},
+    rotary_triples::{RotaryTriple, Target, Triples},
     screw_chain::ScrewChain,
-    tip_condition::{Coefficients, TipCondition, functions, value_and_gradient},
+    tip_condition::{TipCondition, functions, value_and_gradient},
     trig_roots::{SAMPLES, real_roots, sample_directions},
 };
-
-/// Rotary values nearer to each other than this are one solution, rad: two that are nearer miss the pose in between by less
-/// than 1e-12 rad, so that they cannot be told apart.
-const SAME_SOLUTION: f64 = 1e-6;
 
 /// Rotary values nearer to each other than this are one solution too if those in the middle between them are a solution.
 const MAYBE_SAME: f64 = 1e-2;
@@ -31,62 +28,6 @@ const HARDLY_A_CONDITION: f64 = 1e-5;
 
 /// Steps of Newton's method. From a root of the polynomial two are enough; at a double root every step halves the distance.
 const MOST_STEPS: usize = 12;
-
-/// Rotary values of a solution, from the table to the tool.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct RotaryTriple {
-    pub(crate) values: [f64; 3],
-    pub(crate) branch: Branch,
-    /// Which of the three may take other values.
-    pub(crate) free: Option<usize>,
-}
-
-/// The rotary values of all solutions.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Triples {
-    items: [RotaryTriple; MAX_SOLUTIONS],
-    n: usize,
-}
-
-impl Triples {
-    pub(crate) fn new() -> Self {
-        let none = RotaryTriple { values: [0.0; 3], branch: Branch::Positive, free: None };
-        Self { items: [none; MAX_SOLUTIONS], n: 0 }
-    }
-
-    pub(crate) fn as_slice(&self) -> &[RotaryTriple] {
-        &self.items[..self.n]
-    }
-
-    /// Adds a solution that is not there yet.
-    pub(crate) fn push(&mut self, triple: RotaryTriple) {
-        let same = |other: &RotaryTriple| {
-            (0..3).all(|k| (0.5 * (other.values[k] - triple.values[k])).sin().abs() < 0.5 * SAME_SOLUTION)
-        };
-        if self.n < MAX_SOLUTIONS && !self.as_slice().iter().any(same) {
-            self.items[self.n] = triple;
-            self.n += 1;
-        }
-    }
-}
-
-/// A pose to be reached.
-#[derive(Debug)]
-pub(crate) struct Target {
-    pub(crate) tool_axis: Vector3<f64>,
-    /// Tip condition.
-    pub(crate) t: Coefficients,
-    /// Its largest coefficient: the scale of everything derived from it.
-    pub(crate) scale: f64,
-}
-
-impl Target {
-    pub(crate) fn new(condition: &TipCondition, tip: &Point3<f64>, tool_axis: &Vector3<f64>, tool_length: f64) -> Self {
-        let t = condition.at(tip, tool_length);
-        let scale = t.iter().fold(f64::MIN_POSITIVE, |m, v| m.max(v.abs()));
-        Self { tool_axis: *tool_axis, t, scale }
-    }
-}
 
 /// Three rotary joints, none parallel to the next, that turn the tool to a direction and bring the tip into the plane that
 /// two linear joints move it in.
@@ -225,6 +166,13 @@ impl ThreeRotaries {
         (at.sin_third_sq >= 0.0).then(|| self.machine_values(self.values(&harmonics, &at, phi, positive)))
     }
 
+    /// H at an angle φ of the first rotary.
+    #[cfg(test)]
+    pub(crate) fn polynomial(&self, target: &Target, phi: f64) -> f64 {
+        let at = self.at(&self.harmonics(target), [phi.cos(), phi.sin()]);
+        (at.g * at.g - at.sin_third_sq * at.h * at.h) / at.d
+    }
+
     fn harmonics(&self, target: &Target) -> Harmonics {
         let a = &target.tool_axis;
         let (x, y) = (a.dot(&self.first.zero), a.dot(&self.first.quarter));
@@ -355,7 +303,7 @@ impl ThreeRotaries {
                     all.push(self.triple(values, Some(0)));
                 }
             }
-            if all.n > 0 {
+            if !all.as_slice().is_empty() {
                 return;
             }
         }
