@@ -46,9 +46,12 @@ impl Machine {
     /// When there is none; see [`Unreachable`].
     pub fn inverse_unchecked(&self, cl: &ClPoint, tool_length: f64) -> Result<InverseSolutions, Unreachable> {
         let home = self.home();
-        if let Solver::Closed { rotaries, .. } = &self.solver
-            && let Some(both) = self.both_unchecked(rotaries, cl, tool_length, &home)
+        if is_finite(cl, tool_length)
+            && let Some([positive, negative]) = self.both_regular(cl, tool_length, &home, BESIDE_SINGULAR)
         {
+            let on = |values, branch| InverseSolution { values, branch, free_axis: None };
+            let mut both = InverseSolutions::one(&on(positive, Branch::Positive));
+            both.push(&on(negative, Branch::Negative));
             return Ok(both);
         }
         self.unlimited(cl, tool_length, &home)
@@ -171,34 +174,37 @@ impl Machine {
         }
     }
 
-    /// Both solutions of two rotary joints without a check; `None` beside singular poses.
-    fn both_unchecked(
+    /// Both solutions of two rotary joints, the positive one first, without a check; `None` beside singular poses, which are
+    /// told by cosines as in [`DirectionPair::solve_regular`].
+    fn both_regular(
         &self,
-        rotaries: &DirectionPair,
         cl: &ClPoint,
         tool_length: f64,
         reference: &AxisValues,
-    ) -> Option<InverseSolutions> {
-        if !is_finite(cl, tool_length) {
-            return None;
-        }
+        apart: f64,
+    ) -> Option<[AxisValues; 2]> {
+        let Solver::Closed { rotaries, linears, tables } = &self.solver else { return None };
+        let [positive, negative] = rotaries.solve_regular(&cl.axis, apart)?;
+        let tables = tables.at(&cl.tip, tool_length);
         let axes = [rotaries.first.axis, rotaries.second.axis];
-        let [first, second] = rotaries.solve_regular(&cl.axis, BESIDE_SINGULAR)?;
-        let of = |turned: [Turned; 2], branch| {
-            let map = self.chain.linear_map_turned(turned.map(|t| t.direction), tool_length);
-            let linears = map.solve_once(&cl.tip)?;
+        let of = |turned: [Turned; 2]| {
             let mut values = AxisValues::zeros(self.axes.len());
+            for (&axis, value) in linears.iter().zip(tables.solve(turned.map(|t| t.direction))?) {
+                values[axis] = value;
+            }
             for (axis, turned) in axes.into_iter().zip(turned) {
                 values[axis] = nearest_turn(turned.value, reference.get_or_zero(axis));
             }
-            for (k, &axis) in self.solver.linears().iter().enumerate() {
-                values[axis] = linears[k];
-            }
-            Some(InverseSolution { values, branch, free_axis: None })
+            Some(values)
         };
-        let mut both = InverseSolutions::one(&of(first, Branch::Positive)?);
-        both.push(&of(second, Branch::Negative)?);
-        Some(both)
+        Some([of(positive)?, of(negative)?])
+    }
+
+    /// Whether the forward solution is at `cl`, to the accuracy promised.
+    fn reaches(&self, values: &AxisValues, cl: &ClPoint, tool_length: f64, turned: f64) -> bool {
+        let map = self.linear_map(values, tool_length);
+        let linears = self.linears_of(values);
+        is_exact(&(map.tip(&linears) - cl.tip.coords), &(map.tool_axis - cl.axis.into_inner()), turned)
     }
 
     /// As [`Machine::unlimited`], for two rotary joints.
@@ -218,10 +224,11 @@ impl Machine {
             let values = self.with_rotaries(cl, tool_length, reference, axes.into_iter().zip(pair))?;
             Ok(InverseSolution { values, branch, free_axis: free })
         };
-        if let Some(both) = rotaries.solve_regular(&cl.axis, FAR_FROM_SINGULAR) {
-            let [positive, negative] = both.map(|pair| solve(pair.map(|t| t.value), None));
-            if let (Ok(positive), Ok(negative)) = (positive, negative) {
-                return Ok((positive, Some(negative)));
+        if let Some([positive, negative]) = self.both_regular(cl, tool_length, reference, FAR_FROM_SINGULAR) {
+            let turned = |q: &AxisValues| axes.iter().map(|&k| q.get_or_zero(k).abs()).sum();
+            if [&positive, &negative].into_iter().all(|q| self.reaches(q, cl, tool_length, turned(q))) {
+                let on = |values, branch| InverseSolution { values, branch, free_axis: None };
+                return Ok((on(positive, Branch::Positive), Some(on(negative, Branch::Negative))));
             }
         }
         match rotaries.solve(&cl.axis) {

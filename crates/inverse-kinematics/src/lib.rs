@@ -51,6 +51,7 @@ mod import_value;
 mod inverse;
 mod inverse_solution;
 mod joint_lines;
+mod linear_tables;
 mod machine;
 mod machine_file;
 mod motion;

@@ -197,11 +197,16 @@ impl Machine {
     /// Tip and tool axis in the table frame; as [`Machine::forward`] without the turn about the tool's own axis.
     pub fn cl_point(&self, q: &AxisValues, tool_length: f64) -> ClPoint {
         let map = self.linear_map(q, tool_length);
+        ClPoint { tip: Point3::from(map.tip(&self.linears_of(q))), axis: Unit::new_normalize(map.tool_axis) }
+    }
+
+    /// The linear values in chain order, 0 where there is no third.
+    pub(crate) fn linears_of(&self, q: &AxisValues) -> Vector3<f64> {
         let mut linears = Vector3::zeros();
         for (k, &axis) in self.solver.linears().iter().enumerate() {
             linears[k] = q.get_or_zero(axis);
         }
-        ClPoint { tip: Point3::from(map.tip(&linears)), axis: Unit::new_normalize(map.tool_axis) }
+        linears
     }
 
     /// What the control does between two programmed positions.

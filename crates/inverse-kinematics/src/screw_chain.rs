@@ -127,24 +127,10 @@ impl ScrewChain {
 
     /// Tip and tool axis for the rotary values in `q`, its linear values left open. Linear joints beyond three are 0.
     pub(crate) fn linear_map(&self, q: &AxisValues, tool_length: f64) -> LinearMap {
-        self.linear_map_of(tool_length, |screw, _| {
-            let (sin, cos) = q.get_or_zero(screw.axis).sin_cos();
-            [cos, sin]
-        })
-    }
-
-    /// The same for cosines and sines of the rotary values in chain order; of rotary joints beyond them they are 1 and 0.
-    pub(crate) fn linear_map_turned<const N: usize>(&self, turned: [[f64; 2]; N], tool_length: f64) -> LinearMap {
-        self.linear_map_of(tool_length, |_, k| turned.get(k).copied().unwrap_or([1.0, 0.0]))
-    }
-
-    /// With cosine and sine of a rotary joint as told by the joint and its number among the rotary ones.
-    #[inline]
-    fn linear_map_of(&self, tool_length: f64, turned: impl Fn(&Screw, usize) -> [f64; 2]) -> LinearMap {
         let mut rotation = Matrix3::identity();
         let mut offset = Vector3::zeros();
         let mut directions = Matrix3::zeros();
-        let (mut n_linear, mut n_rotary) = (0, 0);
+        let (mut n_linear, mut is_first) = (0, true);
         for screw in &self.screws {
             match screw.kind {
                 AxisKind::Linear if n_linear < 3 => {
@@ -153,10 +139,11 @@ impl ScrewChain {
                 }
                 AxisKind::Linear => {}
                 AxisKind::Rotary => {
-                    let (turn, shift) = screw.turned(turned(screw, n_rotary));
+                    let (sin, cos) = q.get_or_zero(screw.axis).sin_cos();
+                    let (turn, shift) = screw.turned([cos, sin]);
                     (offset, rotation) =
-                        if n_rotary == 0 { (shift, turn) } else { (offset + rotation * shift, rotation * turn) };
-                    n_rotary += 1;
+                        if is_first { (shift, turn) } else { (offset + rotation * shift, rotation * turn) };
+                    is_first = false;
                 }
             }
         }
@@ -169,27 +156,26 @@ impl ScrewChain {
 impl LinearMap {
     /// Smallest |determinant| of the three unit directions with which the tip can be placed. At 1e-9 an error of 1e-15 in
     /// a direction already moves an axis by 1e-6 of the distance; smaller is worse, larger refuses usable poses.
-    const MIN_DETERMINANT: f64 = 1e-9;
+    pub(crate) const MIN_DETERMINANT: f64 = 1e-9;
 
     /// The linear values that bring the tip to `tip`; `None` when the three directions lie in a plane.
     pub(crate) fn solve(&self, tip: &Point3<f64>) -> Option<Vector3<f64>> {
-        let (rows, determinant) = self.cofactors()?;
-        let values = cramer(&rows, determinant, &(tip.coords - self.offset));
+        let (rows, determinant) = self.cofactors();
+        if determinant.abs() < Self::MIN_DETERMINANT || determinant.is_nan() {
+            return None;
+        }
+        let cramer =
+            |rhs: Vector3<f64>| Vector3::new(rhs.dot(&rows[0]), rhs.dot(&rows[1]), rhs.dot(&rows[2])) / determinant;
+        let values = cramer(tip.coords - self.offset);
         // One refinement step brings oblique directions to the accuracy of orthogonal ones.
-        Some(values + cramer(&rows, determinant, &(tip.coords - self.tip(&values))))
+        Some(values + cramer(tip.coords - self.tip(&values)))
     }
 
-    /// The same without the refinement.
-    pub(crate) fn solve_once(&self, tip: &Point3<f64>) -> Option<Vector3<f64>> {
-        let (rows, determinant) = self.cofactors()?;
-        Some(cramer(&rows, determinant, &(tip.coords - self.offset)))
-    }
-
-    fn cofactors(&self) -> Option<([Vector3<f64>; 3], f64)> {
+    /// Rows of the adjugate of the directions, and their determinant.
+    pub(crate) fn cofactors(&self) -> ([Vector3<f64>; 3], f64) {
         let [x, y, z] = [0, 1, 2].map(|k| self.directions.column(k).into_owned());
         let rows = [y.cross(&z), z.cross(&x), x.cross(&y)];
-        let determinant = x.dot(&rows[0]);
-        (determinant.abs() >= Self::MIN_DETERMINANT).then_some((rows, determinant))
+        (rows, x.dot(&rows[0]))
     }
 
     /// The first two linear values that bring the tip nearest to `tip`; `None` when the two directions are parallel.
@@ -210,8 +196,4 @@ impl LinearMap {
     pub(crate) fn tip(&self, linears: &Vector3<f64>) -> Vector3<f64> {
         self.offset + self.directions * linears
     }
-}
-
-fn cramer(rows: &[Vector3<f64>; 3], determinant: f64, rhs: &Vector3<f64>) -> Vector3<f64> {
-    Vector3::new(rhs.dot(&rows[0]), rhs.dot(&rows[1]), rhs.dot(&rows[2])) / determinant
 }

@@ -3,6 +3,7 @@ use nalgebra::{Point3, Unit, Vector3};
 use crate::{
     Axis, AxisKind, Branch, MachineError,
     direction_pair::{DirectionPair, PARALLEL_SINE, PairFault},
+    linear_tables::LinearTables,
     rotary_triples::{RotaryTriple, Target, Triples},
     screw_chain::{Screw, ScrewChain},
     summed_rotaries::SummedRotaries,
@@ -15,7 +16,7 @@ use crate::{
 #[expect(clippy::large_enum_variant, reason = "one per machine, and the larger one is read in every solution")]
 pub(crate) enum Solver {
     /// Two rotary joints follow from the tool axis alone, three linear ones from the tip.
-    Closed { rotaries: DirectionPair, linears: [usize; 3] },
+    Closed { rotaries: DirectionPair, linears: [usize; 3], tables: Box<LinearTables> },
     /// Three rotary joints follow from the tool axis and one condition on the tip, two linear ones from the rest.
     Numeric(Box<NumericSolver>),
 }
@@ -60,7 +61,8 @@ impl Solver {
         if let [first, second] = rotary[..] {
             let rotaries = DirectionPair::new((first.axis, first.direction), (second.axis, second.direction), &spindle)
                 .map_err(|f| fault(f, first, second))?;
-            return Ok(Self::Closed { rotaries, linears: [linear[0], linear[1], linear[2]] });
+            let tables = Box::new(LinearTables::new(chain, [first.axis, second.axis]));
+            return Ok(Self::Closed { rotaries, linears: [linear[0], linear[1], linear[2]], tables });
         }
         let (first, middle, last) = (rotary[0], rotary[1], rotary[2]);
         let w = [first, middle, last].map(|s| s.direction);
