@@ -315,7 +315,9 @@ impl Machine {
 }
 
 pub(crate) fn is_finite(cl: &ClPoint, tool_length: f64) -> bool {
-    cl.tip.coords.iter().chain(cl.axis.iter()).all(|v| v.is_finite()) && tool_length.is_finite()
+    let (p, a) = (&cl.tip, &cl.axis);
+    let tip = p.x.is_finite() & p.y.is_finite() & p.z.is_finite();
+    tip & a.x.is_finite() & a.y.is_finite() & a.z.is_finite() & tool_length.is_finite()
 }
 
 /// Whether a pose is met to the accuracy promised, with what rotary values of this sum leave to rounding: after many turns

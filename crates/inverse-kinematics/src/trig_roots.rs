@@ -23,6 +23,9 @@ const CLOSED: f64 = 1e-6;
 /// Most values told.
 const MOST_SEEDS: usize = 64;
 
+/// Length of a stretch, rad, up to which it holds one pair of roots that come together at the rounding of the samples.
+const NARROW: f64 = 5e-6;
+
 /// Pieces with roots that cannot be told apart are one when they are so near to each other, rad.
 const ADJACENT: f64 = 1e-9;
 
@@ -43,7 +46,7 @@ pub(crate) fn sample_directions() -> &'static [[f64; 2]; SAMPLES] {
 }
 
 /// Angles near which every root lies: a simple one to 1e-9 rad; where two or more are nearer to each
-/// other than 1e-6 rad, or than rounding can tell, five equidistant ones over the stretch that holds them.
+/// other than 1e-6 rad, or than rounding can tell, three or five equidistant ones over the stretch that holds them.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Seeds {
     angles: [f64; MOST_SEEDS],
@@ -72,8 +75,9 @@ impl Seeds {
 
     fn end_stretch(&mut self) {
         if let Some([low, high]) = self.stretch.take() {
-            for k in 0..5 {
-                self.push(low + (high - low) * 0.25 * f64::from(k));
+            let n = if high - low < NARROW { 3 } else { 5 };
+            for k in 0..n {
+                self.push(low + (high - low) * f64::from(k) / f64::from(n - 1));
             }
         }
     }
