@@ -16,6 +16,7 @@ struct Counts {
     found: usize,
     others: usize,
     inaccurate: usize,
+    missed: usize,
 }
 
 /// A position of one of the kinds that solutions meet or end at.
@@ -111,11 +112,23 @@ fn compare(
             rad < open(least) && mm < 1000.0 * open(least)
         })
     };
-    assert!(curve || near(q, least), "{q:?} ({least:e}) is not among {solutions:?} of {:?}", machine.to_file());
+    // Of a value at its limit it is open then whether it is within: rounding times 1/least exceeds what counts as rounding.
+    let on_limit = |values: &AxisValues, least: f64| {
+        least < 1e-2
+            && machine.axes().iter().enumerate().any(|(k, axis)| {
+                let to_limit = (values[k] - axis.min).abs().min((values[k] - axis.max).abs());
+                to_limit < if axis.kind == AxisKind::Linear { 1e-5 } else { 1e-8 }
+            })
+    };
+    assert!(
+        curve || near(q, least) || on_limit(q, least),
+        "{q:?} ({least:e}) is not among {solutions:?} of {:?}",
+        machine.to_file()
+    );
     let mut counts = Counts { poses: 1, ..Counts::default() };
     for found in oracle.solutions(cl, n_seeds, r) {
         // On a curve of solutions, and beside one, the run ends anywhere.
-        if found.least_singular < 1e-6 {
+        if found.least_singular < 1e-6 || on_limit(&found.values, found.least_singular) {
             continue;
         }
         assert!(
@@ -142,6 +155,7 @@ fn sweep(machines: &[Machine], n_poses: usize, n_seeds: usize, seed: u64) -> Cou
             all.found += counts.found;
             all.others += counts.others;
             all.inaccurate += counts.inaccurate;
+            all.missed += counts.missed;
         }
     }
     all
@@ -150,13 +164,13 @@ fn sweep(machines: &[Machine], n_poses: usize, n_seeds: usize, seed: u64) -> Cou
 #[test]
 fn no_solution_of_two_rotaries_is_missed() {
     let all = sweep(&families(), 64, 3, 21);
-    assert!(all.poses > 1000 && all.found > 1000 && all.others > 300 && all.inaccurate == 0, "{all:?}");
+    assert!(all.poses > 1000 && all.found > 1000 && all.others > 300 && all.inaccurate + all.missed == 0, "{all:?}");
 }
 
 #[test]
 fn no_solution_of_three_rotaries_is_missed() {
     let all = sweep(&families_of_three_rotaries(), 64, 4, 22);
-    assert!(all.poses > 1000 && all.found > 1000 && all.others > 500 && all.inaccurate < 10, "{all:?}");
+    assert!(all.poses > 1000 && all.found > 1000 && all.others > 500 && all.inaccurate + all.missed < 10, "{all:?}");
 }
 
 /// A few minutes in release: `cargo test --release -p facemill-inverse-kinematics --test oracle -- --ignored`.
@@ -167,5 +181,6 @@ fn no_solution_is_missed_in_a_large_sweep() {
         let two = sweep(&families(), 200, 12, seed);
         let three = sweep(&families_of_three_rotaries(), 400, 24, seed + 1000);
         println!("{two:?} {three:?}");
+        assert!(two.missed == 0 && 500 * three.missed < three.poses);
     }
 }
