@@ -51,7 +51,7 @@ impl Machine {
     /// None for a machine that was built: it is built again with longer linear axes.
     pub fn axis_reach(&self) -> Result<AxisReach, MachineError> {
         let machine = self.with_long_linear_axes()?;
-        let reaches = |tilt: f64, azimuth: f64| machine.reaches(&direction(tilt, azimuth));
+        let reaches = |tilt: f64, azimuth: f64| machine.reaches_direction(&direction(tilt, azimuth));
         let step = PI / POLAR as f64;
         let mut reach =
             AxisReach { share: 0.0, smallest_tilt: PI, largest_tilt: 0.0, full_cone: PI, singular: Vec::new() };
@@ -123,7 +123,7 @@ impl Machine {
     }
 
     /// Whether the tool axis takes this direction with the tip in the origin of the table frame.
-    fn reaches(&self, axis: &Unit<Vector3<f64>>) -> bool {
+    fn reaches_direction(&self, axis: &Unit<Vector3<f64>>) -> bool {
         let cl = ClPoint { tip: Point3::origin(), axis: *axis };
         self.nearest_inverse(&cl, 0.0, None, BranchPreference::Nearest).is_ok()
     }
@@ -134,7 +134,7 @@ impl Machine {
         both.map(|(axis, direction)| SingularDirection {
             axis: self.axes()[axis].letter,
             direction,
-            is_reached: self.reaches(&direction),
+            is_reached: self.reaches_direction(&direction),
         })
         .collect()
     }
