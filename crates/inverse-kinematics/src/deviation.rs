@@ -1,7 +1,18 @@
-use facemill_cl_data::CuttingLaw;
-use nalgebra::{Isometry3, Point3, Vector3};
+//! How far the motion in a block is from what is meant by its ends.
 
-use crate::{AxisKind, AxisValues, MAX_AXES, Machine, motion::turned_axis};
+mod block;
+mod path;
+
+use std::f64::consts::PI;
+
+use facemill_cl_data::{ClPoint, CuttingLaw, RapidLaw};
+use nalgebra::Vector3;
+
+use crate::{
+    AxisValues, BlockLaw, Machine,
+    motion::{OPPOSITE_COSINE, Turn},
+};
+use block::{Block, Derivatives};
 
 /// How far the control's motion in a block is from what was meant: the tip on a straight line, the tool axis turning
 /// uniformly in the plane of its ends, both in the same time.
@@ -18,136 +29,141 @@ impl Deviation {
     pub fn rim(&self, radius: f64) -> f64 {
         self.tip + radius * self.axis
     }
+
+    /// The larger one of each.
+    #[must_use]
+    pub fn max(&self, other: &Self) -> Self {
+        Self { tip: self.tip.max(other.tip), axis: self.axis.max(other.axis) }
+    }
 }
 
-/// Upper bound for the deviation of a cutting move from the straight motion between its ends.
+/// Largest excess of a bound over the deviation that is really there, as a part of it, before it is made sharper.
+const EXCESS: f64 = 0.03;
+/// Most parts into which a block is split to make its bound sharper.
+const MAX_PARTS: usize = 64;
+/// Deviation of the tip, mm, and of the axis, rad, below which no bound is made sharper: far below what a control resolves,
+/// far above rounding.
+const NEGLIGIBLE: Deviation = Deviation { tip: 1e-6, axis: 1e-9 };
+
+/// Upper bound for the deviation of the motion in one block from the straight motion between its ends.
 ///
-/// A guarantee up to rounding (1e-15 of the travels), not an estimate. A curve with the ends of its chord and |p″| ≤ M
-/// over unit time stays within M/8 of it; p″ of the chain is known exactly in the middle of the block, and how much it
-/// changes toward the ends is bounded by the third derivative. The true deviation is of second order in the block's length,
-/// the excess of the bound of third order: of the deviation typically a hundredth where the rotaries turn by 0.2°, a tenth
-/// at 2°, several times it at 20°. Zero where no rotary axis moves.
+/// `law` is a [`CuttingLaw`], a [`RapidLaw`] or a [`BlockLaw`]. The bound is a guarantee up to rounding (1e-15 of the
+/// travels), not an estimate, and it is sharp: for blocks in which the rotary axes turn by some degrees it is within 10 % of
+/// the deviation that is really there, mostly within 3 %, where that is more than 1e-6 mm or 1e-9 rad. Zero where no rotary
+/// axis moves, rapids with a speed for each axis aside.
 ///
-/// Values that are missing count as 0; with values that are not finite the bound is not either.
+/// - [`CuttingLaw::AxesLinear`] and [`RapidLaw::Linear`]: from the meant pose at the same time, which is at least the
+///   distance from the meant path.
+/// - [`CuttingLaw::TipAndRotariesLinear`]: the same, the tip without deviation.
+/// - [`CuttingLaw::TipLinearVectorTurned`]: none; but π for an axis that reverses, whose turn has no plane.
+/// - [`RapidLaw::PerAxis`]: the way bends, and time says nothing about the distance from the straight one. For every pose on
+///   the way there is one pose of the meant motion from which tip *and* axis are no farther than the bound.
+///
+/// *Proof.* e(t), motion minus meant motion, vanishes at both ends of the block. With e″(½) = c and |e‴| ≤ P it is the sum of
+/// −t(1−t)·c/2 and of a part whose second derivative is at most P·|t − ½|; so |e| ≤ |c|/8 + P/48 (Green's function of the
+/// second derivative; its integral with |t − ½| is largest in the middle, 1/48). c is known exactly, sum over pairs of joints; P
+/// is a sum over triples. Where the deviation in the middle shows that this is not sharp, the block is split in n equal parts:
+/// in each |e| is at most the larger end's plus |e″|/(8n²), with |e″| ≤ |c| + P/2 everywhere. For the tool axis e is a chord
+/// between unit vectors, which is made an angle by 2·asin(chord/2). Bends are at the ends of parts, and there the meant pose
+/// may be chosen; in between it runs evenly from one to the next.
+///
+/// Values that are missing count as 0; with values that are not finite the bound is infinite.
 pub fn deviation_bound(
     machine: &Machine,
-    law: CuttingLaw,
+    law: impl Into<BlockLaw>,
     start: &AxisValues,
     end: &AxisValues,
     tool_length: f64,
 ) -> Deviation {
-    match law {
-        CuttingLaw::TipLinearVectorTurned => Deviation::default(),
-        CuttingLaw::TipAndRotariesLinear => Deviation { tip: 0.0, ..axes_linear(machine, start, end, tool_length) },
-        CuttingLaw::AxesLinear => axes_linear(machine, start, end, tool_length),
+    if !(start.is_finite() && end.is_finite() && tool_length.is_finite()) {
+        return Deviation { tip: f64::INFINITY, axis: f64::INFINITY };
+    }
+    let [start, end] = &[start, end].map(|q| AxisValues::from_fn(machine.axes().len(), |k| q.get_or_zero(k)));
+    match law.into() {
+        BlockLaw::Cutting(CuttingLaw::TipLinearVectorTurned) => {
+            let [a, b] = [start, end].map(|q| machine.cl_point(q, tool_length).axis);
+            Deviation { tip: 0.0, axis: if a.dot(&b) < OPPOSITE_COSINE { PI } else { 0.0 } }
+        }
+        BlockLaw::Cutting(CuttingLaw::TipAndRotariesLinear) => {
+            Deviation { tip: 0.0, ..in_equal_time(machine, start, end, tool_length) }
+        }
+        BlockLaw::Cutting(CuttingLaw::AxesLinear) | BlockLaw::Rapid(RapidLaw::Linear) => {
+            in_equal_time(machine, start, end, tool_length)
+        }
+        BlockLaw::Rapid(RapidLaw::PerAxis) => path::from_path(machine, start, end, tool_length),
     }
 }
 
-fn axes_linear(machine: &Machine, start: &AxisValues, end: &AxisValues, tool_length: f64) -> Deviation {
+/// The bound against the meant pose at the same time, all axes moving linearly.
+fn in_equal_time(machine: &Machine, start: &AxisValues, end: &AxisValues, tool_length: f64) -> Deviation {
     let block = Block::new(machine, start, end, tool_length);
-    let (tip_second, tip_change) = block.tip_derivatives();
-    let (axis_second, axis_change) = block.axis_derivatives();
-    let [a, b] = [start, end].map(|q| machine.cl_point(q, tool_length).axis);
-    let turn = a.cross(&b).norm().atan2(a.dot(&b));
-    // The axis that is meant has the second derivative −turn²·axis, and a third one of length turn³.
-    let meant = turned_axis(&a, &b, 0.5).into_inner() * (turn * turn);
-    let chord = ((axis_second + meant).norm() + 0.5 * (axis_change + turn.powi(3))) / 8.0;
-    Deviation { tip: (tip_second.norm() + 0.5 * tip_change) / 8.0, axis: 2.0 * (0.5 * chord).min(1.0).asin() }
+    let meant = Meant::new(machine, start, end, tool_length);
+    let (tip, mut axis) = (block.tip(), block.axis());
+    // The second derivative of the axis that is meant is −angle²·axis, the third one has the length angle³.
+    let angle = meant.turn.angle;
+    axis.second += meant.turn.at(0.5).into_inner() * (angle * angle);
+    axis.third += angle.powi(3);
+    let direct = Deviation { tip: tip.largest_from_chord(), axis: angle_of_chord(axis.largest_from_chord()) };
+    let found = meant.deviation(&block.middle, 0.5);
+    let sharp = |bound: f64, found: f64, negligible: f64| bound <= (1.0 + EXCESS) * found || bound <= negligible;
+    if sharp(direct.tip, found.tip, NEGLIGIBLE.tip) && sharp(direct.axis, found.axis, NEGLIGIBLE.axis) {
+        return direct;
+    }
+    let curvature = Deviation { tip: tip.largest_second() / 8.0, axis: axis.largest_second() / 8.0 };
+    let n = parts_for(&curvature, &found);
+    let mut largest = found;
+    for k in 1..n {
+        let t = k as f64 / n as f64;
+        largest = largest.max(&meant.deviation(&machine.cl_point(&start.lerp(end, t), tool_length), t));
+    }
+    let within = 1.0 / (n * n) as f64;
+    let split = Deviation {
+        tip: largest.tip + curvature.tip * within,
+        axis: angle_of_chord(2.0 * (0.5 * largest.axis).sin() + curvature.axis * within),
+    };
+    Deviation { tip: direct.tip.min(split.tip), axis: direct.axis.min(split.axis) }
 }
 
-/// The joints in the middle of a block, from the table to the tool.
-struct Block {
-    n: usize,
-    rotary: [bool; MAX_AXES],
-    /// Travel of every joint.
-    travel: [f64; MAX_AXES],
-    direction: [Vector3<f64>; MAX_AXES],
-    /// Velocity of the tip and of the tool axis per unit of the joint.
-    tip_velocity: [Vector3<f64>; MAX_AXES],
-    axis_velocity: [Vector3<f64>; MAX_AXES],
-    /// Bound for the length of `tip_velocity` over the whole block.
-    reach: [f64; MAX_AXES],
+/// Number of parts after which `curvature`, the largest deviation within an unsplit block, is within the excess allowed.
+fn parts_for(curvature: &Deviation, found: &Deviation) -> usize {
+    let n = |curvature: f64, found: f64, negligible: f64| (curvature / (EXCESS * found.max(negligible))).sqrt().ceil();
+    let tip = n(curvature.tip, found.tip, NEGLIGIBLE.tip);
+    // Even, so that the middle, which has been asked, is among the ends of parts.
+    (tip.max(n(curvature.axis, found.axis, NEGLIGIBLE.axis)).clamp(2.0, MAX_PARTS as f64) as usize).next_multiple_of(2)
 }
 
-impl Block {
+impl Derivatives {
+    /// Largest distance from the chord in equal time.
+    fn largest_from_chord(&self) -> f64 {
+        self.second.norm() / 8.0 + self.third / 48.0
+    }
+
+    /// Largest second derivative.
+    fn largest_second(&self) -> f64 {
+        self.second.norm() + 0.5 * self.third
+    }
+}
+
+fn angle_of_chord(chord: f64) -> f64 {
+    2.0 * (0.5 * chord).min(1.0).asin()
+}
+
+/// What is meant between two positions.
+struct Meant {
+    start: ClPoint,
+    tip_way: Vector3<f64>,
+    turn: Turn,
+}
+
+impl Meant {
     fn new(machine: &Machine, start: &AxisValues, end: &AxisValues, tool_length: f64) -> Self {
-        let screws = &machine.chain.screws;
-        let middle = start.lerp(end, 0.5);
-        let cl = machine.cl_point(&middle, tool_length);
-        let zeros = [Vector3::zeros(); MAX_AXES];
-        let mut block = Self {
-            n: screws.len(),
-            rotary: [false; MAX_AXES],
-            travel: [0.0; MAX_AXES],
-            direction: zeros,
-            tip_velocity: zeros,
-            axis_velocity: zeros,
-            reach: [0.0; MAX_AXES],
-        };
-        let mut motion = Isometry3::identity();
-        for (k, screw) in screws.iter().enumerate() {
-            block.rotary[k] = screw.kind == AxisKind::Rotary;
-            block.travel[k] = end.get_or_zero(screw.axis) - start.get_or_zero(screw.axis);
-            let direction = motion.rotation * screw.direction.into_inner();
-            block.direction[k] = direction;
-            if block.rotary[k] {
-                block.tip_velocity[k] = direction.cross(&(cl.tip - motion * Point3::from(screw.point)));
-                block.axis_velocity[k] = direction.cross(&cl.axis);
-            } else {
-                block.tip_velocity[k] = direction;
-            }
-            motion *= screw.motion(middle.get_or_zero(screw.axis));
-        }
-        // The distance of the tip from a rotary axis changes only with the joints behind it.
-        let mut change = 0.0;
-        for k in (0..block.n).rev() {
-            block.reach[k] = if block.rotary[k] { block.tip_velocity[k].norm() + 0.5 * change } else { 1.0 };
-            change += block.travel[k].abs() * block.reach[k];
-        }
-        block
+        let [a, b] = [start, end].map(|q| machine.cl_point(q, tool_length));
+        Self { start: a, tip_way: b.tip - a.tip, turn: Turn::new(&a.axis, &b.axis) }
     }
 
-    /// Second derivative of the tip in the middle of the block and a bound for the third one all along it.
-    fn tip_derivatives(&self) -> (Vector3<f64>, f64) {
-        (self.second(&self.tip_velocity), self.third_bound(&self.reach))
-    }
-
-    /// The same for the tool axis.
-    fn axis_derivatives(&self) -> (Vector3<f64>, f64) {
-        let reach = self.rotary.map(|rotary| if rotary { 1.0 } else { 0.0 });
-        (self.second(&self.axis_velocity), self.third_bound(&reach))
-    }
-
-    /// Σ over pairs of joints: a rotary joint turns the velocities of itself and of all joints behind it.
-    fn second(&self, velocity: &[Vector3<f64>; MAX_AXES]) -> Vector3<f64> {
-        let mut behind = Vector3::zeros();
-        let mut sum = Vector3::zeros();
-        for k in (0..self.n).rev() {
-            let own = velocity[k] * self.travel[k];
-            if self.rotary[k] {
-                sum += self.direction[k].cross(&(own + behind * 2.0)) * self.travel[k];
-            }
-            behind += own;
-        }
-        sum
-    }
-
-    /// Σ over triples i ≤ j ≤ k of joints, i and j rotary, of the lengths of their travels times the reach of k, each as
-    /// often as the triple can be ordered.
-    fn third_bound(&self, reach: &[f64; MAX_AXES]) -> f64 {
-        let mut sum = 0.0;
-        for i in (0..self.n).filter(|&i| self.rotary[i]) {
-            for j in (i..self.n).filter(|&j| self.rotary[j]) {
-                for (k, reach) in reach.iter().enumerate().take(self.n).skip(j) {
-                    let orders = match (i == j, j == k) {
-                        (true, true) => 1.0,
-                        (false, false) => 6.0,
-                        _ => 3.0,
-                    };
-                    sum += orders * (self.travel[i] * self.travel[j] * self.travel[k]).abs() * reach;
-                }
-            }
-        }
-        sum
+    /// How far a pose is from what is meant at the fraction `s` of the way.
+    fn deviation(&self, cl: &ClPoint, s: f64) -> Deviation {
+        let chord = (cl.axis.into_inner() - self.turn.at(s).into_inner()).norm();
+        Deviation { tip: (cl.tip - self.start.tip - self.tip_way * s).norm(), axis: angle_of_chord(chord) }
     }
 }

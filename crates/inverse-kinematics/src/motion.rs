@@ -12,6 +12,18 @@ pub enum BlockLaw {
     Rapid(RapidLaw),
 }
 
+impl From<CuttingLaw> for BlockLaw {
+    fn from(law: CuttingLaw) -> Self {
+        Self::Cutting(law)
+    }
+}
+
+impl From<RapidLaw> for BlockLaw {
+    fn from(law: RapidLaw) -> Self {
+        Self::Rapid(law)
+    }
+}
+
 /// The motion of the control from one programmed position to the next.
 ///
 /// [`Motion::at`] gives the axis values at the fraction t of the block's time, 0 ≤ t ≤ 1; both ends are met exactly.
@@ -42,7 +54,7 @@ pub enum MotionError {
 }
 
 /// Cosine below which two tool axes count as opposite: 1e-7 rad from it the plane of the turn is known to 1e-9 only.
-const OPPOSITE_COSINE: f64 = -1.0 + 5e-15;
+pub(crate) const OPPOSITE_COSINE: f64 = -1.0 + 5e-15;
 
 impl<'a> Motion<'a> {
     /// The motion of `machine` between two positions under `law`, with this tool length.
@@ -89,7 +101,7 @@ impl<'a> Motion<'a> {
         let straight = self.start.lerp(&self.end, t);
         match self.law {
             BlockLaw::Cutting(CuttingLaw::AxesLinear) | BlockLaw::Rapid(RapidLaw::Linear) => Ok(straight),
-            BlockLaw::Rapid(RapidLaw::PerAxis) => Ok(self.per_axis(t)),
+            BlockLaw::Rapid(RapidLaw::PerAxis) => Ok(per_axis(self.machine, &self.start, &self.end, t)),
             BlockLaw::Cutting(CuttingLaw::TipAndRotariesLinear) => {
                 let tip = self.ideal(t).tip;
                 self.machine.with_linears(&straight, &tip, self.tool_length)
@@ -113,16 +125,6 @@ impl<'a> Motion<'a> {
         ClPoint { tip, axis: turned_axis(&self.start_cl.axis, &self.end_cl.axis, t) }
     }
 
-    /// Every axis runs at its own largest speed until it is there; the slowest one takes the whole time.
-    fn per_axis(&self, t: f64) -> AxisValues {
-        let elapsed = t * self.machine.travel_time(&self.start, &self.end);
-        AxisValues::from_fn(self.start.len(), |k| {
-            let way = self.end[k] - self.start[k];
-            let done = self.machine.axes()[k].max_velocity * elapsed;
-            if done >= way.abs() { self.end[k] } else { self.start[k] + done.copysign(way) }
-        })
-    }
-
     fn turned(&self, t: f64, straight: &AxisValues) -> Result<AxisValues, Unreachable> {
         let all = self.machine.unlimited(&self.ideal(t), self.tool_length, straight)?;
         let turn = |q: &AxisValues| -> f64 {
@@ -133,14 +135,49 @@ impl<'a> Motion<'a> {
     }
 }
 
+/// Every axis runs at its own largest speed until it is there; the slowest one takes the whole time.
+pub(crate) fn per_axis(machine: &Machine, start: &AxisValues, end: &AxisValues, t: f64) -> AxisValues {
+    let elapsed = t * machine.travel_time(start, end);
+    AxisValues::from_fn(start.len(), |k| {
+        let way = end.get_or_zero(k) - start[k];
+        let done = machine.axes()[k].max_velocity * elapsed;
+        if done >= way.abs() { end.get_or_zero(k) } else { start[k] + done.copysign(way) }
+    })
+}
+
 /// The unit vector at the fraction `t` of the turn from `a` to `b` in their plane.
 pub(crate) fn turned_axis(a: &Unit<Vector3<f64>>, b: &Unit<Vector3<f64>>, t: f64) -> Unit<Vector3<f64>> {
-    let normal = a.cross(b);
-    let sine = normal.norm();
-    let angle = sine.atan2(a.dot(b));
-    let across = Unit::try_new(normal, 1e-300).map_or_else(|| any_normal(a), |n| n.cross(a));
-    let (sin, cos) = (angle * t).sin_cos();
-    Unit::new_normalize(a.into_inner() * cos + across * sin)
+    Turn::new(a, b).at(t)
+}
+
+/// An even turn of a unit vector in the plane of its ends.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Turn {
+    start: Vector3<f64>,
+    /// The direction at right angles to the start in which the turn goes.
+    across: Vector3<f64>,
+    /// The whole turn, rad, 0 to π.
+    pub(crate) angle: f64,
+}
+
+impl Turn {
+    pub(crate) fn new(a: &Unit<Vector3<f64>>, b: &Unit<Vector3<f64>>) -> Self {
+        let normal = a.cross(b);
+        let sine = normal.norm();
+        let across = Unit::try_new(normal, 1e-300).map_or_else(|| any_normal(a), |n| n.cross(a));
+        Self { start: a.into_inner(), across, angle: sine.atan2(a.dot(b)) }
+    }
+
+    /// The vector at the fraction `t` of the turn.
+    pub(crate) fn at(&self, t: f64) -> Unit<Vector3<f64>> {
+        let (sin, cos) = (self.angle * t).sin_cos();
+        Unit::new_normalize(self.start * cos + self.across * sin)
+    }
+
+    /// The fraction of the turn at which the vector is nearest to `axis`; below 0 or above 1 outside the turn.
+    pub(crate) fn fraction_of(&self, axis: &Vector3<f64>) -> f64 {
+        axis.dot(&self.across).atan2(axis.dot(&self.start)) / self.angle
+    }
 }
 
 fn any_normal(a: &Unit<Vector3<f64>>) -> Vector3<f64> {
