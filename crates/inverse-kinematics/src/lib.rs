@@ -4,7 +4,8 @@
 //! to the spindle nose. [`AxisValues`] are what its scales show. [`Machine::forward`] says where the tool is in the
 //! table frame, [`Machine::inverse`] which axis values bring it to a CL point, [`Machine::axis_ranges`] which ones a
 //! whole set of CL points asks for, [`Motion`] what happens between two positions, [`deviation_bound`] how far that is
-//! from what was meant, [`Machine::body_poses`] where the machine's own bodies are.
+//! from what was meant, [`linearise`] which positions hold it to a tolerance, [`Machine::body_poses`] where the machine's own
+//! bodies are.
 //!
 //! Rows of a chain are made from directions and points by [`rows_from_axes`]; [`Machine::joint_lines`],
 //! [`Machine::family`] and [`Machine::axis_reach`] say of a machine what its rows mean, and [`import_autodesk_machine`]
@@ -52,6 +53,7 @@ mod inverse;
 mod inverse_solution;
 mod joint_lines;
 mod linear_tables;
+mod linearise;
 mod machine;
 mod machine_file;
 mod motion;
@@ -79,6 +81,7 @@ pub use family::{Family, RotaryRole};
 pub use import::{ImportError, import_autodesk_machine};
 pub use inverse_solution::{Branch, BranchPreference, InverseSolution, InverseSolutions, MAX_SOLUTIONS, Unreachable};
 pub use joint_lines::JointLine;
+pub use linearise::{Linearisation, LineariseError, Linearised, MotionTolerance, PoseFraction, linearise};
 pub use machine::{FeedRange, FieldProblem, Machine, MachineError};
 pub use machine_file::{
     BodyFile, ControlToleranceFile, CuttingLawFile, DhRow, FeedFile, Joint, MachineFile, MachineFormat, MotionFile,

@@ -1,44 +1,21 @@
 //! Laws of the bound for the deviation between two positions: it holds, and it is sharp.
 
 mod common;
+mod meant;
 
 use common::*;
 use facemill_cl_data::{ClPoint, CuttingLaw, RapidLaw};
 use facemill_inverse_kinematics::*;
+use meant::*;
 use nalgebra::{Unit, Vector3};
 use std::f64::consts::PI;
 
 const TOOL: f64 = 140.0;
 const RADIUS: f64 = 40.0;
 
-/// Angle between two unit vectors.
-fn angle(a: &Vector3<f64>, b: &Vector3<f64>) -> f64 {
-    a.cross(b).norm().atan2(a.dot(b))
-}
-
-/// The meant pose at a fraction of the way: the vector between its ends by sines.
-fn meant(a: &ClPoint, b: &ClPoint, t: f64) -> ClPoint {
-    let (u, v) = (a.axis.into_inner(), b.axis.into_inner());
-    let whole = angle(&u, &v);
-    let axis = if whole < 1e-9 { u } else { u * ((1.0 - t) * whole).sin() + v * (t * whole).sin() };
-    ClPoint { tip: a.tip + (b.tip - a.tip) * t, axis: Unit::new_normalize(axis) }
-}
-
-fn apart(a: &ClPoint, b: &ClPoint) -> Deviation {
-    Deviation { tip: (a.tip - b.tip).norm(), axis: angle(&a.axis, &b.axis) }
-}
-
-/// Largest deviations of tip, axis and rim (tip + R·δ of one time) at points of a dense sampling, all axes moving linearly.
-fn sampled(machine: &Machine, [a, b]: [&AxisValues; 2], n: u32) -> [f64; 3] {
-    let [p0, p1] = [a, b].map(|q| cl_by_matrices(machine, q, TOOL));
-    let at = |k| f64::from(k) / f64::from(n);
-    let deviations = (1..n).map(|k| apart(&cl_by_matrices(machine, &a.lerp(b, at(k)), TOOL), &meant(&p0, &p1, at(k))));
-    deviations.fold([0.0; 3], |[tip, axis, rim], d| [tip.max(d.tip), axis.max(d.axis), rim.max(d.rim(RADIUS))])
-}
-
 /// Bound over deviation really there for tip, axis and rim; of the axis where it is above 1e-6 rad.
 fn ratios(machine: &Machine, ends: [&AxisValues; 2]) -> [f64; 3] {
-    let found = sampled(machine, ends, 400);
+    let found = sampled(machine, TOOL, RADIUS, ends, 400);
     let bound = deviation_bound(machine, CuttingLaw::AxesLinear, ends[0], ends[1], TOOL);
     let axis = if found[1] > 1e-6 { bound.axis / found[1] } else { 1.0 };
     [bound.tip / found[0], axis, bound.rim(RADIUS) / found[2]]
@@ -52,7 +29,7 @@ fn the_bound_is_never_below_dense_sampling_for_all_axes_linear() {
             for _ in 0..6 {
                 let (a, end) = (r.values(&machine), r.values(&machine));
                 let b = a.lerp(&end, size);
-                let [tip, axis, _] = sampled(&machine, [&a, &b], 300);
+                let [tip, axis, _] = sampled(&machine, TOOL, RADIUS, [&a, &b], 300);
                 for law in [BlockLaw::from(CuttingLaw::AxesLinear), RapidLaw::Linear.into()] {
                     let bound = deviation_bound(&machine, law, &a, &b, TOOL);
                     assert!(bound.tip >= tip - 1e-9 && bound.axis >= axis - 1e-9, "{bound:?} below {tip}, {axis}");
@@ -75,7 +52,7 @@ fn the_bound_is_within_a_tenth_of_the_deviation_for_blocks_of_programs() {
             let (a, end) = (r.values(&machine), r.values(&machine));
             // Rotary axes turn by 0.02° to 20°.
             let b = a.lerp(&end, 10f64.powf(r.within(-4.0, -1.0)));
-            if (0.001..0.05).contains(&sampled(&machine, [&a, &b], 8)[0]) {
+            if (0.001..0.05).contains(&sampled(&machine, TOOL, RADIUS, [&a, &b], 8)[0]) {
                 let ratios = ratios(&machine, [&a, &b]);
                 assert!(ratios.iter().all(|r| (1.0 - 1e-6..1.1).contains(r)), "{ratios:?} from {a:?} to {b:?}");
                 n_blocks += 1;
@@ -133,14 +110,6 @@ fn the_bound_is_within_a_tenth_along_a_pass_of_the_head_b_table_c_machine() {
             assert!(ratios.iter().all(|r| (1.0 - 1e-6..1.1).contains(r)), "{ratios:?} between {pair:?}");
         }
     }
-}
-
-/// Axis values when every axis has run for a time at its own speed.
-fn own_speeds(machine: &Machine, a: &AxisValues, b: &AxisValues, time: f64) -> AxisValues {
-    AxisValues::from_fn(a.len(), |k| {
-        let done = machine.axes()[k].max_velocity * time;
-        a[k] + (b[k] - a[k]).clamp(-done, done)
-    })
 }
 
 #[test]
