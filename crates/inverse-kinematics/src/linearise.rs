@@ -31,8 +31,8 @@ impl MotionTolerance {
     /// The largest part of a tolerance that a deviation uses up: up to 1 all of them hold.
     pub fn used_by(&self, deviation: &Deviation) -> f64 {
         let parts = [deviation.tip / self.tip, deviation.axis / self.axis, deviation.rim(self.radius) / self.rim];
-        // An infinite deviation against no limit is NaN, which must not get lost.
-        parts.into_iter().fold(0.0, |most, part| if part <= most { most } else { part })
+        // An infinite deviation against no limit is not a number, and holds nothing.
+        parts.into_iter().map(|part| if part.is_nan() { f64::INFINITY } else { part }).fold(0.0, f64::max)
     }
 
     fn check(&self) -> Result<(), LineariseError> {

@@ -6,7 +6,7 @@ pub enum LineariseError {
     /// A tolerance is not above 0, or too small to tell from rounding.
     #[error("tolerance `{field}` has to be at least 1e-6 mm or 1e-9 rad, a radius finite and not below 0")]
     BadTolerance {
-        /// Field of [`MotionTolerance`].
+        /// Field of [`MotionTolerance`](crate::MotionTolerance).
         field: &'static str,
     },
     /// The position to start from is no position of the machine, or the tool length is not finite.
@@ -64,7 +64,7 @@ pub enum LineariseError {
     TooMany {
         /// Where.
         place: PoseFraction,
-        /// [`Linearisation::max_between`].
+        /// [`Linearisation::max_between`](crate::Linearisation::max_between).
         limit: usize,
     },
 }

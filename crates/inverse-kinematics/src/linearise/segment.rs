@@ -229,7 +229,8 @@ impl<'a> Segment<'a> {
             if n.is_nan() || n > self.settings.max_between as f64 + 1.0 {
                 break;
             }
-            steps = self.cut(&steps, length, n as usize)?;
+            let Some(cut) = self.cut(&steps, length, n as usize) else { break };
+            steps = cut;
             if steps.iter().all(|s| s.used <= 1.0) {
                 held = Some(steps.clone());
             }
