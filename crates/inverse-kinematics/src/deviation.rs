@@ -59,11 +59,12 @@ const NEGLIGIBLE: Deviation = Deviation { tip: 1e-6, axis: 1e-9 };
 /// - [`RapidLaw::PerAxis`]: the way bends, and time says nothing about the distance from the straight one. For every pose on
 ///   the way there is one pose of the meant motion from which tip *and* axis are no farther than the bound.
 ///
-/// *Proof.* e(t), motion minus meant motion, vanishes at both ends of the block. With e″(½) = c and |e‴| ≤ P it is the sum of
-/// −t(1−t)·c/2 and of a part whose second derivative is at most P·|t − ½|; so |e| ≤ |c|/8 + P/48 (Green's function of the
-/// second derivative; its integral with |t − ½| is largest in the middle, 1/48). c is known exactly, sum over pairs of joints; P
-/// is a sum over triples. Where the deviation in the middle shows that this is not sharp, the block is split in n equal parts:
-/// in each |e| is at most the larger end's plus |e″|/(8n²), with |e″| ≤ |c| + P/2 everywhere. For the tool axis e is a chord
+/// *Proof.* e(t), motion minus meant motion, vanishes at both ends of the block, and |e‴| ≤ P, a sum over triples of joints.
+/// (1) With e″(½) = c, known exactly, a sum over pairs of joints, e is the sum of −t(1−t)·c/2 and of a part whose second
+/// derivative is at most P·|t − ½|; so |e| ≤ |c|/8 + P/48 (Green's function of the second derivative; its integral with |t − ½| is
+/// largest in the middle, 1/48). (2) e differs from the parabola 4t(1−t)·e(½) by at most P/6·|t(t−½)(t−1)| (interpolation at three
+/// times); so |e| ≤ |e(½)| + P·√3/216. (3) Where neither is sharp the block is split in n equal parts: in each |e| is at most
+/// the larger end's plus |e″|/(8n²), with |e″| ≤ |c| + P/2 everywhere. For the tool axis e is a chord
 /// between unit vectors, which is made an angle by 2·asin(chord/2). Bends are at the ends of parts, and there the meant pose
 /// may be chosen; in between it runs evenly from one to the next.
 ///
@@ -103,8 +104,11 @@ fn in_equal_time(machine: &Machine, start: &AxisValues, end: &AxisValues, tool_l
     let angle = meant.turn.angle;
     axis.second += meant.turn.at(0.5).into_inner() * (angle * angle);
     axis.third += angle.powi(3);
-    let direct = Deviation { tip: tip.largest_from_chord(), axis: angle_of_chord(axis.largest_from_chord()) };
     let found = meant.deviation(&block.middle, 0.5);
+    let direct = Deviation {
+        tip: tip.largest_from_chord(found.tip),
+        axis: angle_of_chord(axis.largest_from_chord(chord_of_angle(found.axis))),
+    };
     let sharp = |bound: f64, found: f64, negligible: f64| bound <= (1.0 + EXCESS) * found || bound <= negligible;
     if sharp(direct.tip, found.tip, NEGLIGIBLE.tip) && sharp(direct.axis, found.axis, NEGLIGIBLE.axis) {
         return direct;
@@ -119,7 +123,7 @@ fn in_equal_time(machine: &Machine, start: &AxisValues, end: &AxisValues, tool_l
     let within = 1.0 / (n * n) as f64;
     let split = Deviation {
         tip: largest.tip + curvature.tip * within,
-        axis: angle_of_chord(2.0 * (0.5 * largest.axis).sin() + curvature.axis * within),
+        axis: angle_of_chord(chord_of_angle(largest.axis) + curvature.axis * within),
     };
     Deviation { tip: direct.tip.min(split.tip), axis: direct.axis.min(split.axis) }
 }
@@ -133,9 +137,10 @@ fn parts_for(curvature: &Deviation, found: &Deviation) -> usize {
 }
 
 impl Derivatives {
-    /// Largest distance from the chord in equal time.
-    fn largest_from_chord(&self) -> f64 {
-        self.second.norm() / 8.0 + self.third / 48.0
+    /// Largest distance from the chord in equal time, from the derivatives and from the distance in the middle.
+    fn largest_from_chord(&self, in_the_middle: f64) -> f64 {
+        let by_second = self.second.norm() / 8.0 + self.third / 48.0;
+        by_second.min(in_the_middle + self.third * (3f64.sqrt() / 216.0))
     }
 
     /// Largest second derivative.
@@ -146,6 +151,10 @@ impl Derivatives {
 
 fn angle_of_chord(chord: f64) -> f64 {
     2.0 * (0.5 * chord).min(1.0).asin()
+}
+
+fn chord_of_angle(angle: f64) -> f64 {
+    2.0 * (0.5 * angle).sin()
 }
 
 /// What is meant between two positions.

@@ -1,6 +1,6 @@
 use facemill_cl_data::ClPoint;
 
-use super::{Block, Deviation, Meant, angle_of_chord, parts_for};
+use super::{Block, Deviation, Meant, angle_of_chord, chord_of_angle, parts_for};
 use crate::{AxisValues, Machine, motion::per_axis};
 
 /// Length by which a turn is compared with a way of the tip where the nearest pose of the meant motion is chosen, mm: about
@@ -65,7 +65,7 @@ fn piece_bound(
         let here = if k == n { last } else { at(k as f64 / n as f64) };
         let ends = before.1.max(&here.1);
         let turn = angle * (here.0 - before.0);
-        let chord = 2.0 * (0.5 * ends.axis).sin() + (axis_second + turn * turn) / 8.0;
+        let chord = chord_of_angle(ends.axis) + (axis_second + turn * turn) / 8.0;
         worst = worst.max(&Deviation { tip: ends.tip + curvature.tip * within, axis: angle_of_chord(chord) });
         before = here;
     }
