@@ -55,7 +55,9 @@ const MARGINS: [f64; 6] = [1.0, 1.0, 1.0, 1.003, 1.01, 1.03];
 /// Most by which the longest of the blocks between two poses is longer than the shortest before they are evened out.
 const EVEN: f64 = 1.1;
 /// Part by which an estimate may miss the number of blocks that would do: within it one block fewer is tried.
-const TRY_FEWER: f64 = 1.03;
+const TRY_FEWER: f64 = 1.01;
+/// Trials after blocks hold, with fewer of them or to even them out.
+const AFTER: usize = 2;
 
 /// Where the control turns the tool vector itself: largest turn of a rotary axis in a block, rad. Beyond half a turn its sense
 /// is open.
@@ -162,19 +164,20 @@ impl<'a> Segment<'a> {
     /// The block to a fraction of the way: on the branch it is on, unless that does not hold the tolerance and the other does.
     fn step(&self, from: &Stand, to: f64) -> Result<Step, Unreachable> {
         let solutions = self.machine.inverse_near(&self.meant(to), self.settings.tool_length, &from.values)?;
-        let mut best: Option<Step> = None;
-        for pass in [true, false] {
-            for solution in solutions.iter().filter(|s| (s.branch == from.branch) == pass) {
-                // At the pole the two branches are one: the way stays on its own.
-                let branch = if solution.free_axis.is_some() { from.branch } else { solution.branch };
-                let step = self.block(&from.values, to, Stand { values: solution.values, branch });
-                if step.used <= 1.0 {
-                    return Ok(step);
-                }
-                best.get_or_insert(step);
-            }
+        let block = |solution: &InverseSolution| {
+            // At the pole the two branches are one: the way stays on its own.
+            let branch = if solution.free_axis.is_some() { from.branch } else { solution.branch };
+            self.block(&from.values, to, Stand { values: solution.values, branch })
+        };
+        let own = solutions.iter().find(|s| s.branch == from.branch).map(block);
+        if let Some(own) = own.filter(|own| own.used <= 1.0) {
+            return Ok(own);
         }
-        best.ok_or(Unreachable::Singular)
+        // Through the pole, and close by, the other branch is the one that turns less.
+        let turn = |values: &AxisValues| self.largest_turn(&from.values, values).1;
+        let most = own.map_or(f64::INFINITY, |own| turn(&own.stand.values));
+        let other = solutions.iter().find(|s| s.branch != from.branch && turn(&s.values) < most).map(block);
+        other.filter(|other| other.used <= 1.0).or(own).or(other).ok_or(Unreachable::Singular)
     }
 
     fn block(&self, from: &AxisValues, to: f64, stand: Stand) -> Step {
@@ -215,16 +218,19 @@ impl<'a> Segment<'a> {
     /// The sum of the lengths of the blocks tells how many are needed. Their ends are then placed at equal parts of it, each
     /// block's length spread evenly over it; as blocks get shorter, that is more nearly so.
     fn even(&self, mut steps: Vec<Step>, mut held: Option<Vec<Step>>) -> Option<Vec<Step>> {
+        let mut n_after = 0;
         for margin in MARGINS {
             let length: f64 = steps.iter().map(|s| self.length(s)).sum();
             let mut n = (length * margin).ceil().max(2.0);
             if let Some(held) = &held {
+                // One block alone is what did not hold at first.
                 let fewer = (held.len() - 1) as f64;
-                n = match fewer {
-                    _ if fewer >= 1.0 && length <= fewer * TRY_FEWER => n.min(fewer),
-                    _ if self.is_even(held) => break,
-                    _ => held.len() as f64,
-                };
+                let try_fewer = fewer >= 2.0 && length <= fewer * TRY_FEWER;
+                if n_after == AFTER || !try_fewer && self.is_even(held) {
+                    break;
+                }
+                n = if try_fewer { n.min(fewer) } else { held.len() as f64 };
+                n_after += 1;
             }
             if n.is_nan() || n > self.settings.max_between as f64 + 1.0 {
                 break;
