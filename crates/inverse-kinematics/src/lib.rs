@@ -4,8 +4,8 @@
 //! to the spindle nose. [`AxisValues`] are what its scales show. [`Machine::forward`] says where the tool is in the
 //! table frame, [`Machine::inverse`] which axis values bring it to a CL point, [`Machine::axis_ranges`] which ones a
 //! whole set of CL points asks for, [`Motion`] what happens between two positions, [`deviation_bound`] how far that is
-//! from what was meant, [`linearise`] which positions hold it to a tolerance, [`Machine::body_poses`] where the machine's own
-//! bodies are.
+//! from what was meant, [`linearise`] which positions hold it to a tolerance, [`Machine::body_poses`] where the
+//! machine's own bodies are.
 //!
 //! Rows of a chain are made from directions and points by [`rows_from_axes`]; [`Machine::joint_lines`],
 //! [`Machine::family`] and [`Machine::axis_reach`] say of a machine what its rows mean, and [`import_autodesk_machine`]

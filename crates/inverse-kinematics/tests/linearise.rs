@@ -65,8 +65,8 @@ fn every_block_holds_the_tolerances_by_dense_sampling() {
     assert!(n_ways > 90 && n_between > 1000, "{n_ways} ways, {n_between} positions between poses");
 }
 
-/// Fewest blocks from one pose to the next whose ends are on a fine grid of the way and which hold: dynamic programming over
-/// all pairs of the grid.
+/// Fewest blocks from one pose to the next whose ends are on a fine grid of the way and which hold: dynamic programming
+/// over all pairs of the grid.
 fn fewest_blocks(machine: &Machine, grid: &[AxisValues], holds: impl Fn(usize, usize) -> bool) -> usize {
     let mut fewest = vec![0];
     for j in 1..grid.len() {

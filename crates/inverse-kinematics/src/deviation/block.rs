@@ -91,8 +91,8 @@ impl Block {
         sum
     }
 
-    /// Σ over triples i ≤ j ≤ k of joints, i and j rotary, of the lengths of their travels times the reach of k, each as
-    /// often as the triple can be ordered.
+    /// Σ over triples i ≤ j ≤ k of joints, i and j rotary, of the lengths of their travels times the reach of k, each
+    /// as often as the triple can be ordered.
     fn third_bound(&self, reach: &[f64; MAX_AXES]) -> f64 {
         let mut sum = 0.0;
         for i in (0..self.n).filter(|&i| self.rotary[i]) {
