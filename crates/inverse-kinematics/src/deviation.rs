@@ -56,8 +56,8 @@ const NEGLIGIBLE: Deviation = Deviation { tip: 1e-6, axis: 1e-9 };
 ///   distance from the meant path.
 /// - [`CuttingLaw::TipAndRotariesLinear`]: the same, the tip without deviation.
 /// - [`CuttingLaw::TipLinearVectorTurned`]: none; but π for an axis that reverses, whose turn has no plane.
-/// - [`RapidLaw::PerAxis`]: the way bends, and time says nothing about the distance from the straight one. For every pose
-///   on the way there is one pose of the meant motion from which tip *and* axis are no farther than the bound.
+/// - [`RapidLaw::PerAxis`]: the way bends, and time says nothing about the distance from the straight one. For every
+///   pose on the way there is one pose of the meant motion from which tip *and* axis are no farther than the bound.
 ///
 /// *Proof.* e(t), motion minus meant motion, vanishes at both ends of the block, and |e‴| ≤ P, a sum over triples of
 /// joints. (1) With e″(½) = c, known exactly, a sum over pairs of joints, e is the sum of −t(1−t)·c/2 and of a part

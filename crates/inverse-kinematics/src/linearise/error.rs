@@ -39,8 +39,8 @@ pub enum LineariseError {
     /// The rotary axes cannot follow the tool axis, however close positions are: it is at, or too near to, the rotary
     /// axis nearest to the workpiece.
     #[error(
-        "{place}: no step is short enough, because the tool axis is {:.4} deg from rotary axis {axis}, which would have \
-         to jump; tilt the tool away from that axis there, or retract and turn", from.to_degrees()
+        "{place}: no step is short enough, because the tool axis is {:.4} deg from rotary axis {axis}, which would \
+         have to jump; tilt the tool away from that axis there, or retract and turn", from.to_degrees()
     )]
     Singular {
         /// Where.
