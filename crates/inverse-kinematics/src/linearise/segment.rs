@@ -77,8 +77,8 @@ impl Steps {
     }
 }
 
-impl From<&InverseSolution> for Stand {
-    fn from(solution: &InverseSolution) -> Self {
+impl From<InverseSolution> for Stand {
+    fn from(solution: InverseSolution) -> Self {
         Self { values: solution.values, branch: solution.branch }
     }
 }
@@ -99,7 +99,7 @@ impl Stand {
         // At the pole the axis that is free there stands as the first pose beside the pole needs it.
         for (k, cl) in poses.iter().enumerate() {
             let solutions = machine.inverse_near(cl, tool_length, start).map_err(unreachable(k))?;
-            let time = |s: &&InverseSolution| machine.travel_time(start, &s.values);
+            let time = |s: &InverseSolution| machine.travel_time(start, &s.values);
             let nearest = solutions.iter().min_by(|a, b| time(a).total_cmp(&time(b)));
             let Some(nearest) = nearest else { break };
             match nearest.free_axis {
@@ -165,7 +165,7 @@ impl<'a> Segment<'a> {
     /// other does.
     fn step(&self, from: &Stand, to: f64) -> Result<Step, Unreachable> {
         let solutions = self.machine.inverse_near(&self.meant(to), self.settings.tool_length, &from.values)?;
-        let block = |solution: &InverseSolution| {
+        let block = |solution: InverseSolution| {
             // At the pole the two branches are one: the way stays on its own.
             let branch = if solution.free_axis.is_some() { from.branch } else { solution.branch };
             self.block(&from.values, to, Stand { values: solution.values, branch })
