@@ -1,5 +1,7 @@
 //! Scenes shared by the benches: a wavy patch, a propeller blade, cutters, and postures over both.
 
+pub mod peer;
+
 use facemill_cl_data::{CcPoint, ClPoint, Posture, RoundBox, RoundFrustum, Solid};
 use facemill_cutter_location::{Obstacle, SearchCurve, SearchOrder, Workcell};
 use facemill_interference::MeshTree;

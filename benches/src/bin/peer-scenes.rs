@@ -3,17 +3,16 @@
 //!
 //! `PEER_DATA=… PEER_OUT=… cargo run --release -p facemill-benches --bin peer-scenes -- [SCENE] [RUNS]`
 
-use rustix::time::{ClockId, clock_gettime};
 use std::fs;
 use std::hint::black_box;
-use std::path::PathBuf;
 use std::time::Instant;
 
+use facemill_benches::peer::{cpu_time, folder, load_cc, load_mesh, load_records, wall_time};
 use facemill_cl_data::{RoundBox, RoundFrustum, Solid};
 use facemill_interference::{Interference, MeshTree, lift_to_free, penetration};
 use facemill_surface_model::TriMesh;
 use facemill_z_map::{NodeHeights, ZMap, ZMapSettings};
-use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, Translation3, Unit, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, Unit, UnitQuaternion, Vector3};
 
 /// What the harness calls us in its tables.
 const NAME: &str = "facemill";
@@ -136,56 +135,14 @@ fn measure<P>(scene: &str, test: &str, poses: &[P], runs: usize, f: impl Fn(&P))
     );
 }
 
-/// Seconds that this thread has run, to the nanosecond.
-fn cpu_time() -> f64 {
-    seconds(ClockId::ThreadCPUTime)
-}
-
-/// Seconds that have passed.
-fn wall_time() -> f64 {
-    seconds(ClockId::Monotonic)
-}
-
-fn seconds(clock: ClockId) -> f64 {
-    let time = clock_gettime(clock);
-    time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
-}
-
-fn folder(variable: &str) -> PathBuf {
-    std::env::var_os(variable).map(PathBuf::from).unwrap_or_else(|| panic!("{variable} names a folder"))
-}
-
-fn load_mesh(scene: &str) -> TriMesh {
-    let bytes = fs::read(folder("PEER_DATA").join(format!("{scene}.mesh"))).expect("the scene is there");
-    let count = |at: usize| u64::from_le_bytes(bytes[at..at + 8].try_into().expect("eight bytes")) as usize;
-    let (n_vertices, n_triangles) = (count(0), count(8));
-    let (vertices, rest) = bytes[16..].split_at(24 * n_vertices);
-    let vertices = vertices.chunks_exact(24).map(|c| Point3::from(numbers::<3>(c))).collect();
-    let index = |c: &[u8]| u32::from_le_bytes(c.try_into().expect("four bytes"));
-    let triangles =
-        rest.chunks_exact(12).take(n_triangles).map(|c| [index(&c[..4]), index(&c[4..8]), index(&c[8..])]).collect();
-    TriMesh::new(vertices, triangles).expect("the scene is a mesh")
-}
-
 /// Tool frames (origin at the tip, z along the axis, x along the box) and the normals of their CC points.
 fn load_poses(family: &str) -> (Vec<Isometry3<f64>>, Vec<Unit<Vector3<f64>>>) {
-    let read =
-        |name: &str| fs::read(folder("PEER_DATA").join(format!("{family}_{name}.bin"))).expect("the poses are there");
-    let normals: Vec<_> = read("cc")
-        .chunks_exact(48)
-        .map(numbers::<6>)
-        .map(|d| Unit::new_normalize(Vector3::new(d[3], d[4], d[5])))
-        .collect();
-    let pose = |c: &[u8]| {
-        let d = numbers::<15>(c);
+    let normals: Vec<_> = load_cc(family).into_iter().map(|(_, normal)| normal).collect();
+    let pose = |d: [f64; 15]| {
         let (axis, x) = (Vector3::new(d[6], d[7], d[8]), Vector3::new(d[9], d[10], d[11]));
         let rotation = Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[x, axis.cross(&x), axis]));
         let rotation = UnitQuaternion::from_rotation_matrix(&rotation);
         (Isometry3::from_parts(Translation3::new(d[3], d[4], d[5]), rotation), normals[d[0] as usize])
     };
-    read("poses").chunks_exact(120).map(pose).unzip()
-}
-
-fn numbers<const N: usize>(bytes: &[u8]) -> [f64; N] {
-    std::array::from_fn(|k| f64::from_le_bytes(bytes[8 * k..8 * k + 8].try_into().expect("eight bytes")))
+    load_records(family, "poses").into_iter().map(pose).unzip()
 }
