@@ -8,8 +8,8 @@ use crate::pass_cost::MotionScale;
 use crate::smooth_pass::{Gap, Node, PassClock, SmoothPass, seen_from};
 use crate::{Configuration, Hints, search};
 
-/// What a turn or the step of an axis beyond its limit, or a change of branch, costs, s: more than a pass of any length saves by it, and the more
-/// the larger it is.
+/// What a turn or the step of an axis beyond its limit, or a change of branch, costs, s: more than a pass of any length saves by
+/// it, and the more the larger it is.
 const JUMP: f64 = 1e4;
 
 /// The graph of one pass. Of a layer are kept the indices of its nodes, so that memory per point is small; the machine is made

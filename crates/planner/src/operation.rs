@@ -133,9 +133,11 @@ impl<'a> PlannedOperation<'a> {
 
     /// Applies the operation's policy for infeasible points.
     fn check_left_out(&self) -> Result<(), Failure> {
-        let Some(first) = self.left_out.first() else { return Ok(()) };
+        // A point that was searched says more than one that is left out for its neighbours' sake.
+        let searched = self.left_out.iter().find(|l| l.searched.is_some());
+        let Some(first) = searched.or(self.left_out.first()) else { return Ok(()) };
         let (p, name) = (first.place, &self.operation.name);
-        let example = format!("first at ({:.2}, {:.2}, {:.2}): {}", p.x, p.y, p.z, first.reason);
+        let example = format!("such as at ({:.2}, {:.2}, {:.2}): {}", p.x, p.y, p.z, first.reason);
         if matches!(self.operation.infeasible, InfeasibleFile::Stop) {
             let n = self.left_out.len();
             return Err(Failure::Infeasible(format!(

@@ -78,7 +78,8 @@ pub(crate) struct LaidTask {
     pub curve: SearchCurve,
 }
 
-/// Splits passes where points are infeasible, and where the machine goes over to its other branch. A single feasible point between infeasible ones is no pass: it is left out.
+/// Splits passes where points are infeasible, and where the machine goes over to its other branch. A single feasible point between
+/// infeasible ones is no pass: it is left out.
 pub(crate) fn split(
     test: &PoseTest<'_>,
     tasks: &[LaidTask],

@@ -165,12 +165,13 @@ pub struct OptimumReport {
     pub jumps: usize,
 }
 
-/// How finely searches along the curve are proven to have passed over nothing feasible, in all places of the pattern.
+/// How finely searches along the curve at the path's CC points are proven to have passed over nothing feasible, in all places of the pattern.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct SearchProofReport {
     /// `certified_u_width` of the job.
     pub asked_u_width: f64,
-    /// The largest width that was needed: no feasible stretch so long was passed over at any point that was searched.
+    /// The largest width that was needed: no feasible stretch so long was passed over at any CC point of the path that was
+    /// searched along the curve. Poses put between CC points are not counted here.
     pub largest_u_width: f64,
     /// CC points at which more than the asked width was needed, because the proof would have taken too many tests.
     pub wider_points: usize,

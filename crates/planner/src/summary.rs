@@ -63,7 +63,9 @@ pub fn summary(report: &Report) -> String {
         lines.push(format!("  uncut strips      at {} points", t.uncut_points));
     }
     if w.linearisation_exceeded {
-        lines.push(format!("  linearisation     {:.3} mm is more than the budget allows", w.linearisation_mm));
+        let allowed = report.budgets.iter().map(|b| b.linearisation_mm).fold(f64::INFINITY, f64::min);
+        let found = w.linearisation_mm;
+        lines.push(format!("  linearisation     {found:.5} mm, more than the {allowed:.5} mm that the budget allows"));
     }
     if t.trims_too_much {
         lines.push(format!("  trimmed more than the job allows ({:.2} %)", 100.0 * t.max_trimmed_fraction));
