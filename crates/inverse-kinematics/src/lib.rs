@@ -58,6 +58,11 @@ mod machine;
 mod machine_file;
 mod motion;
 mod numeric_inverse;
+mod path;
+mod path_edges;
+mod path_follow;
+mod path_result;
+mod path_station;
 mod preset;
 mod rotary_triples;
 mod screw_chain;
@@ -89,4 +94,7 @@ pub use machine_file::{
     machine_schema,
 };
 pub use motion::{BlockLaw, Motion, MotionError};
+pub use path::{
+    Change, FreeTurn, PathChange, PathChoice, PathError, PathSettings, SegmentKind, SingularStretch, choose_along,
+};
 pub use preset::preset_head_b_table_c;
