@@ -20,16 +20,16 @@ pub enum SegmentKind {
 /// turning evenly in the plane of its ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Change {
-    /// A limited rotary axis turns back, or on, by full turns beside what the motion asks for. Told is the axis that does
-    /// most; where two do so in one segment the values tell the other.
+    /// A limited rotary axis turns back, or on, by full turns beside what the motion asks for. Told is the axis that
+    /// does most; where two do so in one segment the values tell the other.
     Rewind {
         /// Index of the axis.
         axis: usize,
         /// Full turns, in the axis's sense.
         turns: i32,
     },
-    /// The next pose is reached by another solution than the one that the motion leads to, or the motion leaves the reach
-    /// of the rotary axes.
+    /// The next pose is reached by another solution than the one that the motion leads to, or the motion leaves the
+    /// reach of the rotary axes.
     Flip,
 }
 
@@ -66,8 +66,8 @@ pub struct SingularStretch {
     pub last: usize,
     /// Smallest angle of a pose's tool axis to the singular direction, rad.
     pub smallest_angle: f64,
-    /// Largest turn of a rotary axis per way of the tip in a cut that begins or ends in the stretch, rad/mm; infinite where
-    /// an axis turns while the tip stands.
+    /// Largest turn of a rotary axis per way of the tip in a cut that begins or ends in the stretch, rad/mm; infinite
+    /// where an axis turns while the tip stands.
     pub largest_speed: f64,
 }
 
@@ -145,7 +145,8 @@ pub enum PathError {
     },
     /// The limits of the rotary axes allow more positions than are looked at.
     #[error(
-        "pose {index} has {found} or more positions within the limits of the rotary axes, {most} are looked at; narrow the limits"
+        "pose {index} has {found} or more positions within the limits of the rotary axes, {most} are looked at; narrow \
+         the limits"
     )]
     TooManyWindings {
         /// Index of the pose.
@@ -157,18 +158,18 @@ pub enum PathError {
     },
 }
 
-/// Branch and winding of every pose of a path: of all sequences of positions the one with the fewest changes in cuts, of
-/// those the one with the fewest on links, of those the one with the least weighted travel time.
+/// Branch and winding of every pose of a path: of all sequences of positions the one with the fewest changes in cuts,
+/// of those the one with the fewest on links, of those the one with the least weighted travel time.
 ///
-/// The minimum is exact for the poses given (Bellman's recursion over all branches at all windings within the limits). Time
-/// is linear in the number of poses; beside the result two bytes are kept for each position. Of equal sequences always the
-/// same one is chosen.
+/// The minimum is exact for the poses given (Bellman's recursion over all branches at all windings within the limits).
+/// Time is linear in the number of poses; beside the result two bytes are kept for each position and eight for each
+/// pose. Of equal sequences always the same one is chosen.
 ///
 /// From one pose to the next a solution goes on to a definite one, followed along the ideal motion: tip straight, tool
-/// axis turning evenly. With two rotary axes that is proven, see the manual's method; with three it is followed in steps
-/// of less than 10°. Everything else is a [`Change`]. `start` is where the axes stand before; the way from there counts
-/// its time only. Each position of the result is within the limits and stands at its pose to 1e-9 mm and 1e-12 rad;
-/// limits between poses are not asked.
+/// axis turning evenly. With two rotary axes that is proven, see the manual's method; with three it is followed in
+/// steps of less than 10°. Everything else is a [`Change`]. `start` is where the axes stand before; the way from there
+/// counts its time only. Each position of the result is within the limits and stands at its pose to 1e-9 mm and 1e-12
+/// rad; limits between poses are not asked.
 ///
 /// # Errors
 /// See [`PathError`].

@@ -97,10 +97,11 @@ impl<'a> Edges<'a> {
         for k in (0..n).filter(|&k| machine.axes()[k].endless && !loose(k)) {
             way[k] = meant[k];
         }
-        let leaves_beyond = self.from.free.is_some_and(|k| {
-            let (axis, value) = (&machine.axes()[k], to.values[k] - meant[k]);
-            value < axis.min || value > axis.max
-        });
+        let leaves_beyond = self.kind == SegmentKind::Cut
+            && self.from.free.is_some_and(|k| {
+                let (axis, value) = (&machine.axes()[k], to.values[k] - meant[k]);
+                value < axis.min || value > axis.max
+            });
         let change = self.rewound(&way, Some(meant), &loose);
         Edge { change: if leaves_beyond { change.or(Some(Change::Flip)) } else { change }, way }
     }

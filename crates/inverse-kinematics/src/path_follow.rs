@@ -44,16 +44,16 @@ struct Place {
 const SURE_STEP: f64 = FRAC_PI_2;
 /// The same with three rotary axes, where nothing bounds the change: an estimate.
 const SMALL_STEP: f64 = 10.0 * FRAC_PI_2 / 90.0;
-/// With three rotary axes the other solutions at both ends must be farther apart than a step by this factor, or the way is
-/// looked at more closely.
+/// With three rotary axes the other solutions at both ends must be farther apart than a step by this factor, or the way
+/// is looked at more closely.
 const CLEARLY_FARTHER: f64 = 3.0;
-/// Halvings of a way, with two and with three rotary axes.
-const MOST_HALVINGS: usize = 48;
-const MOST_HALVINGS_NUMERIC: usize = 16;
+/// Places of a way that are looked at: more than halving down to rounding takes with two rotary axes. With three a
+/// solution may need more where it runs along close to another one; it then counts as not going on.
+const MOST_LOOKS: usize = 200;
 /// Cosine below which two tool axes count as opposite, as for the motion of a block.
 const OPPOSITE_COSINE: f64 = -1.0 + 5e-15;
-/// Distance from the pole at which the limit of the free axis is read, rad: what the limit is wrong by; large enough for
-/// the azimuth to be known to 1e-8.
+/// Distance from the pole at which the limit of the free axis is read, rad: what the limit is wrong by; large enough
+/// for the azimuth to be known to 1e-8.
 const BESIDE_POLE: f64 = 1e-7;
 /// Difference of rotary values, full turns aside, that two solutions of one pose never have, rad.
 const SAME: f64 = 1e-6;
@@ -108,8 +108,9 @@ impl Machine {
         Ok(all.iter().map(base).collect())
     }
 
-    /// The solutions among `ends`, those of pose `to`, to which `start` goes on along the ideal motion from pose `from`, and
-    /// their values with the rotary ones unrolled from those of `start`. One at most, but two from where branches meet.
+    /// The solutions among `ends`, those of pose `to`, to which `start` goes on along the ideal motion from pose
+    /// `from`, and their values with the rotary ones unrolled from those of `start`. One at most, but two from where
+    /// branches meet.
     pub(crate) fn followed(
         &self,
         (from, start): (&ClPoint, &Base),
@@ -141,13 +142,12 @@ impl Machine {
             Solver::Closed { rotaries, .. } => ideal.turning_point(&rotaries.first.direction),
             Solver::Numeric(_) => None,
         };
-        let mut reached = 0.0;
+        let (mut reached, mut looks) = (0.0, MOST_LOOKS);
         if let Some(t) = turning {
-            place = self.advanced(&ideal, &place, [0.0, t], ends, tool_length, MOST_HALVINGS)?;
+            place = self.advanced(&ideal, &place, [0.0, t], ends, tool_length, &mut looks)?;
             reached = t;
         }
-        let halvings = if self.is_closed() { MOST_HALVINGS } else { MOST_HALVINGS_NUMERIC };
-        let place = self.advanced(&ideal, &place, [reached, 1.0], ends, tool_length, halvings)?;
+        let place = self.advanced(&ideal, &place, [reached, 1.0], ends, tool_length, &mut looks)?;
         let index = ends.iter().position(|end| self.same_rotaries(&end.values, &place.values))?;
         Some((index, place.values))
     }
@@ -180,8 +180,9 @@ impl Machine {
         [start, end]: [f64; 2],
         ends: &[Base],
         tool_length: f64,
-        halvings: usize,
+        looks: &mut usize,
     ) -> Option<Place> {
+        *looks = looks.checked_sub(1)?;
         if !self.is_closed() || ideal.angle * (end - start) <= FRAC_PI_2 {
             let there = if end == 1.0 {
                 self.step(place, ends)
@@ -193,27 +194,31 @@ impl Machine {
             }
         }
         let middle = 0.5 * (start + end);
-        if halvings == 0 || middle <= start || middle >= end {
+        if middle <= start || middle >= end {
             return None;
         }
-        let half = self.advanced(ideal, place, [start, middle], ends, tool_length, halvings - 1)?;
-        self.advanced(ideal, &half, [middle, end], ends, tool_length, halvings - 1)
+        let half = self.advanced(ideal, place, [start, middle], ends, tool_length, looks)?;
+        self.advanced(ideal, &half, [middle, end], ends, tool_length, looks)
     }
 
     /// The solution that is surely the continuous one, if it can be told.
     fn step(&self, place: &Place, ends: &[Base]) -> Option<Place> {
+        let is_closed = self.is_closed();
         let turned = ends.iter().map(|end| {
             let mut values = end.values;
             let mut most = 0.0_f64;
             for k in (0..values.len()).filter(|&k| self.is_rotary(k)) {
                 // Where it is free it stays.
-                values[k] =
-                    if end.free_axis == Some(k) { place.values[k] } else { nearest_turn(values[k], place.values[k]) };
+                values[k] = if is_closed && end.free_axis == Some(k) {
+                    place.values[k]
+                } else {
+                    nearest_turn(values[k], place.values[k])
+                };
                 most = most.max((values[k] - place.values[k]).abs());
             }
             (most, Place { values, branch: end.branch, meets: end.meets, apart: end.apart })
         });
-        if self.is_closed() {
+        if is_closed {
             let near = || turned.clone().filter(|(step, _)| *step < SURE_STEP);
             let own = near().find(|(_, end)| end.branch == place.branch || end.meets);
             let other = || if place.meets { near().next() } else { None };
@@ -224,8 +229,8 @@ impl Machine {
         (nearest.0 < SMALL_STEP && clear).then_some(nearest.1)
     }
 
-    /// The values at which a solution comes to a pose where an axis is free, on the ideal motion: the limit of that axis,
-    /// and what the pose asks of the others.
+    /// The values at which a solution comes to a pose where an axis is free, on the ideal motion: the limit of that
+    /// axis, and what the pose asks of the others.
     pub(crate) fn arrival(
         &self,
         (from, start): (&ClPoint, &Base),

@@ -49,7 +49,8 @@ impl<'a> Choosing<'a> {
         let edges = Edges::new(self.of, (previous, station), kind, &self.settings.weights);
         let (from, to) = (&previous.nodes[self.node], &station.nodes[node]);
         let edge = edges.edge(from, to);
-        let leaving = edges.leaving(to).filter(|_| edge.change.is_none());
+        // On a link it turns there, not in the stretch.
+        let leaving = edges.leaving(to).filter(|_| edge.change.is_none() && kind == SegmentKind::Cut);
         let left = self.leave(previous, leaving.as_ref())?;
         let way = match &leaving {
             Some(leaving) => AxisValues::from_fn(left.len(), |k| to.values[k] - leaving[k]),
@@ -84,14 +85,13 @@ impl<'a> Choosing<'a> {
             let (from, to) = (self.at[axis], end[axis]);
             self.result.free_turns.push(FreeTurn { first: station.first, last: station.last, axis, from, to });
         }
-        let mut spread = Err(PathError::NoPoses);
-        for over in SPREADS {
-            spread = self.spread(station, axis, [self.at[axis], end[axis]], over);
-            if spread.is_ok() {
-                break;
-            }
-        }
-        self.result.values.extend(spread?);
+        let over = [self.at[axis], end[axis]];
+        let [evenly, others @ ..] = SPREADS;
+        let values = self.spread(station, axis, over, evenly).or_else(|why| {
+            let other = others.into_iter().find_map(|how| self.spread(station, axis, over, how).ok());
+            other.ok_or(why)
+        })?;
+        self.result.values.extend(values);
         Ok(end)
     }
 
@@ -122,17 +122,9 @@ impl<'a> Choosing<'a> {
             rotary[axis] = if last { to } else { from + (to - from) * over(t) };
             let inaccurate = PathError::Unreachable { index, reason: Unreachable::Inaccurate };
             let q = self.of.at(index, &rotary).ok_or(inaccurate)?;
-            values.push(self.inside(index, q)?);
+            values.push(self.of.within(&q).map_err(|reason| PathError::Unreachable { index, reason })?);
         }
         Ok(values)
-    }
-
-    fn inside(&self, index: usize, q: AxisValues) -> Result<AxisValues, PathError> {
-        let Some(k) = self.of.machine.first_beyond_limit(&q) else { return Ok(q) };
-        let axis = &self.of.machine.axes()[k];
-        let (axis, kind, value, min, max) = (axis.letter, axis.kind, q[k], axis.min, axis.max);
-        let reason = Unreachable::AxisLimit { axis, index: k, kind, value, min, max };
-        Err(PathError::Unreachable { index, reason })
     }
 
     pub(crate) fn finish(mut self, last: Option<&Station>, weighted_time: f64) -> Result<PathChoice, PathError> {

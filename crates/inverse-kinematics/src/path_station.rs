@@ -2,7 +2,9 @@ use std::f64::consts::TAU;
 
 use facemill_cl_data::ClPoint;
 
-use crate::{AxisKind, AxisValues, Machine, PathError, Unreachable, inverse::nearest_turn, path_follow::Base};
+use crate::{
+    AxisKind, AxisValues, InverseSolution, Machine, PathError, Unreachable, inverse::nearest_turn, path_follow::Base,
+};
 
 /// A pose, or neighbouring poses in which the same rotary axis is free, with all that the machine may stand at.
 #[derive(Clone, Debug)]
@@ -77,7 +79,8 @@ impl Poses<'_> {
     /// The station that begins with a pose; of one with a free axis the values are still to be settled.
     fn station(&self, first: usize) -> Result<Station, PathError> {
         let bases = self.bases(first)?;
-        // With three rotary axes a free axis stays at home: the others make up for it, and where they do is not followed.
+        // With three rotary axes a free axis stays at home: the others make up for it, and where they do is not
+        // followed.
         let free = bases.iter().find_map(|b| b.free_axis).filter(|_| bases[0].meets);
         let mut station = Station { first, last: first, free, bases, nodes: Vec::new() };
         let Some(axis) = free else {
@@ -127,8 +130,7 @@ impl Poses<'_> {
                 continue;
             }
             if let Some(values) = self.at(station.first, &values) {
-                let within = self.machine.first_beyond_limit(&values).is_none()
-                    || self.windings(&values).iter().any(|q| self.machine.first_beyond_limit(q).is_none());
+                let within = self.windings(&values).iter().any(|q| self.within(q).is_ok());
                 station.bases.push(Base { values, within, ..pole });
             }
         }
@@ -140,12 +142,18 @@ impl Poses<'_> {
         self.machine.at_rotaries(&self.poses[index], self.tool_length, rotary)
     }
 
+    /// The values with what is rounding beyond a limit cut off.
+    pub(crate) fn within(&self, q: &AxisValues) -> Result<AxisValues, Unreachable> {
+        let solution = InverseSolution { values: *q, branch: self.machine.branch_of(q), free_axis: None };
+        self.machine.within_limits(solution).map(|s| s.values)
+    }
+
     /// The nodes of the solutions that are within the limits.
     fn wind(&self, station: &mut Station) -> Result<(), PathError> {
         let index = station.first;
         for (base, of) in station.bases.iter().enumerate().filter(|(_, b)| b.within) {
             let wound = self.windings(&of.values).into_iter();
-            let inside = wound.filter(|q| station.free.is_none() || self.machine.first_beyond_limit(q).is_none());
+            let inside = wound.filter_map(|q| if station.free.is_none() { Some(q) } else { self.within(&q).ok() });
             station.nodes.extend(inside.map(|values| Node { base, values }));
         }
         if station.nodes.len() > MOST_NODES {

@@ -54,17 +54,17 @@ fn leaning(tilt: f64, azimuth: f64) -> ClPoint {
     ClPoint { tip: Point3::new(100.0 * azimuth.cos(), 100.0 * azimuth.sin(), 50.0 + azimuth), axis }
 }
 
-/// The slow obvious version: the solution followed through 600 places of the ideal motion; `None` where a step is too large
-/// to be sure, or the tool axis comes within 1° of the pole, which such steps jump over.
+/// The slow obvious version: the solution followed through 300 places of the ideal motion; `None` where a step is too
+/// large to be sure, or the tool axis comes within 1° of the pole, which such steps jump over.
 fn followed_slowly(machine: &Machine, from: &ClPoint, to: &ClPoint, start: &AxisValues) -> Option<AxisValues> {
     let angle = from.axis.angle(&to.axis);
     let first = machine.joint_lines().into_iter().find(|l| l.kind == AxisKind::Rotary).unwrap().direction;
     let mut q = *start;
-    for k in 1..=600 {
-        let t = f64::from(k) / 600.0;
+    for k in 1..=300 {
+        let t = f64::from(k) / 300.0;
         let axis = from.axis.into_inner() * ((1.0 - t) * angle).sin() + to.axis.into_inner() * (t * angle).sin();
         let cl = ClPoint { tip: from.tip + (to.tip - from.tip) * t, axis: Unit::new_normalize(axis) };
-        let cl = if k == 600 { *to } else { cl };
+        let cl = if k == 300 { *to } else { cl };
         if first.cross(&cl.axis).norm() < 0.02 {
             return None;
         }
@@ -356,6 +356,27 @@ fn a_free_axis_turns_evenly_in_its_stretch_and_only_there() {
         }
         if n_free == 1 {
             assert_eq!(choice.singular[0].largest_speed, f64::INFINITY);
+        }
+    }
+}
+
+#[test]
+fn a_free_axis_turns_on_links_where_there_are_any() {
+    let machine = with_range(&Machine::head_b_table_c().unwrap(), &["C"], Some((-200.0, 200.0)));
+    let c = machine.axis_index("C").unwrap();
+    let at =
+        |tilt: f64, azimuth: f64, x: usize| ClPoint { tip: Point3::new(x as f64, 0.0, 0.0), ..leaning(tilt, azimuth) };
+    let azimuths = [(0.2, 0.3), (0.0, 0.0), (0.2, 1.5)];
+    let poses: Vec<ClPoint> = (0..12).map(|k| at(azimuths[k / 4].0, azimuths[k / 4].1, k)).collect();
+    for links in [[3].as_slice(), &[7], &[3, 7]] {
+        let mut segments = cuts(&poses);
+        links.iter().for_each(|&k| segments[k] = SegmentKind::Link);
+        let choice = choose(&machine, &poses, &segments).unwrap();
+        assert_eq!((choice.breaks.len(), choice.link_turns.len()), (0, 0));
+        assert_eq!(choice.free_turns, [], "{links:?}");
+        assert_reaches(&machine, &poses, &choice);
+        for (k, w) in choice.values.windows(2).enumerate() {
+            assert!(links.contains(&k) || (w[1][c] - w[0][c]).abs() < 1e-6, "{links:?} {k} {w:?}");
         }
     }
 }
