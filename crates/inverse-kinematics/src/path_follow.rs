@@ -148,8 +148,10 @@ impl Machine {
             reached = t;
         }
         let place = self.advanced(&ideal, &place, [reached, 1.0], ends, tool_length, &mut looks)?;
-        let index = ends.iter().position(|end| self.same_rotaries(&end.values, &place.values))?;
-        Some((index, place.values))
+        // Beside the edge of the reach two solutions are that near to each other.
+        let turn = |end: &Base| self.largest_turn(&end.values, &place.values);
+        let (index, nearest) = ends.iter().enumerate().min_by(|a, b| turn(a.1).total_cmp(&turn(b.1)))?;
+        (turn(nearest) < SAME).then_some((index, place.values))
     }
 
     /// Distance of a solution to the nearest other one.
