@@ -1,17 +1,18 @@
 //! Kinematics of the head-B, table-C mill, beside a solution written down for it by hand, and of a head with two linear
-//! and two rotary axes over a turning workpiece, which needs roots of a polynomial.
+//! and two rotary axes over a turning workpiece, which needs roots of a polynomial; branch and winding along a path.
 
-use std::f64::consts::PI;
+use std::f64::consts::{PI, TAU};
 use std::hint::black_box;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use facemill_benches::{machine, table_poses};
 use facemill_cl_data::{ClPoint, CuttingLaw};
 use facemill_inverse_kinematics::{
-    AxisValues, BranchPreference, DhRow, Joint, Machine, PrismaticJoint, RevoluteJoint, RevoluteRange, Sense,
-    deviation_bound,
+    AxisValues, BranchPreference, DhRow, Joint, Machine, PathSettings, PrismaticJoint, RevoluteJoint, RevoluteRange,
+    SegmentKind, Sense, choose_along, deviation_bound,
 };
+use nalgebra::{Point3, Unit, Vector3};
 
 const TOOL_LENGTH: f64 = 300.0;
 
@@ -144,5 +145,60 @@ fn kinematics(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, kinematics, polynomial);
+/// The head-B, table-C mill with C limited to ±`most_deg`.
+fn limited_table(most_deg: f64) -> Machine {
+    let mut file = machine().to_file();
+    for row in &mut file.workpiece_chain.rows {
+        if let Some(Joint::Revolute(joint)) = row.joint.as_mut() {
+            joint.range = RevoluteRange::Limited { min_deg: -most_deg, max_deg: most_deg };
+        }
+    }
+    Machine::from_file(file).expect("the machine is solvable")
+}
+
+/// A spiral of 1000 poses a turn, the tool leaning outward, a link behind every fourth turn.
+fn spiral(n: usize) -> (Vec<ClPoint>, Vec<SegmentKind>) {
+    let pose = |k: usize| {
+        let (sin, cos) = (TAU * k as f64 / 1000.0).sin_cos();
+        let radius = 300.0 + 1e-3 * k as f64;
+        let axis = Unit::new_normalize(Vector3::new(0.3 * cos, 0.3 * sin, 1.0));
+        ClPoint { tip: Point3::new(radius * cos, radius * sin, 50.0), axis }
+    };
+    let segment = |k: usize| if k % 4000 == 3999 { SegmentKind::Link } else { SegmentKind::Cut };
+    ((0..n).map(pose).collect(), (0..n - 1).map(segment).collect())
+}
+
+fn path_choice(c: &mut Criterion) {
+    let mut group = c.benchmark_group("inverse_kinematics_path_choice");
+    group.sample_size(10).measurement_time(Duration::from_secs(3)).warm_up_time(Duration::from_millis(500));
+    for (name, machine) in
+        [("endless", machine()), ("limited_200", limited_table(200.0)), ("limited_720", limited_table(720.0))]
+    {
+        let settings = PathSettings::new(&machine);
+        let choose = |(poses, segments): &(Vec<ClPoint>, Vec<SegmentKind>)| {
+            choose_along(&machine, black_box(poses), segments, None, TOOL_LENGTH, &settings).expect("reachable")
+        };
+        let [short, long] = [10_000, 100_000].map(spiral);
+        group.throughput(Throughput::Elements(short.0.len() as u64));
+        group.bench_function(format!("{name}_10k"), |b| b.iter(|| choose(&short)));
+        group.throughput(Throughput::Elements(long.0.len() as u64));
+        group.bench_function(format!("{name}_100k"), |b| b.iter(|| choose(&long)));
+        // Linear in the number of poses: the median time for ten times as many.
+        let median = |path: &(Vec<ClPoint>, Vec<SegmentKind>)| {
+            let mut times: Vec<f64> = (0..5)
+                .map(|_| {
+                    let start = Instant::now();
+                    black_box(choose(path));
+                    start.elapsed().as_secs_f64()
+                })
+                .collect();
+            times.sort_by(f64::total_cmp);
+            times[2]
+        };
+        println!("{name}: 100,000 poses take {:.2} times as long as 10,000", median(&long) / median(&short));
+    }
+    group.finish();
+}
+
+criterion_group!(benches, kinematics, polynomial, path_choice);
 criterion_main!(benches);
