@@ -8,7 +8,7 @@ use crate::{
     rotary_triples::{RotaryTriple, Target, Triples},
     screw_chain::ScrewChain,
     tip_condition::{TipCondition, functions, value_and_gradient},
-    trig_roots::{SAMPLES, real_roots, sample_directions},
+    trig_roots::{SAMPLES, Seeds, real_roots, sample_directions},
 };
 
 /// Rotary values nearer to each other than this are one solution too if those in the middle between them are a solution.
@@ -26,8 +26,9 @@ const BESIDE_POLE: f64 = 0.02;
 /// Part of the largest coefficient of the tip condition below which it hardly tells the middle value at its pole.
 const HARDLY_A_CONDITION: f64 = 1e-5;
 
-/// Steps of Newton's method. From a root of the polynomial two are enough; at a double root every step halves the distance.
-const MOST_STEPS: usize = 12;
+/// Steps of Newton's method. From a root of the polynomial two are enough; at a double root every step halves the distance,
+/// from 0.01 rad to what rounding leaves of it in some thirty.
+const MOST_STEPS: usize = 40;
 
 /// Three rotary joints, none parallel to the next, that turn the tool to a direction and bring the tip into the plane that
 /// two linear joints move it in.
@@ -276,12 +277,54 @@ impl ThreeRotaries {
                 continue;
             }
             let half = (-p / amplitude).clamp(-1.0, 1.0).acos();
-            let rest = (0..8).filter(|_| hardly).map(|k| here + 0.25 * PI * f64::from(k));
-            for second in [phase + half, phase - half].into_iter().chain(rest) {
-                let (values, error) = self.polished(target, [first, second, third]);
-                self.add(target, values, error, all);
+            for second in [phase + half, phase - half] {
+                self.add_from(target, [first, second, third], all);
+            }
+            for &second in self.seconds_beside_pole(target, of, [first, third]).as_slice() {
+                let [off_first, off_third] = self.off_pole(of, third, second);
+                self.add_from(target, [first + off_first, second, third + off_third], all);
             }
         }
+    }
+
+    /// Roots of the tip condition times sin q₂ where b and v are put on each other to the first order in the values of first
+    /// and third joint, counted from the pole: a polynomial of degree 2 in q₂.
+    fn seconds_beside_pole(&self, target: &Target, of: &Harmonics, [first, third]: [f64; 2]) -> Seeds {
+        let mut samples = [0.0; SAMPLES];
+        for (sample, &[cos, sin]) in samples.iter_mut().zip(sample_directions()) {
+            let e = [functions(first), [1.0, cos, sin], functions(third)];
+            let (f, gradient) = value_and_gradient(&target.t, &e);
+            let [off_first, off_third] = self.off_pole_times_sine(of, third, cos);
+            *sample = f * sin + gradient.x * off_first + gradient.z * off_third;
+        }
+        real_roots(&samples, 4e-15 * target.scale)
+    }
+
+    /// Values of first and third joint, counted from the pole with the third at 0 or π, that put b and v on each other at a
+    /// value of the second one; to the first order, no larger than where that holds.
+    fn off_pole(&self, of: &Harmonics, third: f64, second: f64) -> [f64; 2] {
+        let (sin, cos) = second.sin_cos();
+        let most = 2.0 * BESIDE_POLE;
+        self.off_pole_times_sine(of, third, cos).map(|off| {
+            let off = off / sin;
+            if off.is_finite() { off.clamp(-most, most) } else { 0.0 }
+        })
+    }
+
+    fn off_pole_times_sine(&self, of: &Harmonics, third: f64, cos: f64) -> [f64; 2] {
+        let [[cos1, sin1], [cos2, sin2], [cos3, sin3]] = self.sides;
+        let side = if third == 0.0 { 1.0 } else { -1.0 };
+        // Across w₂, to the first order: b = (b, −across·side·Δφ), v = (v, −sin₃·side·Δq₃), and Rot(q₂)·v = b.
+        let b = of.along * sin1 - of.across * cos1 * side;
+        let v = sin2 * cos3 - cos2 * sin3 * side;
+        let off_phi = (b * cos - v) / (of.across * side);
+        let off_third = (b - v * cos) / (sin3 * side);
+        [-off_phi, off_third]
+    }
+
+    fn add_from(&self, target: &Target, start: [f64; 3], all: &mut Triples) {
+        let (values, error) = self.polished(target, start);
+        self.add(target, values, error, all);
     }
 
     /// Where every value of the first joint gives solutions: those at its reference value, or, where the third has none
