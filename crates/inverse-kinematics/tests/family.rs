@@ -127,3 +127,28 @@ fn singular_direction_is_the_first_rotary_axis() {
         reach.singular.iter().map(|s| (s.axis.as_str().to_owned(), s.direction.z, s.is_reached)).collect();
     assert_eq!(told, [("C".to_owned(), 1.0, true), ("C".to_owned(), -1.0, false)]);
 }
+
+/// With two linear axes the reach is that for the tip which is told.
+#[test]
+fn reach_with_two_linear_axes_is_told_for_its_tip() {
+    let machine = dual_mill_head();
+    let reach = machine.axis_reach().unwrap();
+    let tip = reach.tip.unwrap();
+    assert!(reach.share > 0.0 && reach.share < 1.0 && reach.singular.is_empty(), "{reach:?}");
+    let mut r = Random(5);
+    let (n, mut reached) = (2000, 0);
+    for _ in 0..n {
+        let axis = r.direction();
+        let tilt = axis.xy().norm().atan2(axis.z);
+        let is_reached = machine.inverse(&facemill_cl_data::ClPoint { tip, axis }, 0.0).is_ok();
+        reached += usize::from(is_reached);
+        assert!(
+            !is_reached || (reach.smallest_tilt - 0.06..reach.largest_tilt + 0.06).contains(&tilt),
+            "{tilt} {reach:?}"
+        );
+        assert!(is_reached || tilt > reach.full_cone - 0.06, "{tilt} {reach:?}");
+    }
+    // Four standard deviations of the count, and what the grid leaves.
+    assert!((reached as f64 / n as f64 - reach.share).abs() < 0.045 + 0.02, "{reached} {reach:?}");
+    assert!(Machine::head_b_table_c().unwrap().axis_reach().unwrap().tip.is_none());
+}
