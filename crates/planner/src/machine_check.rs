@@ -178,6 +178,13 @@ fn reach_lines(reach: &AxisReach) -> Vec<String> {
         deg(reach.largest_tilt),
         deg(reach.full_cone)
     )];
+    lines.extend(reach.tip.map(|tip| {
+        format!(
+            "  told for the tip {} in the table frame, bare nose, all axes in the middle of their travel: with two linear \
+             axes the reach depends on the tip",
+            triple(&tip.coords)
+        )
+    }));
     lines.extend(reach.singular.iter().filter(|s| s.is_reached).map(|s| {
         format!("singular: with the tool along {} axis {} has no effect on it", triple(&s.direction), s.axis)
     }));
