@@ -13,7 +13,7 @@ const fn to(limit: f64) -> Option<(f64, f64)> {
     Some((-limit, limit))
 }
 
-const PRESETS: [Preset; 9] = [
+const PRESETS: [Preset; 10] = [
     (
         "head-b-table-c",
         "head B, table C",
@@ -58,6 +58,11 @@ const PRESETS: [Preset; 9] = [
         "bridge-head-head-a-b",
         "head-head A-B",
         [("X", to(3000.0)), ("Y", to(1200.0)), ("Z", Some((-1000.0, 0.0))), ("A", to(40.0)), ("B", to(40.0))],
+    ),
+    (
+        "head-b-a-table-c-two-linear",
+        "head B-A, table C",
+        [("X", Some((-400.0, 800.0))), ("Z", Some((-900.0, 100.0))), ("A", to(60.0)), ("B", to(110.0)), ("C", None)],
     ),
 ];
 

@@ -21,6 +21,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         ("table-table-b-c-nutating", nutating_table()),
         ("table-y-x-a-c-head-z", travelling_trunnion()),
         ("bridge-head-head-a-b", bridge()),
+        ("head-b-a-table-c-two-linear", dual_mill_head()),
     ];
     for (name, file) in all {
         Machine::from_file(file.clone())?;
@@ -296,4 +297,39 @@ fn bridge() -> MachineFile {
     let mut made = file("bridge with swivel head A-B", "typical", (Vec::new(), 0.0), (head, 1200.0));
     made.bed_bodies = vec![body("table", ShapeFile::Box { size_mm: [7000.0, 3000.0, 400.0] }, [0.0, 0.0, -200.0], 0.0)];
     assuming(made, &UNKNOWN, &[])
+}
+
+/// One head of a dual mill with two linear axes: C level along x carries the blade; the head has X, Z, then B and A.
+fn dual_mill_head() -> MachineFile {
+    let mut c = rotary('C', true, [[1.0, 0.0, 0.0], [0.0; 3]], None, ROTARY);
+    c.bodies = vec![turned_disc("face plate", 300.0, 120.0)];
+    let mut z = linear('Z', false, [-900.0, 100.0], MEDIUM);
+    z.bodies = vec![block("ram", [320.0, 320.0, 700.0], [600.0, -580.0, 1420.0])];
+    let mut x = linear('X', false, [-400.0, 800.0], MEDIUM);
+    x.bodies = vec![block("column", [700.0, 400.0, 2000.0], [600.0, -960.0, 1000.0])];
+    let mut b = rotary('B', false, [[0.0, 1.0, 0.0], [600.0, 0.0, 1100.0]], Some([-110.0, 110.0]), ROTARY);
+    b.bodies = vec![block("swivel", [200.0, 380.0, 200.0], [600.0, -230.0, 1100.0])];
+    let mut a = rotary('A', false, [[1.0, 0.0, 0.0], [600.0, 30.0, 1050.0]], Some([-60.0, 60.0]), ROTARY);
+    a.bodies = vec![shifted(nose(50.0, 800.0), 600.0, 30.0), round("spindle", 90.0, 200.0, [600.0, 30.0, 900.0])];
+    let end = Isometry3::translation(600.0, 30.0, 800.0);
+    let mut made = file(
+        "one head of a dual mill, two linear axes",
+        "typical; structure of CLOPT's dual mill",
+        (vec![c], 0.0),
+        (Vec::new(), 0.0),
+    );
+    made.tool_chains[0].rows = rows_from_axes(&[x, z, b, a], &end);
+    assuming(made, &UNKNOWN, &[])
+}
+
+/// A disc about the bed's x axis whose front lies at x = 0, behind it.
+fn turned_disc(name: &str, radius_mm: f64, height_mm: f64) -> BodyFile {
+    let shape = ShapeFile::Cylinder { radius_mm, height_mm };
+    BodyFile { rotation_xyz_deg: [0.0, 90.0, 0.0], ..body(name, shape, [-height_mm, 0.0, 0.0], 0.0) }
+}
+
+fn shifted(mut body: BodyFile, x: f64, y: f64) -> BodyFile {
+    body.position_mm[0] += x;
+    body.position_mm[1] += y;
+    body
 }

@@ -9,7 +9,7 @@ use nalgebra::{Isometry3, Point3, Vector3};
 use crate::figure::{Figure, GRAY, GREEN, INK, Mm, RED};
 
 /// Machines and the Z they are drawn at, mm: low enough that the tool is near the table.
-const MACHINES: [(&str, f64); 9] = [
+const MACHINES: [(&str, f64); 10] = [
     ("head-b-table-c", 1100.0),
     ("table-table-a-c", -250.0),
     ("table-table-b-c", -250.0),
@@ -19,6 +19,7 @@ const MACHINES: [(&str, f64); 9] = [
     ("table-table-b-c-nutating", -300.0),
     ("table-y-x-a-c-head-z", -250.0),
     ("bridge-head-head-a-b", -700.0),
+    ("head-b-a-table-c-two-linear", -250.0),
 ];
 const WIDTH: f64 = 720.0;
 const HEIGHT: f64 = 640.0;
