@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use facemill_cutter_location::{Hints, PoseTest};
-use facemill_virtual_machine::{Certificates, FindingKind, Verification};
+use facemill_virtual_machine::{Certificate, Certificates, FindingKind, Verification};
 
 use crate::cell::{pass_settings, workcell};
 use crate::linearity::turned_near;
@@ -33,7 +33,9 @@ pub(crate) struct CutBlock {
 pub(crate) fn lines_to_mend(verification: Option<&Verification>, certificates: Option<&Certificates>) -> BTreeSet<u32> {
     let findings = verification.iter().flat_map(|v| &v.findings).filter(|f| f.kind == FindingKind::Gouge);
     let gouged = findings.flat_map(|f| f.first_line..=f.last_line);
-    let open = certificates.iter().flat_map(|c| &c.certificates).filter(|c| !c.certified).map(|c| c.line);
+    // A fault of the text is not mended by more poses.
+    let is_open = |c: &&Certificate| !c.certified && c.doubted_since_line.is_none();
+    let open = certificates.iter().flat_map(|c| &c.certificates).filter(is_open).map(|c| c.line);
     gouged.chain(open).collect()
 }
 

@@ -61,12 +61,51 @@ pub struct Report {
 /// What is proven of the program's motion at every time.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct CertifiedReport {
-    /// Blocks with a motion.
+    /// Blocks with a motion, and those with a fault that may hide one.
     pub blocks: usize,
     /// Those for which depth and clearances are proven.
     pub certified: usize,
     /// Largest proven depth of the cutter; `null` where a block has none.
     pub largest_depth_mm: Option<f64>,
+    /// Those that are not certified, as ranges of lines with the same reason.
+    pub uncertified: Vec<UncertifiedReport>,
+}
+
+/// Blocks that follow each other and are not certified for the same reason.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct UncertifiedReport {
+    /// First line.
+    pub first_line: u32,
+    /// Last line.
+    pub last_line: u32,
+    /// Number of blocks.
+    pub blocks: usize,
+    /// Why.
+    pub reason: String,
+}
+
+impl CertifiedReport {
+    /// The sums of certificates.
+    pub fn new(certificates: &Certificates) -> Self {
+        let mut uncertified: Vec<UncertifiedReport> = Vec::new();
+        let mut last = None;
+        for (k, c) in certificates.certificates.iter().enumerate().filter(|(_, c)| !c.certified) {
+            let reason = c.reason.clone().unwrap_or_default();
+            let follows = k.checked_sub(1) == last.replace(k);
+            match uncertified.last_mut().filter(|u| follows && u.reason == reason) {
+                Some(run) => (run.last_line, run.blocks) = (c.line, run.blocks + 1),
+                None => {
+                    uncertified.push(UncertifiedReport { first_line: c.line, last_line: c.line, blocks: 1, reason });
+                }
+            }
+        }
+        Self {
+            blocks: certificates.blocks,
+            certified: certificates.certified,
+            largest_depth_mm: certificates.largest_depth_mm,
+            uncertified,
+        }
+    }
 }
 
 /// Sums over the program.

@@ -85,11 +85,7 @@ pub(crate) fn report(
         job: job.file.name.clone(),
         setup: setup.file.name.clone(),
         verified: verification.is_some(),
-        certified: certificates.map(|c| CertifiedReport {
-            blocks: c.blocks,
-            certified: c.certified,
-            largest_depth_mm: c.largest_depth_mm,
-        }),
+        certified: certificates.map(CertifiedReport::new),
         totals,
         worst,
         postures: operations.iter().map(|o| postures_report(job, o)).collect(),

@@ -1,12 +1,11 @@
 //! What the command line says at the end.
 
-use crate::report::{PosturesReport, Report};
+use crate::report::{CertifiedReport, PosturesReport, Report};
 
 /// A few lines for a person.
 pub fn summary(report: &Report) -> String {
     let t = &report.totals;
     let w = &report.worst;
-    let or_none = |v: Option<f64>, unit: &str| v.map_or_else(|| "none".to_owned(), |v| format!("{v:.3} {unit}"));
     let mut lines = vec![
         format!("{} - {}", report.job, report.setup),
         format!("  passes            {}", t.passes),
@@ -43,12 +42,7 @@ pub fn summary(report: &Report) -> String {
         lines.push("  the written program was not verified".to_owned());
     }
     if let Some(c) = &report.certified {
-        lines.push(format!(
-            "  certified blocks  {} of {}, cutter never deeper than {}",
-            c.certified,
-            c.blocks,
-            or_none(c.largest_depth_mm, "mm")
-        ));
+        lines.extend(certified(c));
     }
     let beyond = if w.cusp_exceeded { ", more than the job's tolerance" } else { "" };
     lines.push(format!("  largest cusp      {}{beyond}", or_none(w.cusp_mm, "mm")));
@@ -83,6 +77,39 @@ pub fn summary(report: &Report) -> String {
         lines.push(format!("    left out: {} points, {}{help}", reason.points, reason.reason));
     }
     lines.join("\n")
+}
+
+fn or_none(v: Option<f64>, unit: &str) -> String {
+    v.map_or_else(|| "none".to_owned(), |v| format!("{v:.3} {unit}"))
+}
+
+/// Ranges of uncertified lines that are told; the file of the certificates has them all.
+const TOLD_RANGES: usize = 5;
+
+/// What is proven, and on which lines it is not.
+fn certified(c: &CertifiedReport) -> Vec<String> {
+    let open = c.blocks - c.certified;
+    let depth = c.largest_depth_mm.map_or_else(
+        || "no depth proven for all of them".to_owned(),
+        |depth| format!("cutter never deeper than {depth:.3} mm"),
+    );
+    let mut lines = vec![format!("  certified blocks  {} of {}, {depth}", c.certified, c.blocks)];
+    if open > 0 {
+        lines.push(format!("  not certified     {open} blocks: what the machine does there is not proven"));
+    }
+    lines.extend(c.uncertified.iter().take(TOLD_RANGES).map(|u| {
+        let of = if u.first_line == u.last_line {
+            format!("line {}", u.first_line)
+        } else {
+            format!("lines {} to {} ({} blocks)", u.first_line, u.last_line, u.blocks)
+        };
+        format!("    {of}: {}", u.reason)
+    }));
+    let more = c.uncertified.len().saturating_sub(TOLD_RANGES);
+    if more > 0 {
+        lines.push(format!("    and {more} more places, see certificates.json"));
+    }
+    lines
 }
 
 /// A line on searches of an operation that are not proven as finely as the job asks.

@@ -1,51 +1,16 @@
 //! Proves of one move how deep the cutter is at most at any time, and how near bodies come.
 
-use facemill_cl_data::{CuttingLaw, RapidLaw, Solid};
+use facemill_cl_data::{ControlTolerance, CuttingLaw, RapidLaw, Solid};
 use facemill_interference::{MotionInterval, SweepVerdict};
 use facemill_inverse_kinematics::{AxisValues, BlockLaw, Motion};
 use nalgebra::{Isometry3, Point3};
 
 use crate::cutter_depth::CutterTrack;
 use crate::moves::Move;
-use crate::rates::RateBounds;
-use crate::scene::{Frame, Mount, Scene, SceneObstacle};
+use crate::proof::{Depth, Nearest, Open, Proof};
+use crate::rates::{RateBounds, Rates};
+use crate::scene::{Frame, Mount, Role, Scene, SceneObstacle};
 use crate::stepping::{MAX_TURN, stops};
-
-/// What is proven of a move.
-#[derive(Clone, Debug)]
-pub(crate) struct Proof {
-    /// The depth, mm, where one is proven.
-    pub(crate) depth: Option<f64>,
-    /// Whether every body keeps its required clearance.
-    pub(crate) bodies_clear: bool,
-    /// Smallest distance of a body.
-    pub(crate) clearance: Option<Nearest>,
-    /// Intervals that were taken.
-    pub(crate) intervals: u32,
-}
-
-/// A proven distance, mm, with the indices of its body and obstacle.
-pub(crate) type Nearest = (f64, (usize, usize));
-
-impl Proof {
-    pub(crate) fn unknown() -> Self {
-        Self { depth: None, bodies_clear: false, clearance: None, intervals: 0 }
-    }
-
-    /// Of two moves one after the other.
-    pub(crate) fn and(self, other: Self) -> Self {
-        let clearance = match (self.clearance, other.clearance) {
-            (Some(a), Some(b)) => Some(if b.0 < a.0 { b } else { a }),
-            (a, b) => a.or(b),
-        };
-        Self {
-            depth: self.depth.zip(other.depth).map(|(a, b)| a.max(b)),
-            bodies_clear: self.bodies_clear && other.bodies_clear,
-            clearance,
-            intervals: self.intervals + other.intervals,
-        }
-    }
-}
 
 /// How much deeper than sampled a depth is tried to be proven first, mm. Larger: certificates say more than is there;
 /// smaller: more intervals.
@@ -92,6 +57,18 @@ struct Pair<'p> {
     frame: Frame,
     solid: &'p Solid,
     obstacle: usize,
+    /// Whether what the control may leave the motion by counts.
+    is_charged: bool,
+}
+
+/// The cutter against an obstacle.
+#[derive(Clone, Copy)]
+struct CutterBody {
+    obstacle: usize,
+    /// What it may not enter, mm.
+    thickness: f64,
+    /// As in [`Pair`].
+    is_charged: bool,
 }
 
 impl Pair<'_> {
@@ -131,38 +108,60 @@ impl<'s, 'a> Prover<'s, 'a> {
 
     pub(crate) fn prove(&mut self) -> Proof {
         let depth = self.depth();
-        let (bodies_clear, clearance) = self.clearance();
-        Proof { depth, bodies_clear, clearance, intervals: self.intervals }
+        let clearance = self.clearance();
+        Proof {
+            depth: depth.ok(),
+            bodies_clear: clearance.is_ok(),
+            clearance: clearance.ok().flatten(),
+            open: depth.err().or(clearance.err()),
+            intervals: self.intervals,
+        }
     }
 
-    /// The smallest depth that is proven for the whole move against all obstacles.
-    fn depth(&mut self) -> Option<f64> {
+    /// The smallest depth that is proven for the whole move against all obstacles, or the obstacle for which none is.
+    ///
+    /// Where the cutter may cut, the control's tolerance is the error budget's, and only told. What it must not touch it must
+    /// not touch with the control's tolerance: there that is part of the proof.
+    fn depth(&mut self) -> Result<Depth, Open> {
         let scene = self.scene;
-        let mut deepest = 0.0_f64;
+        let mut deepest = Depth { programmed: 0.0, with_control: 0.0 };
         for (k, obstacle) in scene.obstacles.iter().enumerate().filter(|(_, o)| o.meets_cutter) {
             let Some(limit) = scene.cutter_limit(obstacle, self.m) else { continue };
+            let cuts = !self.m.is_rapid() && obstacle.role != Role::Machine;
+            let largest = match obstacle.role {
+                Role::Machine => limit.depth.max(FIRST_LACK),
+                // Nothing is cut in rapid.
+                Role::Work(_) if self.m.is_rapid() => 0.0,
+                Role::Work(_) => limit.depth.max(FIRST_LACK),
+            };
             let sampled = [0.0, 0.5, 1.0].map(|t| self.sampled_depth(t, k, limit.thickness));
             let mut depth = sampled.into_iter().fold(0.0, f64::max);
             // What is nowhere near is proven not to be touched at all.
             depth += if depth > 0.0 { FIRST_LACK } else { 0.0 };
-            deepest = deepest.max(self.depth_against(k, limit.thickness, depth, limit.depth.max(FIRST_LACK))?);
+            let body = CutterBody { obstacle: k, thickness: limit.thickness, is_charged: !cuts };
+            let open = Open::Cutter { obstacle: k, limit: largest, is_rapid: self.m.is_rapid() };
+            let proven = self.depth_against(&body, depth, largest).ok_or(open)?;
+            let control = if cuts { scene.cutter_control() } else { 0.0 };
+            deepest = deepest.max(Depth { programmed: proven, with_control: proven + control });
         }
-        Some(deepest)
+        Ok(deepest)
     }
 
     /// The same against one obstacle, from `depth` on, up to `limit`.
-    fn depth_against(&mut self, obstacle: usize, thickness: f64, mut depth: f64, limit: f64) -> Option<f64> {
+    fn depth_against(&mut self, cutter: &CutterBody, mut depth: f64, limit: f64) -> Option<f64> {
         let mut open = self.pieces();
         while let Some((from, to, halvings)) = open.pop() {
             if depth > limit {
                 return None;
             }
-            if self.cutter_stays_above(obstacle, thickness, depth, [from, to]) {
+            if self.cutter_stays_above(cutter, depth, [from, to]) {
                 continue;
             }
             let middle = 0.5 * (from + to);
-            let here = self.sampled_depth(middle, obstacle, thickness);
-            let wanted = (here + FIRST_LACK).max(depth);
+            let here = self.sampled_depth(middle, cutter.obstacle, cutter.thickness);
+            // Where nothing may be touched, no more than that is tried.
+            let lack = if here > 0.0 || limit > 0.0 { FIRST_LACK } else { 0.0 };
+            let wanted = (here + lack).max(depth);
             // A depth that the middle shows not to be enough is not enough for the halves either.
             if wanted > depth {
                 depth = wanted;
@@ -191,22 +190,24 @@ impl<'s, 'a> Prover<'s, 'a> {
 
     /// Whether no cutter point is deeper than `depth` at any time of an interval: its test bodies for it touch
     /// nothing.
-    fn cutter_stays_above(&mut self, obstacle: usize, thickness: f64, depth: f64, interval: [f64; 2]) -> bool {
+    fn cutter_stays_above(&mut self, body: &CutterBody, depth: f64, interval: [f64; 2]) -> bool {
+        let CutterBody { obstacle, thickness, is_charged } = *body;
         let cutter = self.scene.setup.tool.cutter();
         let lower = Solid::Frustum(cutter.test_body(depth)).dilated(thickness);
         let upper = cutter.upper_test_body(depth).map(|f| Solid::Frustum(f).dilated(thickness));
         let frame = self.scene.obstacles[obstacle].frame;
-        let tool = Mount::Tool(Isometry3::identity());
+        let mount = Mount::Tool(Isometry3::identity());
         std::iter::once(lower)
             .chain(upper)
-            .all(|solid| self.clears(&Pair { mount: tool, frame, solid: &solid, obstacle }, interval))
+            .all(|solid| self.clears(&Pair { mount, frame, solid: &solid, obstacle, is_charged }, interval))
     }
 
-    /// Whether every body keeps its required clearance, and the smallest distance that is proven.
-    fn clearance(&mut self) -> (bool, Option<Nearest>) {
+    /// The smallest distance that is proven for all bodies, with what the control may leave its motion by; or the first pair
+    /// that is not proven to keep its required clearance.
+    fn clearance(&mut self) -> Result<Option<Nearest>, Open> {
         let scene = self.scene;
-        let (mut all_clear, mut smallest) = (true, None::<Nearest>);
-        let Ok(axes) = self.motion.at(0.5) else { return (false, None) };
+        let (mut first_open, mut smallest) = (None, None::<Nearest>);
+        let axes = self.motion.at(0.5).map_err(|_| Open::Motion)?;
         for (index, body) in scene.bodies.iter().enumerate() {
             for (k, obstacle) in scene.obstacles.iter().enumerate().filter(|(k, _)| body.meets[*k]) {
                 let required = scene.hit_distance(body, obstacle);
@@ -219,7 +220,7 @@ impl<'s, 'a> Prover<'s, 'a> {
                     .filter(|distance| *distance >= required)
                     .find(|&distance| self.keeps(body.mount, &body.shape.core, body.rounding + distance, k));
                 match proven {
-                    None => all_clear = false,
+                    None => first_open = first_open.or(Some(Open::Body { body: index, obstacle: k, required })),
                     Some(distance) if smallest.is_none_or(|(d, _)| distance < d) => {
                         smallest = Some((distance, (index, k)));
                     }
@@ -227,7 +228,7 @@ impl<'s, 'a> Prover<'s, 'a> {
                 }
             }
         }
-        (all_clear, smallest.filter(|_| all_clear))
+        first_open.map_or(Ok(smallest), Err)
     }
 
     /// Whether a core stays farther than `distance` from an obstacle for the whole move.
@@ -236,7 +237,7 @@ impl<'s, 'a> Prover<'s, 'a> {
         let frame = self.scene.obstacles[obstacle].frame;
         let mut open = self.pieces();
         while let Some((from, to, halvings)) = open.pop() {
-            if self.clears(&Pair { mount, frame, solid: &solid, obstacle }, [from, to]) {
+            if self.clears(&Pair { mount, frame, solid: &solid, obstacle, is_charged: true }, [from, to]) {
                 continue;
             }
             if halvings == MAX_HALVINGS {
@@ -271,9 +272,11 @@ impl<'s, 'a> Prover<'s, 'a> {
         let reach = (bounds.min - tip).abs().sup(&(bounds.max - tip).abs()).norm();
         let is_turned = self.m.law == BlockLaw::Cutting(CuttingLaw::TipLinearVectorTurned);
         if is_turned && pair.is_round_on_the_tool() {
-            return self.turned_interval(pair, from, to, reach);
+            let control = self.control(pair, &start, None, reach)?;
+            return self.turned_interval(pair, from, to, reach, control);
         }
         let rates = self.rates.over(from, to)?;
+        let control = self.control(pair, &start, Some(&rates), reach)?;
         let follows = self.m.law == BlockLaw::Cutting(CuttingLaw::TipAndRotariesLinear);
         let acceleration = if follows && self.is_tool_against_work(pair) {
             // The tip goes straight at even speed, and every point turns about it with the product of two even turns:
@@ -292,14 +295,14 @@ impl<'s, 'a> Prover<'s, 'a> {
             velocity: (later.translation.vector - earlier.translation.vector) / time,
             spin: later.rotation.rotation_to(&earlier.rotation).inverse().scaled_axis() / time,
             half: 0.5,
-            deviation: acceleration * (0.125 + MEASURED) + rounding,
+            deviation: acceleration * (0.125 + MEASURED) + rounding + control,
         })
     }
 
     /// The same for a solid round about the tool axis against the workpiece, while the tool axis is turned in the
     /// plane of its ends about a tip that goes straight: how the tool turns about its own axis does not matter. A
     /// point at a distance from the tip is accelerated by that times the square of the turn.
-    fn turned_interval(&self, pair: &Pair<'_>, from: f64, to: f64, reach: f64) -> Option<MotionInterval> {
+    fn turned_interval(&self, pair: &Pair<'_>, from: f64, to: f64, reach: f64, control: f64) -> Option<MotionInterval> {
         let here = self.motion.at(0.5 * (from + to)).ok()?;
         let [a, b] = [from, to].map(|t| self.motion.ideal(t));
         let normal = a.axis.cross(&b.axis);
@@ -316,8 +319,28 @@ impl<'s, 'a> Prover<'s, 'a> {
             velocity: work_from_table * (b.tip - a.tip),
             spin,
             half: 0.5,
-            deviation: turn * turn * reach * 0.125 + VELOCITY_ROUNDING,
+            deviation: turn * turn * reach * 0.125 + VELOCITY_ROUNDING + control,
         })
+    }
+
+    /// By how much a point at most `reach` from the tip may be beside the programmed motion, mm: the control leaves the tip's
+    /// way by its path tolerance, and the tool axis and every rotary axis by its orientation tolerance.
+    ///
+    /// What is round about the tool axis is turned by the tool axis alone, what else is fixed to the tool by all rotary axes.
+    /// Other parts of the machine go with the axes between them and the obstacle ([`RateBounds::strayed`]). `None` where that
+    /// has no bound.
+    fn control(&self, pair: &Pair<'_>, start: &AxisValues, rates: Option<&Rates>, reach: f64) -> Option<f64> {
+        let tolerance = self.scene.setup.machine.motion_law().control_tolerance;
+        if !pair.is_charged || tolerance == ControlTolerance::default() {
+            return Some(0.0);
+        }
+        if pair.is_round_on_the_tool() {
+            return Some(tolerance.charge(reach));
+        }
+        if self.is_tool_against_work(pair) {
+            return Some(tolerance.path + self.rates.n_rotaries() * tolerance.orientation * reach);
+        }
+        self.rates.strayed(tolerance, start, rates?, reach)
     }
 
     /// Whether the moving part is as fixed to the tool as the obstacle to the work.

@@ -36,7 +36,7 @@ fn farthest(law: BlockLaw, rng: &mut Lcg) -> Vec<f64> {
         let m = Move { block: 0, section: 0, law, start, end, feed: None };
         let prover = Prover::new(&scene, &m).unwrap();
         let tool = Mount::Tool(Isometry3::identity());
-        let pair = Pair { mount: tool, frame: Frame::Work, solid: &rod, obstacle: 0 };
+        let pair = Pair { mount: tool, frame: Frame::Work, solid: &rod, obstacle: 0, is_charged: false };
         let from = rng.between(0.0, 0.7);
         let to = from + rng.between(0.05, 0.3);
         let Some(told) = prover.interval(&pair, from, to) else { continue };

@@ -1,6 +1,6 @@
 //! Bounds on how fast the axes go over an interval of a motion and how that changes, and on accelerations of parts.
 
-use facemill_cl_data::CuttingLaw;
+use facemill_cl_data::{ControlTolerance, CuttingLaw};
 use facemill_inverse_kinematics::{AxisKind, AxisValues, BlockLaw, Machine, Motion};
 use nalgebra::Matrix3;
 
@@ -105,6 +105,43 @@ impl<'a> RateBounds<'a> {
         reached && (is_rigid() || self.over(from, to).is_some())
     }
 
+    /// Number of rotary axes.
+    pub(crate) fn n_rotaries(&self) -> f64 {
+        self.machine.axes().iter().filter(|a| a.kind == AxisKind::Rotary).count() as f64
+    }
+
+    /// How far any point of tool and machine, at most `reach` from the tip at the start, strays against any other part of the
+    /// machine over an interval in which the axes go with `rates`, mm, while the tip strays by `tolerance.path` from its way
+    /// on the work and every rotary axis by `tolerance.orientation`; `None` where no bound is known.
+    ///
+    /// The rotary axes stray by D together. The linear ones carry the tip back: as the axes of [`Self::following`] do on a way
+    /// of the length of the path tolerance, S ≤ κ·(path + D·L). A point strays by S and by D times its largest distance from a
+    /// rotary axis.
+    pub(crate) fn strayed(
+        &self,
+        tolerance: ControlTolerance,
+        start: &AxisValues,
+        rates: &Rates,
+        reach: f64,
+    ) -> Option<f64> {
+        let turn = self.n_rotaries() * tolerance.orientation;
+        let inverse = largest_inverse(self.machine, start)?;
+        // The linear axes turn against each other over the interval, and once more as the rotary ones stray.
+        let turned_apart = 3.0_f64.sqrt() * (turn + rates.turn) * inverse;
+        let kappa = 3.0_f64.sqrt() * inverse / (1.0 - turned_apart);
+        let rest = 1.0 - turn * (1.0 + kappa);
+        // Written so that NaN is refused, too.
+        if !(turned_apart <= 0.5 && rest >= 0.5 && rates.turn < 1.0) {
+            return None;
+        }
+        let at_end = |distance: f64| (distance + rates.linear) / (1.0 - rates.turn);
+        let lever = self.lever(start, |_| true);
+        let tip_lever = (at_end(lever) + kappa * tolerance.path) / rest;
+        let linear = kappa * (tolerance.path + turn * tip_lever);
+        let point_lever = (at_end(lever + reach) + linear) / (1.0 - turn);
+        Some(linear + turn * point_lever)
+    }
+
     fn tip_way(&self, from: f64, to: f64) -> f64 {
         (self.motion.ideal(to).tip - self.motion.ideal(from).tip).norm()
     }
@@ -130,6 +167,9 @@ impl<'a> RateBounds<'a> {
     /// others do: at most 2·D·(S + D·L) + α·L. L grows at a rate of at most S + D·L; with S put in, L ≤ (L at the
     /// start + κ·V) / (1 − D·(1 + κ)). A column of U turns by at most D, so that U changes by at most √3·D.
     fn following(&self, start: &AxisValues, [turn, turn_change]: [f64; 2], lever: f64, tip_way: f64) -> Option<Rates> {
+        if self.machine.axes().len() as f64 - self.n_rotaries() != 3.0 {
+            return None;
+        }
         let inverse = largest_inverse(self.machine, start)?;
         let turned_apart = if self.linears_are_rigid { 0.0 } else { 3.0_f64.sqrt() * turn * inverse };
         let kappa = 3.0_f64.sqrt() * inverse / (1.0 - turned_apart);
@@ -163,7 +203,6 @@ fn largest_inverse(machine: &Machine, q: &AxisValues) -> Option<f64> {
 fn linear_directions(machine: &Machine, q: &AxisValues) -> Option<Matrix3<f64>> {
     let axes = machine.axes();
     let linears: Vec<usize> = (0..axes.len()).filter(|&k| axes[k].kind == AxisKind::Linear).collect();
-    let &[x, y, z] = linears.as_slice() else { return None };
     let still = AxisValues::from_fn(axes.len(), |k| if axes[k].kind == AxisKind::Linear { 0.0 } else { q[k] });
     let origin = machine.cl_point(&still, 0.0).tip;
     let direction = |k: usize| {
@@ -171,7 +210,15 @@ fn linear_directions(machine: &Machine, q: &AxisValues) -> Option<Matrix3<f64>> 
         moved[k] = 1.0;
         machine.cl_point(&moved, 0.0).tip - origin
     };
-    Some(Matrix3::from_columns(&[direction(x), direction(y), direction(z)]))
+    match *linears.as_slice() {
+        [x, y, z] => Some(Matrix3::from_columns(&[direction(x), direction(y), direction(z)])),
+        // One square to both makes the inverse no smaller.
+        [x, y] => {
+            let (x, y) = (direction(x), direction(y));
+            Some(Matrix3::from_columns(&[x, y, x.cross(&y).try_normalize(0.0)?]))
+        }
+        _ => None,
+    }
 }
 
 /// What products of directions may differ by from rounding: of metres to 1e-12.

@@ -71,6 +71,10 @@ impl Stop {
 /// the linear words are the tip's. The stops are those of the rounded words.
 fn walk<'a>(shop: &'a Shop, lcg: &mut Lcg, n: usize, rtcp: bool) -> (Text<'a>, Vec<Stop>) {
     let mut text = Text::new(shop);
+    if rtcp {
+        // Controls count in the frame that the table has where RTCP is switched on.
+        text = text.line("G0 B0. C0.").line("G0 G43.4 H7 X0. Y0. Z300.");
+    }
     let mut stops = Vec::new();
     let (mut x, mut y) = (0.0, 0.0);
     for k in 0..=n {
@@ -85,8 +89,11 @@ fn walk<'a>(shop: &'a Shop, lcg: &mut Lcg, n: usize, rtcp: bool) -> (Text<'a>, V
         let [a, b, c, d, e] = [AxisLetter::X, AxisLetter::Y, AxisLetter::Z, AxisLetter::B, AxisLetter::C].map(word);
         let [a, b, c] = if rtcp { [x, y, z] } else { [a, b, c] };
         let written = [a, b, c, d, e].map(|number| format!("{number:.4}"));
-        let compensation = if rtcp { "G43.4" } else { "G43" };
-        let code = if k == 0 { format!("G0 {compensation} H7") } else { "G1 F1000.".to_owned() };
+        let code = match k {
+            0 if rtcp => "G0",
+            0 => "G0 G43 H7",
+            _ => "G1 F1000.",
+        };
         let [a, b, c, d, e] = &written;
         writeln!(text.text, "{code} X{a} Y{b} Z{c} B{d} C{e}").unwrap();
         stops.push(Stop::read(shop, written.map(|number| number.parse().unwrap()), rtcp));
