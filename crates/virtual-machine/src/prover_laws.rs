@@ -1,7 +1,8 @@
 //! Intervals of motions against the motions themselves.
 
 use facemill_cl_data::RoundFrustum;
-use facemill_inverse_kinematics::Machine;
+use facemill_interference::MeshTree;
+use facemill_inverse_kinematics::{AxisKind, Machine};
 use nalgebra::Vector3;
 
 use super::*;
@@ -9,6 +10,8 @@ use crate::VerifySettings;
 
 #[path = "../tests/kit/mod.rs"]
 mod kit;
+
+use crate::rates_laws::common;
 
 struct Lcg(u64);
 
@@ -66,4 +69,70 @@ fn no_point_of_the_tool_departs_farther_from_its_interval_than_told() {
         shares.sort_by(f64::total_cmp);
         assert!(shares.len() > 30 && shares[shares.len() / 2] >= tight, "{law:?}: {} told, {shares:?}", shares.len());
     }
+}
+
+/// Whether the cutter, 25 mm wide, is told to stay above 0 at a ledge from `edge` mm beside its axis on, between 11.5 and 13 mm
+/// above the tip; its flute ends at 12 mm with a sharp rim.
+fn stays_off_the_ledge(edge: f64) -> bool {
+    let shop = kit::Shop::new();
+    let ledge = MeshTree::new(&kit::box_mesh([edge, -2.0, 11.5], [edge + 10.0, 2.0, 13.0]));
+    let part = crate::VirtualObstacle {
+        name: "ledge".into(),
+        mesh: &ledge,
+        kind: crate::ObstacleKind::Part,
+        allowance: 0.0,
+        stock: 0.0,
+    };
+    let setup = crate::VirtualSetup { obstacles: vec![part], ..shop.setup() };
+    let settings = VerifySettings::default();
+    let scene = Scene::new(&setup, &settings).unwrap();
+    let [start, end] = [-0.5, 0.5].map(|y| shop.axes_at([0.0, y, 0.0], [0.0, 0.0, 1.0]));
+    let law = BlockLaw::Cutting(CuttingLaw::AxesLinear);
+    let m = Move { block: 0, section: 0, law, start, end, feed: None };
+    let mut prover = Prover::new(&scene, &m).unwrap();
+    let cutter = CutterBody { obstacle: 0, thickness: 0.0, is_charged: false };
+    prover.cutter_stays_above(&cutter, 0.0, [0.0, 1.0])
+}
+
+#[test]
+fn the_sharp_upper_rim_is_part_of_what_stays_above() {
+    // The rounded test body ends √(3² + 3.5²) = 4.6 mm from the middle of its 4 mm rounding, short of the ledge's edge.
+    assert!(!stays_off_the_ledge(24.0));
+    assert!(stays_off_the_ledge(25.1));
+}
+
+#[test]
+fn no_interval_is_told_where_the_axes_lose_a_turned_vector_on_the_way() {
+    let mut r = common::Random(41);
+    let law = BlockLaw::Cutting(CuttingLaw::TipLinearVectorTurned);
+    let rod =
+        Solid::Frustum(RoundFrustum { z_low: 0.0, z_high: 90.0, radius_low: 1.0, radius_high: 1.0, rounding: 0.0 });
+    let (mut told, mut hidden) = (0, 0);
+    let random = std::iter::repeat_with(|| common::random_machine(&mut r)).take(16).collect::<Vec<_>>();
+    for machine in random {
+        let shop = kit::Shop::with_machine(machine);
+        let (setup, settings) = (shop.setup(), VerifySettings::default());
+        let scene = Scene::new(&setup, &settings).unwrap();
+        for _ in 0..250 {
+            let start = AxisValues::from_fn(5, |k| match shop.machine.axes()[k].kind {
+                AxisKind::Linear => r.within(-300.0, 300.0),
+                AxisKind::Rotary => r.within(-2.5, 2.5),
+            });
+            let end = AxisValues::from_fn(5, |k| start[k] + r.within(-1.2, 1.2));
+            let m = Move { block: 0, section: 0, law, start, end, feed: None };
+            let Some(prover) = Prover::new(&scene, &m) else { continue };
+            let tool = Mount::Tool(Isometry3::identity());
+            let pair = Pair { mount: tool, frame: Frame::Work, solid: &rod, obstacle: 0, is_charged: false };
+            for k in 0..4 {
+                let (from, to) = (0.25 * f64::from(k), 0.25 * f64::from(k + 1));
+                let is_at = |share: f64| prover.motion.at(from + (to - from) * share).is_ok();
+                let is_lost = (0..=24).any(|n| !is_at(f64::from(n) / 24.0));
+                let is_told = prover.interval(&pair, from, to).is_some();
+                assert!(!(is_lost && is_told), "{}: {start:?} to {end:?} from {from}", shop.machine.name());
+                told += u32::from(is_told);
+                hidden += u32::from(is_lost && [0.0, 0.5, 1.0].into_iter().all(is_at));
+            }
+        }
+    }
+    assert!(told > 500 && hidden > 0, "{told} told, {hidden} lost between places that are reached");
 }

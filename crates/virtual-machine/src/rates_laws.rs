@@ -9,7 +9,7 @@ use crate::rates::{RateBounds, Rates};
 use crate::stepping::stops;
 
 #[path = "../../inverse-kinematics/tests/common/mod.rs"]
-mod common;
+pub(crate) mod common;
 
 const LENGTH: f64 = 180.0;
 
