@@ -1,23 +1,21 @@
 //! Postures along a pass: the cheapest sequence, prescribed ones.
 
 use facemill_cl_data::{CcPoint, Pass, Posture, Silent};
-use facemill_cutter_location::cusp::Strip;
 use facemill_cutter_location::{
     AxisTarget, Configuration, Hints, Infeasible, Outcome, PassSettings, PassTask, PlannedPass, PoseTest, PostureMode,
     SearchCurve, SearchOrder, SearchSettings, SmoothSettings, Workcell, plan_passes, search,
 };
 use facemill_interference::MeshTree;
-use facemill_inverse_kinematics::{Axis, AxisKind, AxisValues};
+use facemill_inverse_kinematics::{AxisKind, AxisValues};
 use facemill_sample_parts::{PatchSpec, patch};
-use facemill_tool_model::{Cusp, Outline, cl_from_cc, cusp_height_between};
+use facemill_tool_model::cl_from_cc;
 use nalgebra::{Point3, Unit, Vector3};
 
 use crate::kit::{Ball, Random, cc_on_patch, cc_on_plane, curve_deg, machine, obstacle, plane, stand, tool, workcell};
+use crate::pass_costs::{Cost, SMOOTH, seen};
 
-const STRIP: Strip = Strip { step_over: 6.0, curvature: 0.0 };
 /// A feed at which the rotary axes cannot follow everywhere, mm/s.
 const FAST: f64 = 60.0;
-const SMOOTH: SmoothSettings = SmoothSettings { feed: 20.0, cusp: 0.05, strip: STRIP };
 
 fn settings(mode: PostureMode, max_turn_per_mm: f64) -> PassSettings {
     PassSettings { search: SearchSettings::default(), mode, max_turn_per_mm }
@@ -40,77 +38,6 @@ fn wavy_tasks(spec: &PatchSpec, step: f64) -> Vec<PassTask> {
             PassTask { pass: Pass::new(points), curve, strips: Vec::new() }
         })
         .collect()
-}
-
-/// Tool axis by its parts along feed, left and normal.
-fn seen(cc: &CcPoint, p: Posture) -> Vector3<f64> {
-    let axis = cc.tool_axis(p);
-    Vector3::new(cc.feed.dot(&axis), cc.left().dot(&axis), cc.normal.dot(&axis))
-}
-
-/// Cost of a sequence at all points of a pass as docs/method.md defines it, written down a second time.
-struct Cost<'c> {
-    cell: &'c Workcell<'c>,
-    points: &'c [CcPoint],
-    max_turn_per_mm: f64,
-    feed: f64,
-    /// Mean time between layers, s.
-    layer_time: f64,
-}
-
-impl Cost<'_> {
-    fn length(&self, k: usize) -> f64 {
-        (self.points[k + 1].position - self.points[k].position).norm()
-    }
-
-    fn of(&self, way: &[(Posture, AxisValues)]) -> f64 {
-        let n = self.points.len();
-        let steps: Vec<f64> = (0..n - 1).map(|k| self.length(k) / self.feed).collect();
-        let mut sum = 0.0;
-        for (k, (posture, _)) in way.iter().enumerate() {
-            let before = if k > 0 { steps[k - 1] } else { 0.0 };
-            let after = if k + 1 < n { steps[k] } else { 0.0 };
-            let outline = Outline::new(self.cell.tool.cutter(), *posture);
-            let height = match cusp_height_between(&outline, &outline, STRIP.step_over, STRIP.curvature) {
-                Cusp::Height(h) => (h / SMOOTH.cusp).min(4.0),
-                Cusp::Uncut => 4.0,
-            };
-            sum += 0.5 * (before + after) * (height.powi(2) + (20.0 * (height - 0.9f64).max(0.0)).powi(2));
-        }
-        for k in 1..n {
-            for (index, axis) in self.cell.machine.axes().iter().enumerate() {
-                let way_of_axis = axis_step(axis, index, way[k - 1].1, way[k].1);
-                let mut much =
-                    axis.max_velocity.min(axis.max_acceleration.map_or(f64::INFINITY, |a| a * self.layer_time));
-                if axis.kind == AxisKind::Rotary {
-                    much = much.min(self.max_turn_per_mm * self.feed);
-                }
-                sum += (way_of_axis / steps[k - 1] / much).powi(2) * steps[k - 1];
-            }
-            // An axis that cannot keep the programmed feed.
-            let fastest = self.fastest(way[k - 1].1, way[k].1, steps[k - 1]);
-            sum += if fastest > 1.0 + 1e-9 { 1e4 * fastest } else { 0.0 };
-            let turn = (seen(&self.points[k], way[k].0) - seen(&self.points[k - 1], way[k - 1].0)).norm();
-            let limit = self.max_turn_per_mm * self.length(k - 1);
-            assert!(turn <= limit, "the scene is to stay below the limit: {turn} {limit}");
-        }
-        sum
-    }
-
-    /// Speed of the axis that is nearest to its largest velocity, or farthest beyond it, over that velocity.
-    fn fastest(&self, from: AxisValues, to: AxisValues, time: f64) -> f64 {
-        let axes = self.cell.machine.axes().iter().enumerate();
-        axes.map(|(index, axis)| axis_step(axis, index, from, to).abs() / time / axis.max_velocity).fold(0.0, f64::max)
-    }
-}
-
-/// How far an axis goes from one position to another, an endless one the short way.
-fn axis_step(axis: &Axis, index: usize, from: AxisValues, to: AxisValues) -> f64 {
-    let step = to.get_or_zero(index) - from.get_or_zero(index);
-    if !axis.endless {
-        return step;
-    }
-    (step + std::f64::consts::PI).rem_euclid(std::f64::consts::TAU) - std::f64::consts::PI
 }
 
 /// A feasible posture, and the machine in it at the largest lift, where nodes of the graph stand.
@@ -167,7 +94,7 @@ fn the_graphs_optimum_is_that_of_all_sequences_and_the_gap_is_true() {
         let length: f64 = points.windows(2).map(|p| (p[1].position - p[0].position).norm()).sum();
         let layer_time = length / feed / (points.len() - 1) as f64;
         let cost = Cost { cell: &cell, points: &points, max_turn_per_mm: max_turn, feed, layer_time };
-        let least = all_ways(&choices).iter().map(|way| cost.of(way)).fold(f64::INFINITY, f64::min);
+        let least = cost.least(&choices);
         let optimum = planned.optimum.expect("a sequence was sought");
         assert!((optimum.graph - least).abs() < 1e-9 * least, "{} {least}", optimum.graph);
         let way: Vec<(Posture, AxisValues)> = planned
@@ -251,12 +178,9 @@ fn nodes_that_do_not_stand_as_seated_leave_the_graph_and_the_gap_of_the_rest_is_
         removed += usize::from(posed.len() < points.len());
         let own: Vec<CcPoint> = posed.iter().map(|&k| points[k]).collect();
         let cost = Cost { cell: &cell, points: &own, max_turn_per_mm: 1.0, feed: SMOOTH.feed, layer_time };
-        let least = |choices: &[Vec<(Posture, AxisValues)>]| {
-            all_ways(choices).iter().map(|way| cost.of(way)).fold(f64::INFINITY, f64::min)
-        };
-        let below = least(&posed.iter().map(|&k| free[k].clone()).collect::<Vec<_>>());
+        let below = cost.least(&posed.iter().map(|&k| free[k].clone()).collect::<Vec<_>>());
         let best = |k: &usize| if standing[*k].is_empty() { free[*k].clone() } else { standing[*k].clone() };
-        let above = least(&posed.iter().map(best).collect::<Vec<_>>());
+        let above = cost.least(&posed.iter().map(best).collect::<Vec<_>>());
         let near = 1e-9 * above;
         assert!(below - near <= optimum.graph && optimum.graph <= above + near, "{below} {} {above}", optimum.graph);
         let pose = |k: &usize| planned.outcomes.points[*k].as_ref().map(|p| (p.posture, p.configuration.axes)).unwrap();
