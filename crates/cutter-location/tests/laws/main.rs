@@ -1,6 +1,7 @@
 //! Laws of the tilt and rotate search, of passes, entries, exits and links, against closed forms and dense scans.
 
 mod approach;
+mod band;
 mod branch;
 mod certified;
 mod kit;
