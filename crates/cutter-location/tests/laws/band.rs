@@ -1,16 +1,16 @@
-//! What the smooth band does where little is feasible.
+//! What the smooth band does where little is feasible, and where it would turn too fast.
 //!
-//! The scenes put cages around the holder: three balls that leave it room for a few postures about one of them. The postures
-//! that a plan may try there are few and known.
+//! Most scenes put cages around the holder: three balls that leave it room for a few postures about one of them. The
+//! postures that a plan may try there are few and known.
 
 use facemill_cl_data::{CcPoint, Pass, Posture, Silent};
 use facemill_cutter_location::{
     Hints, PassSettings, PassTask, PlannedPass, PoseTest, PostureMode, SearchCurve, SearchOrder, SearchSettings,
-    plan_passes, search,
+    SmoothSettings, Workcell, plan_passes, search,
 };
 use facemill_interference::MeshTree;
 use facemill_tool_model::{Cutter, ToolAssembly};
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
 
 use crate::kit::{Ball, Random, cc_on_plane, curve_deg, machine, obstacle, plane, posture_deg, tool, workcell};
 use crate::pass_costs::SMOOTH;
@@ -30,8 +30,8 @@ fn mill() -> ToolAssembly {
     tool(16.0, 2.0, 12.0)
 }
 
-/// Balls that leave the tool axis a triangle of postures about one, whose middle is `room` (rad) away from its sides; the
-/// triangle is turned by an angle about the axis.
+/// Balls that leave the tool axis a triangle of postures about one, whose middle is `room` (rad) away from its sides;
+/// the triangle is turned by an angle about the axis.
 fn cage(cutter: &Cutter, cc: &CcPoint, posture: Posture, room: f64, turn: f64) -> Vec<MeshTree> {
     let radius = 4.0;
     let away = HOLDER + radius + HEIGHT * room.tan();
@@ -90,8 +90,8 @@ fn is_beside(test: &PoseTest<'_>, cc: &CcPoint) -> bool {
     found.is_err() && lattice(TILTS, ROTATES, COARSE).iter().all(|p| !is_free(test, cc, *p))
 }
 
-/// Whether all postures of a disc about one are feasible, of so large a radius that a posture of the fine lattice is in it
-/// (half the diagonal of its meshes, and a little): looked at on a grid.
+/// Whether all postures of a disc about one are feasible, of so large a radius that a posture of the fine lattice is in
+/// it (half the diagonal of its meshes, and a little): looked at on a grid.
 fn is_wide_place(test: &PoseTest<'_>, cc: &CcPoint, p: Posture) -> bool {
     let radius = 0.75 * FINE.to_radians();
     let grid = (-4..=4).flat_map(|i| (-4..=4).map(move |j| (0.25 * f64::from(i), 0.25 * f64::from(j))));
@@ -186,4 +186,45 @@ fn a_point_with_room_for_its_node_only_stands_in_it() {
             assert!((found.rotate - node.rotate).abs() * node.tilt.sin() < 2.0 * room, "{found:?} {node:?}");
         }
     });
+}
+
+/// Points over an edge rounded by a small radius between two planes: the normal turns by `bend` (rad) within a few of
+/// them.
+fn over_an_edge(bend: f64, at: usize, n: usize, step: f64) -> Vec<CcPoint> {
+    const ROUNDED: usize = 3;
+    let mut position = Point3::origin();
+    (0..n)
+        .map(|k| {
+            let share = (k.saturating_sub(at) as f64 / ROUNDED as f64).min(1.0);
+            let (sin, cos) = (bend * share).sin_cos();
+            let (normal, feed) = (Vector3::new(sin, 0.0, cos), Vector3::new(cos, 0.0, -sin));
+            position += feed * step;
+            CcPoint::new(position, normal, feed).unwrap()
+        })
+        .collect()
+}
+
+#[test]
+fn most_passes_that_smoothing_makes_turn_too_fast_are_bound_until_they_do_not() {
+    let (machine, tool) = (machine(), mill());
+    let cell: Workcell<'_> = workcell(&machine, &tool, Vec::new());
+    let test = PoseTest::new(&cell);
+    // Smoothed without regard to the limit, the axis would swing through the ranges at the edge.
+    // So small ranges that a turn over all of them is within the limit between layers, and not between neighbours.
+    let curve = curve_deg([12.0, -20.0], [12.6, -22.0], SearchOrder::TiltFirst, 1.0);
+    // A cusp that binds nothing.
+    let smooth = SmoothSettings { cusp: 0.5, ..SMOOTH };
+    let settings = PassSettings { mode: PostureMode::Smooth(smooth), ..settings(SearchSettings::default(), 5e-4) };
+    let mut random = Random(73);
+    // Rounds are few, so that steps may be left, which are told as jumps; unbound, there are some in every pass.
+    let (mut settled, scenes) = (0, 20);
+    for _ in 0..scenes {
+        let (bend, at) = (random.between(0.015, 0.03), random.between(11.0, 19.0) as usize);
+        let points = over_an_edge(bend, at, 32, random.between(3.5, 5.0));
+        let plan = planned(&test, &points, curve, &settings);
+        let optimum = plan.optimum.unwrap();
+        assert!(optimum.graph < 1e4, "no step of the graph's sequence is beyond a limit: {optimum:?}");
+        settled += usize::from(optimum.jumps == 0);
+    }
+    assert!(2 * settled >= scenes, "no step is beyond a limit in {settled} of {scenes} passes only");
 }
