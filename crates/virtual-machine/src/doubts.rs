@@ -59,8 +59,8 @@ impl Doubts {
 /// What a fault puts in doubt.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Scope {
-    /// No motion: spindle, feed, text that is not run, and M functions of the machine builder, which every shop has and only
-    /// the shop can judge.
+    /// No motion: spindle, feed, text that is not run, and M functions of the machine builder, which every shop has
+    /// and only the shop can judge.
     Nothing,
     /// The blocks that it is told for.
     Block,

@@ -120,8 +120,8 @@ impl<'s, 'a> Prover<'s, 'a> {
 
     /// The smallest depth that is proven for the whole move against all obstacles, or the obstacle for which none is.
     ///
-    /// Where the cutter may cut, the control's tolerance is the error budget's, and only told. What it must not touch it must
-    /// not touch with the control's tolerance: there that is part of the proof.
+    /// Where the cutter may cut, the control's tolerance is the error budget's, and only told. What it must not touch
+    /// it must not touch with the control's tolerance: there that is part of the proof.
     fn depth(&mut self) -> Result<Depth, Open> {
         let scene = self.scene;
         let mut deepest = Depth { programmed: 0.0, with_control: 0.0 };
@@ -202,8 +202,8 @@ impl<'s, 'a> Prover<'s, 'a> {
             .all(|solid| self.clears(&Pair { mount, frame, solid: &solid, obstacle, is_charged }, interval))
     }
 
-    /// The smallest distance that is proven for all bodies, with what the control may leave its motion by; or the first pair
-    /// that is not proven to keep its required clearance.
+    /// The smallest distance that is proven for all bodies, with what the control may leave its motion by; or the
+    /// first pair that is not proven to keep its required clearance.
     fn clearance(&mut self) -> Result<Option<Nearest>, Open> {
         let scene = self.scene;
         let (mut first_open, mut smallest) = (None, None::<Nearest>);
@@ -323,12 +323,12 @@ impl<'s, 'a> Prover<'s, 'a> {
         })
     }
 
-    /// By how much a point at most `reach` from the tip may be beside the programmed motion, mm: the control leaves the tip's
-    /// way by its path tolerance, and the tool axis and every rotary axis by its orientation tolerance.
+    /// By how much a point at most `reach` from the tip may be beside the programmed motion, mm: the control leaves
+    /// the tip's way by its path tolerance, and the tool axis and every rotary axis by its orientation tolerance.
     ///
-    /// What is round about the tool axis is turned by the tool axis alone, what else is fixed to the tool by all rotary axes.
-    /// Other parts of the machine go with the axes between them and the obstacle ([`RateBounds::strayed`]). `None` where that
-    /// has no bound.
+    /// What is round about the tool axis is turned by the tool axis alone, what else is fixed to the tool by all
+    /// rotary axes. Other parts of the machine go with the axes between them and the obstacle
+    /// ([`RateBounds::strayed`]). `None` where that has no bound.
     fn control(&self, pair: &Pair<'_>, start: &AxisValues, rates: Option<&Rates>, reach: f64) -> Option<f64> {
         let tolerance = self.scene.setup.machine.motion_law().control_tolerance;
         if !pair.is_charged || tolerance == ControlTolerance::default() {

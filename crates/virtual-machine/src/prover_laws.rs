@@ -71,8 +71,8 @@ fn no_point_of_the_tool_departs_farther_from_its_interval_than_told() {
     }
 }
 
-/// Whether the cutter, 25 mm wide, is told to stay above 0 at a ledge from `edge` mm beside its axis on, between 11.5 and 13 mm
-/// above the tip; its flute ends at 12 mm with a sharp rim.
+/// Whether the cutter, 25 mm wide, is told to stay above 0 at a ledge from `edge` mm beside its axis on, between 11.5
+/// and 13 mm above the tip; its flute ends at 12 mm with a sharp rim.
 fn stays_off_the_ledge(edge: f64) -> bool {
     let shop = kit::Shop::new();
     let ledge = MeshTree::new(&kit::box_mesh([edge, -2.0, 11.5], [edge + 10.0, 2.0, 13.0]));

@@ -110,13 +110,14 @@ impl<'a> RateBounds<'a> {
         self.machine.axes().iter().filter(|a| a.kind == AxisKind::Rotary).count() as f64
     }
 
-    /// How far any point of tool and machine, at most `reach` from the tip at the start, strays against any other part of the
-    /// machine over an interval in which the axes go with `rates`, mm, while the tip strays by `tolerance.path` from its way
-    /// on the work and every rotary axis by `tolerance.orientation`; `None` where no bound is known.
+    /// How far any point of tool and machine, at most `reach` from the tip at the start, strays against any other
+    /// part of the machine over an interval in which the axes go with `rates`, mm, while the tip strays by
+    /// `tolerance.path` from its way on the work and every rotary axis by `tolerance.orientation`; `None` where no
+    /// bound is known.
     ///
-    /// The rotary axes stray by D together. The linear ones carry the tip back: as the axes of [`Self::following`] do on a way
-    /// of the length of the path tolerance, S ≤ κ·(path + D·L). A point strays by S and by D times its largest distance from a
-    /// rotary axis.
+    /// The rotary axes stray by D together. The linear ones carry the tip back: as the axes of [`Self::following`] do
+    /// on a way of the length of the path tolerance, S ≤ κ·(path + D·L). A point strays by S and by D times its
+    /// largest distance from a rotary axis.
     pub(crate) fn strayed(
         &self,
         tolerance: ControlTolerance,

@@ -151,15 +151,16 @@ impl<'a> Scene<'a> {
         }
     }
 
-    /// What the control may make of a depth, mm: its tolerance at the point of the cutter that is farthest from the tip.
+    /// What the control may make of a depth, mm: its tolerance at the point of the cutter that is farthest from the
+    /// tip.
     pub(crate) fn cutter_control(&self) -> f64 {
         let cutter = self.setup.tool.cutter();
         let farthest = cutter.radius().hypot(cutter.flute_length().max(cutter.corner_radius()));
         self.setup.machine.motion_law().control_tolerance.charge(farthest)
     }
 
-    /// Distance from an obstacle's mesh at which a body is a collision, mm: all of the stock, but a little less than the
-    /// clearance.
+    /// Distance from an obstacle's mesh at which a body is a collision, mm: all of the stock, but a little less than
+    /// the clearance.
     pub(crate) fn hit_distance(&self, body: &SceneBody, obstacle: &SceneObstacle<'_>) -> f64 {
         let slack = self.settings.clearance_slack;
         match obstacle.role {

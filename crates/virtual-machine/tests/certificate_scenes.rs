@@ -36,8 +36,8 @@ fn shop(path_mm: f64, orientation_deg: f64, bed_bodies: Vec<BodyFile>) -> Shop {
     Shop::with_machine(Machine::from_file(file).unwrap())
 }
 
-/// The same with a post of 60 mm radius on its bed, 180 mm beside the middle of the plate and up to `top` above it, that
-/// keeps 5 mm.
+/// The same with a post of 60 mm radius on its bed, 180 mm beside the middle of the plate and up to `top` above it,
+/// that keeps 5 mm.
 fn shop_with_post(path_mm: f64, top: f64) -> Shop {
     let foot = Shop::new().table_from_work * Point3::new(0.0, 180.0, 0.0);
     let post = BodyFile {
