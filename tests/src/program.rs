@@ -19,7 +19,10 @@ pub fn facemill() -> &'static Path {
             Some(name) => name,
         };
         let status = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
-            .args(["build", "--quiet", "-p", "facemill", "--bin", "facemill", "--profile", profile, "--target-dir"])
+            // With the tests of all packages, as `cargo test --workspace` has just built them: alone, the binary's crates would have
+            // other features, and all be compiled a second time.
+            .args(["build", "--quiet", "--workspace", "--tests", "--bin", "facemill", "--profile", profile])
+            .arg("--target-dir")
             .arg(folder.parent().expect("a target folder"))
             .current_dir(crate::shared::workspace())
             .status()
