@@ -204,7 +204,8 @@ pub struct OptimumReport {
     pub jumps: usize,
 }
 
-/// How finely searches along the curve at the path's CC points are proven to have passed over nothing feasible, in all places of the pattern.
+/// How finely searches along the curve at the path's CC points are proven to have passed over nothing feasible, in all places of
+/// the pattern.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct SearchProofReport {
     /// `certified_u_width` of the job.

@@ -209,8 +209,8 @@ fn most_passes_that_smoothing_makes_turn_too_fast_are_bound_until_they_do_not() 
     let (machine, tool) = (machine(), mill());
     let cell: Workcell<'_> = workcell(&machine, &tool, Vec::new());
     let test = PoseTest::new(&cell);
-    // Smoothed without regard to the limit, the axis would swing through the ranges at the edge.
-    // So small ranges that a turn over all of them is within the limit between layers, and not between neighbours.
+    // Smoothed without regard to the limit, the axis would swing through the ranges at the edge. They are so small that a turn
+    // over all of them is within the limit between layers, and not between neighbours.
     let curve = curve_deg([12.0, -20.0], [12.6, -22.0], SearchOrder::TiltFirst, 1.0);
     // A cusp that binds nothing.
     let smooth = SmoothSettings { cusp: 0.5, ..SMOOTH };
