@@ -15,19 +15,23 @@ use std::collections::BTreeSet;
 
 pub use reader::{FanucReader, read_fanuc};
 
-use crate::{PostSettings, ProgramSpec, WriteError, WrittenProgram};
+use crate::{HeadSpec, PostSettings, ProgramSpec, WriteError, WrittenProgram};
 use body::BodyWriter;
 use lines::LineSink;
 
-/// The program as FANUC text, with `\n` line ends.
-pub(crate) fn write(spec: &ProgramSpec, settings: &PostSettings) -> Result<WrittenProgram, WriteError> {
-    let lines = template::render(spec, settings)?;
+/// The program as FANUC text, with `\n` line ends. `heads` is empty for a machine of one head.
+pub(crate) fn write(
+    spec: &ProgramSpec,
+    heads: &[HeadSpec],
+    settings: &PostSettings,
+) -> Result<WrittenProgram, WriteError> {
+    let lines = template::render(spec, heads, settings)?;
     let labels: BTreeSet<u32> = lines.iter().filter_map(|line| label(line)).collect();
     let mut sink = LineSink::new(settings, labels, spec.program.blocks.len());
     let mut block_lines = Vec::new();
     for line in &lines {
         if line == template::BODY {
-            block_lines = BodyWriter::new(spec, settings, &mut sink).write(&spec.program.blocks)?;
+            block_lines = BodyWriter::new(spec, heads, settings, &mut sink).write(&spec.program.blocks)?;
         } else {
             sink.push_template_line(line)?;
         }

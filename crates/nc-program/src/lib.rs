@@ -61,8 +61,10 @@
 //! It must not know surfaces, and of machines only axis letters, offsets and the tool length.
 
 mod apt;
+mod axis_lengths;
 mod axis_words;
 mod fanuc;
+mod heads;
 mod number_text;
 mod post_file;
 mod program;
@@ -77,8 +79,10 @@ pub use apt::{
     AptCutter, AptFile, AptMeaning, AptMove, AptPoint, AptPointKind, AptSpec, AptStatement, AptUnknownWord, read_apt,
     write_apt,
 };
+pub use axis_lengths::AxisLengths;
 pub use axis_words::{AxisKind, AxisLetter, AxisNameError, AxisWord, AxisWords, TooManyAxes};
 pub use fanuc::{FanucReader, read_fanuc};
+pub use heads::{HeadError, HeadSpec, MappedHead};
 pub use post_file::{
     BlockNumbers, Decimals, Dialect, LAST_PROGRAM_NUMBER, PostError, PostFile, PostSettings, RoundingBound, Template,
 };
@@ -124,7 +128,29 @@ pub struct WrittenProgram {
 /// As [`write_program`].
 pub fn write_program_with_lines(spec: &ProgramSpec, settings: &PostSettings) -> Result<WrittenProgram, WriteError> {
     match settings.dialect {
-        Dialect::Fanuc => fanuc::write(spec, settings),
+        Dialect::Fanuc => fanuc::write(spec, &[], settings),
+    }
+}
+
+/// [`write_program_with_lines`] for a machine of several heads, whose axes all stand in one block: `heads` are all of them,
+/// and the tool and spindle of `spec` those of the first. The template has them as `heads`.
+///
+/// FANUC: the length of each head is switched on in a block of its own, for its spindle axis (tool length offset type C),
+/// and S, M3, M4 and M5 of each spindle have its number as P.
+///
+/// # Errors
+/// As [`write_program`]; when the heads share a number or an axis, there are not 2 to 4 of them, the first motion says
+/// nothing of one, or the feed mode is RTCP, which can follow one tip.
+pub fn write_program_of_heads(
+    spec: &ProgramSpec,
+    heads: &[HeadSpec],
+    settings: &PostSettings,
+) -> Result<WrittenProgram, WriteError> {
+    if heads.is_empty() {
+        return Err(HeadError::Count { n: 0 }.into());
+    }
+    match settings.dialect {
+        Dialect::Fanuc => fanuc::write(spec, heads, settings),
     }
 }
 

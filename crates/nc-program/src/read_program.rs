@@ -1,4 +1,4 @@
-use crate::{AxisWords, Coolant, FeedMode, ReadPosition, WorkOffset};
+use crate::{AxisLengths, AxisWords, Coolant, FeedMode, ReadPosition, WorkOffset};
 
 /// An NC program as its text says it: modal state resolved, nothing executed.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -28,6 +28,8 @@ pub struct ReadBlock {
     pub sets_state: bool,
     /// Length compensation in force behind the block, whether it moves or not.
     pub compensation: Compensation,
+    /// The same by axis, for machines of several heads.
+    pub lengths: AxisLengths,
     /// Where the block moves to.
     pub motion: Option<ReadMotion>,
     /// What else it says.
@@ -48,6 +50,8 @@ pub struct ReadMotion {
     pub work_offset: WorkOffset,
     /// Length compensation in force.
     pub compensation: Compensation,
+    /// The same by axis, for machines of several heads.
+    pub lengths: AxisLengths,
     /// Where a reference return goes first, in words; `None` where it goes directly.
     pub via: Option<Box<AxisWords>>,
     /// Centre or radius of an arc.
@@ -140,6 +144,9 @@ pub enum ReadCommand {
     ProgramNumber(u32),
     /// Tool number (T); the change itself is M6.
     Tool(u32),
+    /// Number of the spindle (P) that S, M3, M4 and M5 of the same block are for, on machines of several; it stands
+    /// before them.
+    Spindle(u32),
     /// Spindle speed (S), 1/min.
     SpindleSpeed(f64),
     /// Spindle on.
@@ -197,6 +204,8 @@ pub struct ToolLengthNote {
     pub line: u32,
     /// mm.
     pub length: f64,
+    /// Register (H) that the comment names: `TOOL LENGTH 420.000 H2`.
+    pub register: Option<u32>,
 }
 
 /// Something a reader could not decide from the text alone, once per kind.

@@ -1,6 +1,6 @@
 use nalgebra::Point3;
 
-use crate::{AxisAt, AxisKind, AxisLetter, AxisWords, Compensation, ReadMotion, WorkOffset};
+use crate::{AxisAt, AxisKind, AxisLetter, AxisWords, Compensation, MappedHead, ReadMotion, WorkOffset, heads};
 
 /// How a machine axis appears in NC words.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -16,15 +16,20 @@ pub struct MappedAxis {
 }
 
 /// Joint values (mm, rad, in the machine's axis order, as its scales show them) to NC words (mm, deg) and back, for one
-/// work offset and one tool length.
+/// work offset and one tool length, or that of each head.
 ///
 /// word = joint − offset, and with length compensation (G43 H) along the axis parallel to the spindle less the tool
-/// length: in FEED (9) the programmed Z is the tip's Z at B = 0.
+/// length: in FEED (9) the programmed Z is the tip's Z at B = 0. On a machine of several heads ([`WordMap::with_heads`])
+/// each head has a length and a register of its own, which acts on its spindle axis alone (tool length offset type C).
 #[derive(Clone, Debug, PartialEq)]
 pub struct WordMap {
     axes: Vec<MappedAxis>,
     work_offset: WorkOffset,
     tool_length: f64,
+    /// Of each axis: what length compensation takes off its words, mm.
+    lengths: Vec<f64>,
+    /// Empty on a machine of one head.
+    heads: Vec<MappedHead>,
 }
 
 /// Why joint values and words do not go together.
@@ -64,6 +69,22 @@ pub enum WordMapError {
     /// Under RTCP the linear words are the tip's: joint values follow from the machine's kinematics only.
     #[error("the words are the tip's under RTCP")]
     Rtcp,
+    /// The heads do not go together with each other or with the axes.
+    #[error(transparent)]
+    Heads(#[from] crate::HeadError),
+    /// The length of a register that is not this head's is on for its axis.
+    #[error("axis {axis} has the length of H{found}, its tool's is in H{expected}")]
+    OtherRegister {
+        /// The spindle axis of the head.
+        axis: AxisLetter,
+        /// Register in force.
+        found: u32,
+        /// Register of the head.
+        expected: u32,
+    },
+    /// A length compensation that does not say which head's axis it acts on.
+    #[error("a length compensation does not name the one axis that it acts on (`G43 Z2=… H2`)")]
+    UnclearLength,
 }
 
 impl WordMap {
@@ -84,7 +105,37 @@ impl WordMap {
         if !tool_length.is_finite() {
             return Err(WordMapError::NotFinite);
         }
-        Ok(Self { axes, work_offset, tool_length })
+        let lengths = axes.iter().map(|a| a.along_spindle * tool_length).collect();
+        Ok(Self { axes, work_offset, tool_length, lengths, heads: Vec::new() })
+    }
+
+    /// A map for a machine of several heads. The length of a head acts on its spindle axis alone, so every other axis has
+    /// to have an [`MappedAxis::along_spindle`] of 0, and a spindle axis 1 or −1 with its own head's spindle.
+    ///
+    /// # Errors
+    /// As [`WordMap::new`], and when the heads are not as [`HeadError`](crate::HeadError) says.
+    pub fn with_heads(
+        axes: Vec<MappedAxis>,
+        work_offset: WorkOffset,
+        heads: Vec<MappedHead>,
+    ) -> Result<Self, WordMapError> {
+        heads::check(&heads)?;
+        heads::check_axes(&heads, &axes)?;
+        // There are two heads at least.
+        let mut map = Self::new(axes, work_offset, heads[0].tool_length)?;
+        let length = |axis: &MappedAxis| {
+            let own = heads.iter().find(|h| h.spindle_axis == axis.letter);
+            own.map_or(0.0, |h| axis.along_spindle.signum() * h.tool_length)
+        };
+        map.lengths = map.axes.iter().map(length).collect();
+        map.heads = heads;
+        Ok(map)
+    }
+
+    /// The heads of a machine that has several; empty for one head.
+    #[must_use]
+    pub fn heads(&self) -> &[MappedHead] {
+        &self.heads
     }
 
     /// The axes, in the machine's order.
@@ -99,7 +150,7 @@ impl WordMap {
         self.work_offset
     }
 
-    /// From the gauge line to the tip, mm.
+    /// From the gauge line to the tip, mm; of several heads that of the first.
     #[must_use]
     pub fn tool_length(&self) -> f64 {
         self.tool_length
@@ -110,7 +161,7 @@ impl WordMap {
     /// # Errors
     /// When the number of values is not that of the axes.
     pub fn words(&self, joints: &[f64]) -> Result<AxisWords, WordMapError> {
-        self.words_with(joints, self.tool_length)
+        self.words_with(joints, true)
     }
 
     /// Words of joint values with the length compensation off (G49).
@@ -118,15 +169,18 @@ impl WordMap {
     /// # Errors
     /// When the number of values is not that of the axes.
     pub fn uncompensated_words(&self, joints: &[f64]) -> Result<AxisWords, WordMapError> {
-        self.words_with(joints, 0.0)
+        self.words_with(joints, false)
     }
 
     /// Words under RTCP: X, Y, Z of `tip` (mm, in the frame of the work offset, fixed to the table), other axes as
     /// without it.
     ///
     /// # Errors
-    /// When the number of values is not that of the axes.
+    /// When the number of values is not that of the axes, or there are several heads, of which RTCP could follow one.
     pub fn rtcp_words(&self, tip: &Point3<f64>, joints: &[f64]) -> Result<AxisWords, WordMapError> {
+        if !self.heads.is_empty() {
+            return Err(WordMapError::Rtcp);
+        }
         let mut words = self.words(joints)?;
         for axis in &self.axes {
             if let Some(k) = tip_coordinate(axis.letter) {
@@ -144,11 +198,11 @@ impl WordMap {
         if let Some(stranger) = words.iter().find(|w| self.axes.iter().all(|a| a.letter != w.letter)) {
             return Err(WordMapError::NoSuchAxis(stranger.letter));
         }
-        let joint = |axis: &MappedAxis| {
+        let joint = |(axis, length): (&MappedAxis, &f64)| {
             let word = words.get(axis.letter).ok_or(WordMapError::UnknownAxis(axis.letter))?;
-            Ok(joint_of_word(axis, word, self.tool_length))
+            Ok(joint_of_word(axis, word, *length))
         };
-        self.axes.iter().map(joint).collect()
+        self.axes.iter().zip(&self.lengths).map(joint).collect()
     }
 
     /// Joint values at the end of a move that has been read, with the compensation that is on there. `reference` holds
@@ -156,31 +210,58 @@ impl WordMap {
     ///
     /// # Errors
     /// When the place of an axis is not known, the program names an axis that the machine does not have, the move uses
-    /// another work offset or RTCP, or `reference` has not one value for each axis.
+    /// another work offset or RTCP, `reference` has not one value for each axis, or, with several heads, an axis has the
+    /// length of another register than its head's.
     pub fn joints_at(&self, motion: &ReadMotion, reference: &[f64]) -> Result<Vec<f64>, WordMapError> {
         self.check_count(reference)?;
         self.check_frame(motion)?;
-        let length = match motion.compensation {
-            Compensation::Off => 0.0,
-            Compensation::Length(_) => self.tool_length,
-            Compensation::Rtcp(_) => return Err(WordMapError::Rtcp),
+        let joint = |(k, home): (usize, &f64)| {
+            let axis = &self.axes[k];
+            match motion.position.get(axis.letter) {
+                Some(AxisAt::Word(word)) => Ok(joint_of_word(axis, word, self.length_in(motion, k)?)),
+                Some(AxisAt::Machine(value)) => Ok(in_joint_unit(axis.letter, value)),
+                Some(AxisAt::Reference(1)) => Ok(*home),
+                Some(AxisAt::Reference(_)) | None => Err(WordMapError::UnknownAxis(axis.letter)),
+            }
         };
-        let joint = |(axis, home): (&MappedAxis, &f64)| match motion.position.get(axis.letter) {
-            Some(AxisAt::Word(word)) => Ok(joint_of_word(axis, word, length)),
-            Some(AxisAt::Machine(value)) => Ok(in_joint_unit(axis.letter, value)),
-            Some(AxisAt::Reference(1)) => Ok(*home),
-            Some(AxisAt::Reference(_)) | None => Err(WordMapError::UnknownAxis(axis.letter)),
-        };
-        self.axes.iter().zip(reference).map(joint).collect()
+        reference.iter().enumerate().map(joint).collect()
     }
 
-    fn words_with(&self, joints: &[f64], length: f64) -> Result<AxisWords, WordMapError> {
+    /// What the compensation in force takes off the words of an axis, mm.
+    fn length_in(&self, motion: &ReadMotion, axis: usize) -> Result<f64, WordMapError> {
+        let Some(head) = self.heads.first() else {
+            return match motion.compensation {
+                Compensation::Off => Ok(0.0),
+                Compensation::Length(_) => Ok(self.lengths[axis]),
+                Compensation::Rtcp(_) => Err(WordMapError::Rtcp),
+            };
+        };
+        if matches!(motion.compensation, Compensation::Rtcp(_)) {
+            return Err(WordMapError::Rtcp);
+        }
+        if !motion.lengths.is_clear() {
+            return Err(WordMapError::UnclearLength);
+        }
+        let letter = self.axes[axis].letter;
+        let Some(found) = motion.lengths.register_of(letter) else { return Ok(0.0) };
+        let own = self.heads.iter().find(|h| h.spindle_axis == letter);
+        match own {
+            Some(own) if own.length_register == found => Ok(self.lengths[axis]),
+            _ => {
+                let expected = own.unwrap_or(head).length_register;
+                Err(WordMapError::OtherRegister { axis: letter, found, expected })
+            }
+        }
+    }
+
+    fn words_with(&self, joints: &[f64], is_compensated: bool) -> Result<AxisWords, WordMapError> {
         self.check_count(joints)?;
-        let word = |(axis, joint): (&MappedAxis, &f64)| {
-            let value = joint - axis.offset - axis.along_spindle * length;
+        let word = |(k, joint): (usize, &f64)| {
+            let axis = &self.axes[k];
+            let value = joint - axis.offset - if is_compensated { self.lengths[k] } else { 0.0 };
             (axis.letter, if axis.letter.kind() == AxisKind::Rotary { value.to_degrees() } else { value })
         };
-        Ok(AxisWords::from_words(self.axes.iter().zip(joints).map(word))?)
+        Ok(AxisWords::from_words(joints.iter().enumerate().map(word))?)
     }
 
     fn check_count(&self, joints: &[f64]) -> Result<(), WordMapError> {
@@ -201,7 +282,7 @@ impl WordMap {
 }
 
 fn joint_of_word(axis: &MappedAxis, word: f64, length: f64) -> f64 {
-    in_joint_unit(axis.letter, word) + axis.offset + axis.along_spindle * length
+    in_joint_unit(axis.letter, word) + axis.offset + length
 }
 
 fn in_joint_unit(letter: AxisLetter, value: f64) -> f64 {

@@ -27,6 +27,36 @@ pub enum WriteError {
     /// RTCP words say nothing about where the axes are before RTCP is on.
     #[error("under RTCP the program needs the words of the place where it is switched on (`approach`)")]
     NoApproach,
+    /// The heads do not go together with each other or with the axes.
+    #[error(transparent)]
+    Heads(#[from] crate::HeadError),
+    /// The tool or spindle of the program is not that of its first head.
+    #[error("the {what} of the program is not that of its first head, `{head}`")]
+    OtherFirstHead {
+        /// Its name.
+        head: String,
+        /// `tool` or `spindle`.
+        what: &'static str,
+    },
+    /// RTCP holds one tip still, and there are several.
+    #[error("a program of several heads cannot be written with the feed mode rtcp: use g94 or g93")]
+    RtcpOfHeads,
+    /// The first motion says nothing of a spindle axis, so that its length cannot be switched on.
+    #[error("the first motion must name {axis}, the spindle axis of the head `{head}`")]
+    FirstMotionOfHead {
+        /// Its name.
+        head: String,
+        /// Its spindle axis.
+        axis: AxisLetter,
+    },
+    /// A block does not say which of several heads it is for.
+    #[error("{place}: {why}")]
+    WhichHead {
+        /// Block, such as `block 12`.
+        place: String,
+        /// What is missing.
+        why: String,
+    },
     /// Two axes of the machine have the same name.
     #[error("two axes are named {0}")]
     TwoAxes(AxisLetter),

@@ -30,6 +30,7 @@ pub(super) fn interpret(line: &mut Line, modal: &mut Modal, block: &mut ReadBloc
     let mut reading = BlockReading { line, modal, block, role: AxisRole::Target, has_parameters: false };
     reading.modal.position.start_block();
     reading.g_words()?;
+    reading.spindle_number()?;
     reading.m_words()?;
     reading.compensation_register()?;
     reading.feed_and_speed()?;
@@ -60,6 +61,22 @@ pub(super) struct BlockReading<'a> {
 }
 
 impl BlockReading<'_> {
+    /// P behind S, M3, M4 or M5: which spindle they are for. Behind other M functions it is theirs.
+    fn spindle_number(&mut self) -> Result<(), ReadError> {
+        let is_switch = |w: &Word| w.letter == b'M' && matches!(w.value, 3.0 | 4.0 | 5.0);
+        let words = &self.line.words;
+        let is_for_spindle = words.iter().any(|w| w.letter == b'S' || is_switch(w));
+        let has_other = words.iter().any(|w| w.letter == b'M' && !is_switch(w));
+        if self.role != AxisRole::Target || self.has_parameters || has_other || !is_for_spindle {
+            return Ok(());
+        }
+        if let Some(word) = self.take(b'P') {
+            let number = self.whole(&word)?;
+            self.block.commands.push(ReadCommand::Spindle(number));
+        }
+        Ok(())
+    }
+
     fn m_words(&mut self) -> Result<(), ReadError> {
         for k in 0..self.line.words.len() {
             let word = self.line.words[k];

@@ -5,11 +5,16 @@ use super::{
     template::{coolant_code, feed_code, spindle_code, spindle_speed},
     text::{clean_comment, comment_pieces, push_axis_word},
 };
-use crate::{AxisLetter, AxisWords, Block, FeedMode, PostSettings, ProgramSpec, WriteError, number_text};
+use crate::{
+    AxisKind, AxisLetter, AxisWords, Block, FeedMode, HeadSpec, PostSettings, ProgramSpec, ToolSpec, WriteError,
+    number_text,
+};
 
 /// Writes blocks as lines and leaves out what the control remembers.
 pub(super) struct BodyWriter<'a> {
     spec: &'a ProgramSpec,
+    /// Empty for one head.
+    heads: &'a [HeadSpec],
     settings: &'a PostSettings,
     sink: &'a mut LineSink,
     modal: Modal,
@@ -30,8 +35,13 @@ struct Modal {
 }
 
 impl<'a> BodyWriter<'a> {
-    pub(super) fn new(spec: &'a ProgramSpec, settings: &'a PostSettings, sink: &'a mut LineSink) -> Self {
-        Self { spec, settings, sink, modal: Modal::default(), line: String::new(), index: 0 }
+    pub(super) fn new(
+        spec: &'a ProgramSpec,
+        heads: &'a [HeadSpec],
+        settings: &'a PostSettings,
+        sink: &'a mut LineSink,
+    ) -> Self {
+        Self { spec, heads, settings, sink, modal: Modal::default(), line: String::new(), index: 0 }
     }
 
     /// Writes all blocks and returns the line at which each begins.
@@ -54,11 +64,8 @@ impl<'a> BodyWriter<'a> {
                 self.modal = Modal::default();
                 self.sink.push_block(&format!("T{number} M6"))
             }
-            Block::SpindleOn { rpm, clockwise } => {
-                let speed = spindle_speed(*rpm, &self.place())?;
-                self.sink.push_block(&format!("S{speed} {}", spindle_code(*clockwise)))
-            }
-            Block::SpindleOff => self.sink.push_block("M5"),
+            Block::SpindleOn { rpm, clockwise } => self.spindle_on(*rpm, *clockwise),
+            Block::SpindleOff => self.spindle_off(),
             Block::Coolant(coolant) => self.sink.push_block(coolant_code(*coolant)),
             Block::Dwell { seconds } => self.dwell(*seconds),
             Block::WorkOffset(offset) => {
@@ -85,6 +92,24 @@ impl<'a> BodyWriter<'a> {
             self.sink.push_plain(&format!("({piece})"))?;
         }
         Ok(())
+    }
+
+    fn spindle_on(&mut self, rpm: f64, clockwise: bool) -> Result<(), WriteError> {
+        if !self.heads.is_empty() {
+            return Err(
+                self.which_head("a spindle that is switched on must be told by its number: leave it to the template")
+            );
+        }
+        let speed = spindle_speed(rpm, &self.place())?;
+        self.sink.push_block(&format!("S{speed} {}", spindle_code(clockwise)))
+    }
+
+    /// All of them.
+    fn spindle_off(&mut self) -> Result<(), WriteError> {
+        if self.heads.is_empty() {
+            return self.sink.push_block("M5");
+        }
+        self.heads.iter().try_for_each(|head| self.sink.push_block(&format!("M5 P{}", head.spindle_number)))
     }
 
     fn rapid(&mut self, words: &AxisWords) -> Result<(), WriteError> {
@@ -132,7 +157,9 @@ impl<'a> BodyWriter<'a> {
 
     fn compensation(&mut self, register: u32, length: f64, words: &AxisWords) -> Result<(), WriteError> {
         let text = number_text::number(length, 3, true).ok_or_else(|| self.number_error("a length", length))?;
-        self.sink.push_plain(&format!("(TOOL LENGTH {text})"))?;
+        self.check_length(register, length, words)?;
+        let of_register = if self.heads.is_empty() { String::new() } else { format!(" H{register}") };
+        self.sink.push_plain(&format!("(TOOL LENGTH {text}{of_register})"))?;
         self.modal.words.clear();
         self.start_motion("G0");
         self.space();
@@ -141,6 +168,33 @@ impl<'a> BodyWriter<'a> {
         // Writing to a String cannot fail.
         let _ = write!(self.line, " H{register}");
         self.sink.push_block(&self.line)
+    }
+
+    /// Of several heads: the block names the spindle axis of the head whose register and length it takes, and no other
+    /// linear axis.
+    fn check_length(&self, register: u32, length: f64, words: &AxisWords) -> Result<(), WriteError> {
+        if self.heads.is_empty() {
+            return Ok(());
+        }
+        let mut linear = words.iter().filter(|w| w.letter.kind() == AxisKind::Linear).map(|w| w.letter);
+        let axis = linear.next().filter(|_| linear.next().is_none());
+        let head = self.heads.iter().find(|h| Some(h.spindle_axis) == axis);
+        match head {
+            Some(head) if head.tool.length_register == register && head.tool.length == length => Ok(()),
+            Some(head) => {
+                let ToolSpec { length, length_register, .. } = &head.tool;
+                let (name, axis) = (&head.name, head.spindle_axis);
+                Err(self
+                    .which_head(&format!("{axis} takes H{length_register}, {length} mm, of the head `{name}` alone")))
+            }
+            None => {
+                Err(self.which_head("a length compensation must name one linear axis: the spindle axis of its head"))
+            }
+        }
+    }
+
+    fn which_head(&self, why: &str) -> WriteError {
+        WriteError::WhichHead { place: self.place(), why: why.to_owned() }
     }
 
     fn home(&mut self, axes: &[AxisLetter]) -> Result<(), WriteError> {

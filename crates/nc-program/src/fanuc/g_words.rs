@@ -1,11 +1,13 @@
 //! What the G and H words of a block do to the modal state.
 
 use super::{
-    block::{AxisRole, BlockReading},
+    block::{AxisRole, BlockReading, axis_of},
     lexer::Word,
     modal::MotionCode,
 };
-use crate::{AxisKind, Compensation, MacroKind, Plane, ReadCommand, ReadError, ReadFault, WorkOffset};
+use crate::{
+    AxisKind, AxisLengths, AxisLetter, Compensation, MacroKind, Plane, ReadCommand, ReadError, ReadFault, WorkOffset,
+};
 
 impl BlockReading<'_> {
     /// Every G word of the block, in order.
@@ -150,9 +152,11 @@ impl BlockReading<'_> {
     pub(super) fn compensation_register(&mut self) -> Result<(), ReadError> {
         // Of the tool radius; without a radius compensation it has no effect.
         self.take(b'D');
-        if let Some(word) = self.take(b'H') {
+        let named = self.take(b'H');
+        if let Some(word) = named {
             self.modal.length_register = Some(self.whole(&word)?);
         }
+        self.axis_lengths(named.is_some());
         let Some(register) = self.modal.length_register else {
             return Ok(());
         };
@@ -171,6 +175,31 @@ impl BlockReading<'_> {
         Ok(())
     }
 
+    /// Takes the block's compensation as one of type C.
+    fn axis_lengths(&mut self, has_register: bool) {
+        let is_on = self.has_code(43.0);
+        if self.has_code(49.0) {
+            self.modal.lengths = AxisLengths::default();
+        }
+        match (is_on, self.length_axis(), self.modal.length_register) {
+            (true, Some(axis), Some(register)) if has_register => self.modal.lengths.set(axis, register),
+            (false, ..) if !has_register && !self.has_code(43.4) => {}
+            // A register in a block without G43 is for nothing while none is on.
+            (false, ..) if self.modal.compensation == Compensation::Off => {}
+            _ => self.modal.lengths.set_unclear(),
+        }
+    }
+
+    fn has_code(&self, code: f64) -> bool {
+        self.line.words.iter().any(|w| w.letter == b'G' && w.value == code)
+    }
+
+    /// The axis that a compensation of type C acts on: that of the block's only linear word, where it has a number.
+    fn length_axis(&self) -> Option<AxisLetter> {
+        let mut linear = self.line.words.iter().filter_map(axis_of).filter(|a| a.kind() == AxisKind::Linear);
+        linear.next().filter(|axis| axis.number() > 0 && linear.next().is_none())
+    }
+
     /// The words of axes that do not move now would be other numbers: those along the spindle with a length, all linear
     /// ones with RTCP.
     fn change_compensation(&mut self, compensation: Compensation) {
@@ -180,10 +209,20 @@ impl BlockReading<'_> {
         }
         let is_rtcp = |c| matches!(c, Compensation::Rtcp(_));
         let all = is_rtcp(before) || is_rtcp(compensation);
+        let named = self.length_axis().filter(|_| !all && self.has_code(43.0));
         let words = self.modal.position.words();
         for word in words.iter().filter(|w| w.letter.kind() == AxisKind::Linear) {
-            // Which linear axis is along the spindle, the text does not say. Controls use Z unless told otherwise.
-            if all || word.letter.letter() == 'Z' {
+            // Which linear axis is along the spindle, the text does not say. Controls use Z unless told otherwise: by
+            // their builder, or with type C by the blocks themselves.
+            let lengths = &self.modal.lengths;
+            let is_lengthened = match named {
+                Some(axis) => word.letter == axis,
+                None if word.letter.number() == 0 => word.letter.letter() == 'Z',
+                None => {
+                    word.letter.letter() == 'Z' || lengths.register_of(word.letter).is_some() || !lengths.is_clear()
+                }
+            };
+            if all || is_lengthened {
                 self.modal.position.forget_word(word.letter);
             }
         }

@@ -1,4 +1,4 @@
-use crate::{Compensation, FeedMode, Plane, ReadPosition, WorkOffset};
+use crate::{AxisLengths, Compensation, FeedMode, Plane, ReadPosition, WorkOffset};
 
 /// What a control remembers from block to block, as far as a program's text tells.
 #[derive(Clone, Debug, Default)]
@@ -15,6 +15,8 @@ pub(super) struct Modal {
     pub(super) feed: Option<f64>,
     pub(super) work_offset: WorkOffset,
     pub(super) compensation: Compensation,
+    /// The same by axis.
+    pub(super) lengths: AxisLengths,
     /// H as last said; `None` before the first, where a control takes the length of the tool or none.
     pub(super) length_register: Option<u32>,
     pub(super) position: ReadPosition,

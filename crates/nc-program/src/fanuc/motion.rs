@@ -136,6 +136,7 @@ impl BlockReading<'_> {
             feed,
             work_offset: modal.work_offset,
             compensation: modal.compensation,
+            lengths: modal.lengths,
             via,
             arc,
         });

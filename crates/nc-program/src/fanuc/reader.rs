@@ -83,6 +83,7 @@ impl FanucReader {
             skippable: false,
             sets_state: false,
             compensation: self.modal.compensation,
+            lengths: self.modal.lengths,
             motion: None,
             commands: Vec::new(),
         };
@@ -99,6 +100,7 @@ impl FanucReader {
         self.line.split_words(start)?;
         interpret(&mut self.line, &mut self.modal, &mut block)?;
         block.compensation = self.modal.compensation;
+        block.lengths = self.modal.lengths;
         block.sets_state = self.line.sets_state();
         self.note_words(&block);
         Ok(Some(block))
@@ -229,8 +231,8 @@ impl FanucReader {
 
     fn keep_comments(&mut self, block: &mut ReadBlock) {
         for comment in self.line.comments.drain(..) {
-            if let Some(length) = tool_length(&comment) {
-                self.tool_lengths.push(ToolLengthNote { line: self.line_number, length });
+            if let Some((length, register)) = tool_length(&comment) {
+                self.tool_lengths.push(ToolLengthNote { line: self.line_number, length, register });
             }
             block.commands.push(ReadCommand::Comment(comment));
         }
@@ -284,9 +286,14 @@ fn assignment_kind(variable: &[u8]) -> MacroKind {
     }
 }
 
-/// The number of a `TOOL LENGTH 420.000` comment.
-fn tool_length(comment: &str) -> Option<f64> {
-    let rest = comment.trim().to_ascii_uppercase();
-    let length: f64 = rest.strip_prefix("TOOL LENGTH ")?.trim().parse().ok()?;
-    length.is_finite().then_some(length)
+/// Length and register of a `TOOL LENGTH 420.000` or `TOOL LENGTH 420.000 H2` comment.
+fn tool_length(comment: &str) -> Option<(f64, Option<u32>)> {
+    let text = comment.trim().to_ascii_uppercase();
+    let mut words = text.strip_prefix("TOOL LENGTH ")?.split_ascii_whitespace();
+    let length: f64 = words.next()?.parse().ok()?;
+    let register = match words.next() {
+        Some(word) => Some(word.strip_prefix('H')?.parse().ok()?),
+        None => None,
+    };
+    (length.is_finite() && words.next().is_none()).then_some((length, register))
 }

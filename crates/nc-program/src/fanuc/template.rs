@@ -4,7 +4,8 @@ use serde::Serialize;
 
 use super::text::{clean_comment, push_axis_word};
 use crate::{
-    AxisKind, AxisLetter, AxisSpec, AxisWords, Coolant, FeedMode, PostSettings, ProgramSpec, WriteError, number_text,
+    AxisKind, AxisLetter, AxisSpec, AxisWords, Coolant, FeedMode, HeadSpec, MappedHead, PostSettings, ProgramSpec,
+    SpindleSpec, ToolSpec, WriteError, heads, number_text,
 };
 
 /// Stands for the motions while the template is rendered, because they can be longer than all the rest together.
@@ -17,6 +18,8 @@ struct Context {
     job: JobContext,
     tool: ToolContext,
     spindle: SpindleContext,
+    /// Empty for one head.
+    heads: Vec<HeadContext>,
     coolant: CodeContext,
     work_offset: String,
     feed: FeedContext,
@@ -54,6 +57,17 @@ struct SpindleContext {
     rpm: i64,
     clockwise: bool,
     code: &'static str,
+}
+
+#[derive(Serialize)]
+struct HeadContext {
+    name: String,
+    tool: ToolContext,
+    spindle: SpindleContext,
+    spindle_number: u32,
+    spindle_axis: AxisLetter,
+    /// Word of its spindle axis at the first position.
+    first: String,
 }
 
 #[derive(Serialize)]
@@ -99,8 +113,12 @@ struct WordsContext {
 }
 
 /// The template's lines, trimmed, without empty ones; exactly one is [`BODY`].
-pub(super) fn render(spec: &ProgramSpec, settings: &PostSettings) -> Result<Vec<String>, WriteError> {
-    let context = context(spec, settings)?;
+pub(super) fn render(
+    spec: &ProgramSpec,
+    heads: &[HeadSpec],
+    settings: &PostSettings,
+) -> Result<Vec<String>, WriteError> {
+    let context = context(spec, heads, settings)?;
     let template = &settings.template;
     let fault = |e: Error| WriteError::Template {
         name: template.name.clone(),
@@ -131,7 +149,7 @@ fn fixed(value: f64, decimals: u8) -> Result<String, Error> {
     text.ok_or_else(|| Error::new(ErrorKind::InvalidOperation, format!("{value} with {decimals} decimals")))
 }
 
-fn context(spec: &ProgramSpec, settings: &PostSettings) -> Result<Context, WriteError> {
+fn context(spec: &ProgramSpec, heads: &[HeadSpec], settings: &PostSettings) -> Result<Context, WriteError> {
     let Some((first, true)) = spec.program.first_motion() else {
         return Err(WriteError::FirstMotion);
     };
@@ -140,14 +158,16 @@ fn context(spec: &ProgramSpec, settings: &PostSettings) -> Result<Context, Write
         FeedMode::G94 | FeedMode::G93 => first,
     };
     check_axes(&spec.axes)?;
+    check_heads(spec, heads, settings)?;
     Ok(Context {
         program: ProgramContext {
             number: settings.program_number,
             name: clean_comment(settings.program_name.as_ref().unwrap_or(&spec.job_name)),
         },
         job: JobContext { name: clean_comment(&spec.job_name) },
-        tool: tool(spec)?,
-        spindle: spindle(spec)?,
+        tool: tool(&spec.tool, "tool")?,
+        spindle: spindle(&spec.spindle, "spindle.rpm")?,
+        heads: heads.iter().map(|head| head_context(head, first, settings)).collect::<Result<_, _>>()?,
         coolant: CodeContext { code: coolant_code(spec.coolant) },
         work_offset: spec.work_offset.to_string(),
         feed: FeedContext { mode: settings.feed_mode, code: feed_code(settings.feed_mode) },
@@ -167,12 +187,47 @@ fn check_axes(axes: &[AxisSpec]) -> Result<(), WriteError> {
     }
 }
 
-fn tool(spec: &ProgramSpec) -> Result<ToolContext, WriteError> {
-    let tool = &spec.tool;
+/// Heads that one program can be written for.
+fn check_heads(spec: &ProgramSpec, all: &[HeadSpec], settings: &PostSettings) -> Result<(), WriteError> {
+    let Some(first) = all.first() else { return Ok(()) };
+    heads::check(&all.iter().map(HeadSpec::mapped).collect::<Vec<MappedHead>>())?;
+    let other = |what| Err(WriteError::OtherFirstHead { head: first.name.clone(), what });
+    if spec.tool != first.tool {
+        return other("tool");
+    }
+    if spec.spindle != first.spindle {
+        return other("spindle");
+    }
+    if settings.feed_mode == FeedMode::Rtcp {
+        return Err(WriteError::RtcpOfHeads);
+    }
+    Ok(heads::check_retracted(all, &spec.axes)?)
+}
+
+fn head_context(head: &HeadSpec, first: &AxisWords, settings: &PostSettings) -> Result<HeadContext, WriteError> {
+    let axis = head.spindle_axis;
+    let missing = || WriteError::FirstMotionOfHead { head: head.name.clone(), axis };
+    let value = first.get(axis).ok_or_else(missing)?;
+    let units = number_text::units(value, settings.decimals.of(axis.kind()));
+    let place = || "the first motion".to_owned();
+    let units = units.ok_or_else(|| WriteError::Number { place: place(), what: "an axis word", value })?;
+    let mut word = String::new();
+    push_axis_word(&mut word, axis, units, settings);
+    Ok(HeadContext {
+        name: clean_comment(&head.name),
+        tool: tool(&head.tool, &format!("tool of head {}", head.name))?,
+        spindle: spindle(&head.spindle, &format!("spindle.rpm of head {}", head.name))?,
+        spindle_number: head.spindle_number,
+        spindle_axis: axis,
+        first: word,
+    })
+}
+
+fn tool(tool: &ToolSpec, place: &str) -> Result<ToolContext, WriteError> {
     let lengths = [("radius", tool.radius), ("corner_radius", tool.corner_radius), ("length", tool.length)];
     for (field, value) in lengths {
         if number_text::units(value, 3).is_none() {
-            return Err(WriteError::Number { place: format!("tool.{field}"), what: "a length", value });
+            return Err(WriteError::Number { place: format!("{place}.{field}"), what: "a length", value });
         }
     }
     Ok(ToolContext {
@@ -185,9 +240,9 @@ fn tool(spec: &ProgramSpec) -> Result<ToolContext, WriteError> {
     })
 }
 
-fn spindle(spec: &ProgramSpec) -> Result<SpindleContext, WriteError> {
-    let (rpm, clockwise) = (spec.spindle.rpm, spec.spindle.clockwise);
-    Ok(SpindleContext { rpm: spindle_speed(rpm, "spindle.rpm")?, clockwise, code: spindle_code(clockwise) })
+fn spindle(spindle: &SpindleSpec, place: &str) -> Result<SpindleContext, WriteError> {
+    let (rpm, clockwise) = (spindle.rpm, spindle.clockwise);
+    Ok(SpindleContext { rpm: spindle_speed(rpm, place)?, clockwise, code: spindle_code(clockwise) })
 }
 
 /// Whole revolutions per minute; controls take no decimals there.

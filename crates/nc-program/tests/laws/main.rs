@@ -4,5 +4,6 @@ mod apt;
 mod block_lines;
 mod fanuc;
 mod fanuc_reader;
+mod heads;
 mod kit;
 mod post_file;
