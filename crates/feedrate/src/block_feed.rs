@@ -57,6 +57,9 @@ pub enum FeedError {
     /// A position or distance is not finite, or the distance is negative.
     #[error("the block's positions or its tip distance are not finite")]
     NotFinite,
+    /// The two heads are not those of one machine.
+    #[error("the two heads' machines have not the same axes with the same speeds")]
+    OtherAxes,
     /// The axes limit the block to an F below the smallest one of the control, which would take one beyond its speed.
     #[error(
         "the block needs F{f_word:.4}, the control's smallest F is {min} and would take axis {axis} beyond its speed"
@@ -98,36 +101,66 @@ pub fn feed_for_block(
     tip_feed: f64,
     range: &FeedRange,
 ) -> Result<BlockFeed, FeedError> {
+    let tip_time = tip_time(tip_distance, tip_feed)?;
+    let Timed { f_word, time, limit } = timed(axes, start, end, tip_time, range)?.unwrap_or(Timed {
+        f_word: tip_feed.max(range.min).min(range.max),
+        time: 0.0,
+        limit: FeedLimit::NoMotion,
+    });
+    let tip_feed = if time > 0.0 { 60.0 * tip_distance / time } else { 0.0 };
+    Ok(BlockFeed { f_word, time, tip_feed, limit })
+}
+
+/// Time in which a tip goes this far (mm) at its programmed speed (mm/min), s.
+pub(crate) fn tip_time(tip_distance: f64, tip_feed: f64) -> Result<f64, FeedError> {
     let positive = tip_feed > 0.0 && tip_feed.is_finite();
     if !positive {
         return Err(FeedError::BadTipFeed { tip_feed });
     }
+    let known = tip_distance.is_finite() && tip_distance >= 0.0;
+    if known { Ok(60.0 * tip_distance / tip_feed) } else { Err(FeedError::NotFinite) }
+}
+
+/// F word (G94) and time of a block, and what sets the time.
+pub(crate) struct Timed {
+    pub(crate) f_word: f64,
+    pub(crate) time: f64,
+    pub(crate) limit: FeedLimit,
+}
+
+/// The shortest time of a block that is not below `tip_time` (s) and takes no axis beyond its largest speed, with the F word
+/// in the control's range; `None` where no axis moves.
+pub(crate) fn timed(
+    axes: &[Axis],
+    start: &AxisValues,
+    end: &AxisValues,
+    tip_time: f64,
+    range: &FeedRange,
+) -> Result<Option<Timed>, FeedError> {
     let length = g94_length(axes, start, end);
-    if !(length.is_finite() && tip_distance.is_finite() && tip_distance >= 0.0) {
+    if !length.is_finite() {
         return Err(FeedError::NotFinite);
     }
     let (axis, axis_time) = slowest_axis(axes, start, end);
-    let tip_time = 60.0 * tip_distance / tip_feed;
     let (time, limit) =
         if axis_time > tip_time { (axis_time, FeedLimit::Axis(axis)) } else { (tip_time, FeedLimit::TipFeed) };
     let f_word = 60.0 * length / time;
     // 0/0, and travels that underflow.
     if !f_word.is_finite() || length == 0.0 {
-        let f_word = tip_feed.max(range.min).min(range.max);
-        return Ok(BlockFeed { f_word, time: 0.0, tip_feed: 0.0, limit: FeedLimit::NoMotion });
+        return Ok(None);
     }
-    let feed = |f_word, time, limit| BlockFeed { f_word, time, tip_feed: 60.0 * tip_distance / time, limit };
     if f_word > range.max {
-        return Ok(feed(range.max, 60.0 * length / range.max, FeedLimit::ControlMax));
+        let time = 60.0 * length / range.max;
+        return Ok(Some(Timed { f_word: range.max, time, limit: FeedLimit::ControlMax }));
     }
     if f_word >= range.min {
-        return Ok(feed(f_word, time, limit));
+        return Ok(Some(Timed { f_word, time, limit }));
     }
     let time = 60.0 * length / range.min;
     if time < axis_time {
         return Err(FeedError::MinimumExceedsAxis { axis, f_word, min: range.min });
     }
-    Ok(feed(range.min, time, FeedLimit::ControlMin))
+    Ok(Some(Timed { f_word: range.min, time, limit: FeedLimit::ControlMin }))
 }
 
 /// The axis that needs the longest at its largest speed, and that time, s. Of equal ones the first.

@@ -18,12 +18,17 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
+//! Where two heads cut at once one block has one time: [`feed_for_pair`] and [`plan_pair_feeds`] give the largest feed that
+//! exceeds neither tip's speed nor that of any axis.
+//!
 //! Speeds are constant within a block: no acceleration is counted, so times are lower bounds. Feeds are mm/min, times s.
 //!
 //! It must not know surfaces.
 
 mod block_feed;
+mod pair;
 mod plan;
 
 pub use block_feed::{BlockFeed, FeedError, FeedLimit, feed_for_block, g94_length};
+pub use pair::{PairBlock, PairFeed, PairLimit, feed_for_pair, plan_pair_feeds};
 pub use plan::{FeedBlock, PlanFeedsError, plan_feeds, rapid_time};

@@ -1,0 +1,111 @@
+use facemill_inverse_kinematics::{Axis, AxisValues, FeedRange, Machine};
+
+use crate::{
+    FeedError, FeedLimit, PlanFeedsError,
+    block_feed::{Timed, timed, tip_time},
+};
+
+/// Feed and time of one block in which two heads move at once.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PairFeed {
+    /// F word in G94: mm/min as the norm over all axes of both heads, 1 deg counted as 1 mm. Within the control's range.
+    pub f_word: f64,
+    /// Time of the block, s, one for both heads.
+    pub time: f64,
+    /// Speeds that the two tips reach, mm/min: chord of the tip over time, also of a head that is not to cut.
+    pub tip_feeds: [f64; 2],
+    /// What sets the time.
+    pub limit: PairLimit,
+}
+
+/// What sets the time of a block of two heads.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PairLimit {
+    /// The tip of this head (0 or 1) moves at its programmed speed, the other one at most at its own.
+    TipFeed(usize),
+    /// Another [`FeedLimit`], never [`FeedLimit::TipFeed`]; axes are counted over both heads.
+    Other(FeedLimit),
+}
+
+/// A cutting block of two heads to be timed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PairBlock {
+    /// Values of all axes at its end; it starts where the one before it ends.
+    pub end: AxisValues,
+    /// Programmed speeds of the two tips, mm/min; `None` for a head that does not cut, which may move as fast as its axes
+    /// can.
+    pub tip_feeds: [Option<f64>; 2],
+}
+
+impl PairFeed {
+    /// F word in G93 (inverse time): blocks per minute. `None` for a block without motion.
+    #[must_use]
+    pub fn inverse_time(&self) -> Option<f64> {
+        (self.time > 0.0).then(|| 60.0 / self.time)
+    }
+}
+
+/// The feed of a block in which two heads move: the shortest time in which neither tip exceeds its speed (`tip_feeds`,
+/// mm/min) and no axis of the two its largest one. One of them is reached.
+///
+/// `axes` are those of the whole machine, `tip_distances` the distances of each tip's two positions in the workpiece frame,
+/// mm. The F word is then brought into the control's range as in [`feed_for_block`](crate::feed_for_block), which this is
+/// where one head stands still: only the control's smallest F can make a tip faster than asked
+/// ([`FeedLimit::ControlMin`]).
+///
+/// # Errors
+/// When a programmed speed is not above 0, an input is not finite, or the control's smallest F would overload an axis.
+pub fn feed_for_pair(
+    axes: &[Axis],
+    start: &AxisValues,
+    end: &AxisValues,
+    tip_distances: [f64; 2],
+    tip_feeds: [Option<f64>; 2],
+    range: &FeedRange,
+) -> Result<PairFeed, FeedError> {
+    let mut times = [0.0; 2];
+    for head in 0..2 {
+        // Without a programmed speed the distance is checked alone.
+        let time = tip_time(tip_distances[head], tip_feeds[head].unwrap_or(1.0))?;
+        times[head] = if tip_feeds[head].is_some() { time } else { 0.0 };
+    }
+    let slower = usize::from(times[1] > times[0]);
+    let Some(Timed { f_word, time, limit }) = timed(axes, start, end, times[slower], range)? else {
+        let slowest = tip_feeds.into_iter().flatten().reduce(f64::min).unwrap_or(range.min);
+        let (f_word, limit) = (slowest.max(range.min).min(range.max), PairLimit::Other(FeedLimit::NoMotion));
+        return Ok(PairFeed { f_word, time: 0.0, tip_feeds: [0.0; 2], limit });
+    };
+    let limit = if limit == FeedLimit::TipFeed { PairLimit::TipFeed(slower) } else { PairLimit::Other(limit) };
+    Ok(PairFeed { f_word, time, tip_feeds: tip_distances.map(|d| 60.0 * d / time), limit })
+}
+
+/// Feed and time of every block of a sequence of cutting moves of two heads that starts at `start`. `views` are the machine
+/// as each head sees it, with the same axes in the same order; tip distances come from their forward kinematics.
+///
+/// # Errors
+/// For the first block without a feed, see [`feed_for_pair`]; for block 0 when the views have not the same axes.
+pub fn plan_pair_feeds(
+    views: [&Machine; 2],
+    tool_lengths: [f64; 2],
+    start: &AxisValues,
+    blocks: &[PairBlock],
+) -> Result<Vec<PairFeed>, PlanFeedsError> {
+    let [first, second] = views.map(Machine::axes);
+    let same = |(a, b): (&Axis, &Axis)| a.letter == b.letter && a.max_velocity == b.max_velocity;
+    if first.len() != second.len() || !first.iter().zip(second).all(same) {
+        return Err(PlanFeedsError { block: 0, source: FeedError::OtherAxes });
+    }
+    let range = views[0].feed_range();
+    let tips = |q: &AxisValues| [0, 1].map(|head| views[head].cl_point(q, tool_lengths[head]).tip);
+    let (mut at, mut tip) = (*start, tips(start));
+    let mut feeds = Vec::with_capacity(blocks.len());
+    for (block, b) in blocks.iter().enumerate() {
+        let next_tip = tips(&b.end);
+        let distances = [0, 1].map(|head| (next_tip[head] - tip[head]).norm());
+        let feed = feed_for_pair(first, &at, &b.end, distances, b.tip_feeds, &range)
+            .map_err(|source| PlanFeedsError { block, source })?;
+        feeds.push(feed);
+        (at, tip) = (b.end, next_tip);
+    }
+    Ok(feeds)
+}

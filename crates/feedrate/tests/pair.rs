@@ -1,0 +1,172 @@
+//! Laws of the feed of two heads in one block.
+
+use facemill_feedrate::*;
+use facemill_inverse_kinematics::*;
+use proptest::prelude::*;
+use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
+
+const WIDE: FeedRange = FeedRange { min: 1e-9, max: 1e12, rapid: None };
+
+fn mill() -> Machine {
+    Machine::head_b_table_c().unwrap()
+}
+
+/// A block: travel of every axis, distances and speeds of the tips.
+#[derive(Clone, Copy, Debug)]
+struct Case {
+    start: AxisValues,
+    end: AxisValues,
+    distances: [f64; 2],
+    feeds: [Option<f64>; 2],
+}
+
+impl Case {
+    fn pair(&self, range: &FeedRange) -> Result<PairFeed, FeedError> {
+        feed_for_pair(mill().axes(), &self.start, &self.end, self.distances, self.feeds, range)
+    }
+
+    fn single(&self, head: usize, range: &FeedRange) -> Result<BlockFeed, FeedError> {
+        let feed = self.feeds[head].unwrap();
+        feed_for_block(mill().axes(), &self.start, &self.end, self.distances[head], feed, range)
+    }
+}
+
+fn for_cases(law: impl Fn(Case) -> Result<(), TestCaseError>) {
+    let travel = |most: f64| prop_oneof![1 => Just(0.0), 6 => -most..most, 1 => -1e-7..1e-7];
+    let travels = (travel(20.0), travel(20.0), travel(20.0), travel(0.2), travel(0.4));
+    let distance = || prop_oneof![1 => Just(0.0), 1 => 0.0..1e-9, 6 => 0.0..30.0];
+    let feed = || prop_oneof![1 => Just(None), 5 => (1.0..20_000.0_f64).prop_map(Some)];
+    let strategy = (travels, [distance(), distance()], [feed(), feed()]);
+    let config = Config { cases: 2000, failure_persistence: None, ..Config::default() };
+    let mut runner = TestRunner::new_with_rng(config, TestRng::from_seed(RngAlgorithm::ChaCha, &[9; 32]));
+    runner
+        .run(&strategy, |((x, y, z, b, c), distances, feeds)| {
+            let start = AxisValues::from([100.0, -50.0, 700.0, 0.3, 5.0]);
+            let end = AxisValues::from([100.0 + x, -50.0 + y, 700.0 + z, 0.3 + b, 5.0 + c]);
+            law(Case { start, end, distances, feeds })
+        })
+        .unwrap();
+}
+
+/// Speed over largest speed of every axis.
+fn loads(case: &Case, time: f64) -> Vec<f64> {
+    let largest = [250.0, 250.0, 250.0, 60.0_f64.to_radians(), 60.0_f64.to_radians()];
+    (0..5).map(|k| (case.end[k] - case.start[k]).abs() / time / largest[k]).collect()
+}
+
+#[test]
+fn no_limit_is_exceeded_and_one_is_met() {
+    for_cases(|case| {
+        let feed = case.pair(&WIDE).unwrap();
+        if feed.time == 0.0 {
+            prop_assert_eq!(feed.limit, PairLimit::Other(FeedLimit::NoMotion));
+            prop_assert_eq!(case.start, case.end);
+            prop_assert!(feed.inverse_time().is_none() && feed.f_word.is_finite() && feed.tip_feeds == [0.0; 2]);
+            return Ok(());
+        }
+        let mut largest = 0.0_f64;
+        for head in 0..2 {
+            prop_assert!((feed.tip_feeds[head] * feed.time / 60.0 - case.distances[head]).abs() < 1e-9);
+            if let Some(asked) = case.feeds[head] {
+                largest = largest.max(feed.tip_feeds[head] / asked);
+            }
+        }
+        largest = loads(&case, feed.time).into_iter().fold(largest, f64::max);
+        prop_assert!((largest - 1.0).abs() < 1e-9, "{:?}: {}", feed, largest);
+        prop_assert!((feed.inverse_time().unwrap() * feed.time - 60.0).abs() < 1e-9);
+        // FEED (1): F is the norm of all axes' speeds, 1 deg as 1 mm.
+        let norm = (0..5).map(|k| {
+            let way = case.end[k] - case.start[k];
+            (if k < 3 { way } else { way.to_degrees() }).powi(2)
+        });
+        let norm = 60.0 * norm.sum::<f64>().sqrt() / feed.time;
+        prop_assert!((feed.f_word - norm).abs() <= 1e-9 * norm);
+        Ok(())
+    });
+}
+
+#[test]
+fn a_head_that_stands_still_or_does_not_cut_changes_nothing() {
+    let range = FeedRange { min: 300.0, max: 6000.0, rapid: None };
+    for_cases(|mut case| {
+        for head in 0..2 {
+            let other = 1 - head;
+            case.feeds = [Some(800.0); 2];
+            let single = case.single(head, &range);
+            let distances = case.distances;
+            let stands = Case { distances: [0, 1].map(|h| if h == head { distances[h] } else { 0.0 }), ..case };
+            let idle = Case { feeds: [0, 1].map(|h| (h == head).then_some(800.0)), ..case };
+            for (case, alone) in [(stands, true), (idle, false)] {
+                match (case.pair(&range), &single) {
+                    (Ok(pair), Ok(single)) => {
+                        prop_assert_eq!((pair.f_word, pair.time), (single.f_word, single.time));
+                        prop_assert_eq!(pair.tip_feeds[head], single.tip_feed);
+                        prop_assert!(!alone || pair.tip_feeds[other] == 0.0);
+                    }
+                    (pair, single) => prop_assert_eq!(pair.err(), (*single).err()),
+                }
+            }
+        }
+        Ok(())
+    });
+}
+
+/// With both heads cutting the block takes as long as the slower one alone.
+#[test]
+fn the_time_is_the_longer_of_the_two_single_times() {
+    for_cases(|case| {
+        if let [Some(_), Some(_)] = case.feeds {
+            let single = [0, 1].map(|head| case.single(head, &WIDE).unwrap().time);
+            prop_assert_eq!(case.pair(&WIDE).unwrap().time, single[0].max(single[1]));
+        }
+        Ok(())
+    });
+}
+
+#[test]
+fn a_sequence_takes_its_tips_from_both_views_and_faults_name_the_block() {
+    let machine = mill();
+    let mut file = machine.to_file();
+    // Another head on the same axes: its B axis hangs 40 mm lower.
+    file.tool_chains[0].rows[4].d_mm -= 40.0;
+    let other = Machine::from_file(file.clone()).unwrap();
+    let at = |k: usize| {
+        let s = k as f64;
+        AxisValues::from([800.0 + s, 3.0 * s, 700.0 - s, 0.01 * s, 0.02 * s])
+    };
+    let feeds = |k: usize| [Some(500.0 + 10.0 * k as f64), Some(900.0 - 20.0 * k as f64)];
+    let mut blocks: Vec<PairBlock> = (1..30).map(|k| PairBlock { end: at(k), tip_feeds: feeds(k) }).collect();
+    let views = [&machine, &other];
+    let planned = plan_pair_feeds(views, [260.0, 180.0], &at(0), &blocks).unwrap();
+    let mut slower = [0; 2];
+    for (k, feed) in planned.iter().enumerate() {
+        let time = |view: &Machine, length, feed: Option<f64>| {
+            let [p, q] = [at(k), at(k + 1)].map(|q| view.forward(&q, length).translation.vector);
+            60.0 * (q - p).norm() / feed.unwrap()
+        };
+        let [a, b] = feeds(k + 1);
+        let times = [time(&machine, 260.0, a), time(&other, 180.0, b)];
+        let by_hand = times[0].max(times[1]);
+        assert!((feed.time - by_hand).abs() < 1e-9 * by_hand, "{feed:?} {times:?}");
+        let PairLimit::TipFeed(head) = feed.limit else { panic!("{feed:?}") };
+        slower[head] += 1;
+    }
+    assert!(slower[0] > 3 && slower[1] > 3, "{slower:?}");
+
+    blocks[17].tip_feeds[1] = Some(0.0);
+    let e = plan_pair_feeds(views, [260.0, 180.0], &at(0), &blocks).unwrap_err();
+    assert_eq!(e, PlanFeedsError { block: 17, source: FeedError::BadTipFeed { tip_feed: 0.0 } });
+    blocks[17] = PairBlock { end: AxisValues::from([f64::NAN; 5]), tip_feeds: [None; 2] };
+    let e = plan_pair_feeds(views, [260.0, 180.0], &at(0), &blocks).unwrap_err();
+    assert_eq!(e, PlanFeedsError { block: 17, source: FeedError::NotFinite });
+    for chain in &mut file.tool_chains {
+        for row in &mut chain.rows {
+            if let Some(Joint::Prismatic(joint)) = &mut row.joint {
+                joint.max_velocity_mm_min *= 0.5;
+            }
+        }
+    }
+    let slow = Machine::from_file(file).unwrap();
+    let e = plan_pair_feeds([&machine, &slow], [260.0, 180.0], &at(0), &blocks).unwrap_err();
+    assert_eq!(e, PlanFeedsError { block: 0, source: FeedError::OtherAxes });
+}
