@@ -4,6 +4,9 @@
 //! Offsets, ranges and orders marked "Autodesk" are those of the generic machines of Autodesk's cam-posteditor (MIT); all
 //! others are typical, and marked as assumed in the files. Bodies stand in the bed's frame with all axes at 0.
 
+#[path = "machines/dual.rs"]
+mod dual;
+
 use std::path::Path;
 
 use facemill_inverse_kinematics::*;
@@ -22,9 +25,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         ("table-y-x-a-c-head-z", travelling_trunnion()),
         ("bridge-head-head-a-b", bridge()),
         ("head-b-a-table-c-two-linear", dual_mill_head()),
+        ("dual-c-horizontal-xyzb", dual::xyzb()),
+        ("dual-c-horizontal-xzab", dual::xzab()),
     ];
     for (name, file) in all {
-        Machine::from_file(file.clone())?;
+        Machine::heads(file.clone())?;
         std::fs::write(folder.join(format!("{name}.json")), facemill_file_format::to_json(&file))?;
     }
     Ok(())

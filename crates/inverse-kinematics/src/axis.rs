@@ -9,13 +9,16 @@ pub enum AxisKind {
     Rotary,
 }
 
-/// Which of the two chains an axis or a body belongs to.
+/// Which of the chains of a machine an axis or a body belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Carrier {
     /// The tool's side: between bed and spindle.
     Head,
     /// The workpiece's side: between bed and table.
     Table,
+    /// On a machine with two heads, the one whose tool the view does not move: between bed and its spindle. Its axes do not
+    /// move this view's tool, its bodies are in the way of it.
+    OtherHead,
 }
 
 /// Address of an axis in NC text: a letter, and a number for a second head (`B`, `X2`).

@@ -9,7 +9,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use facemill_cl_data::{Aabb, ClPoint};
 use nalgebra::{Isometry3, Point3, Vector3};
 
-use crate::{Axis, AxisKind, AxisValues, Branch, InverseSolution, MAX_AXES, Machine, Unreachable};
+use crate::{Axis, AxisKind, AxisValues, Branch, Carrier, InverseSolution, MAX_AXES, Machine, Unreachable};
 use crate::{direction_pair::DirectionPair, screw_chain::Screw, solver::Solver};
 
 /// Tool poses in the table frame: axes within an angle of one, tips within a distance of one.
@@ -24,6 +24,9 @@ pub struct PoseSet {
 }
 
 /// Axis values of one branch over a [`PoseSet`]; limits are not asked.
+///
+/// Axes that do not [move the tool](Machine::moves_tool) are no matter of the poses: they stand at home, with 0 for the
+/// half. Whoever moves them sets both before [`Machine::limits_over`] and [`Machine::body_travel`] are asked.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AxisRange {
     /// The branch.
@@ -169,30 +172,40 @@ impl Machine {
 
     /// Distance, mm, within which every point of a body of the machine stays of its place in the middle of the range, table
     /// frame. The smaller of two bounds: the joints between table and body moving the body, or tip and tool axis and the
-    /// joints between tool and body.
+    /// joints between tool and body. A body of the other head moves by that one's axes too, as far as the range says.
     pub fn body_travel(&self, body: usize, range: &AxisRange, set: &PoseSet, tool_length: f64) -> f64 {
         let body = &self.bodies[body];
-        let pose = self.chain.motion_behind(body.n_joints, &range.middle) * body.table_from_solid_at_zero;
+        let chain = self.chain_to(body);
+        let pose = chain.motion_behind(body.n_joints, &range.middle) * body.table_from_solid_at_zero;
         let bounds = body.body.solid.aabb();
         let center = pose * nalgebra::center(&bounds.min, &bounds.max);
         let joints = Joints::new(self, &range.middle, tool_length);
+        let lines = match &self.other {
+            Some(other) if body.carrier() == Some(Carrier::OtherHead) => lines_of(&other.chain.screws, &range.middle),
+            _ => joints.axes,
+        };
         let half = |screw: &Screw| range.half.get_or_zero(screw.axis);
         // Each joint carries what is behind it; the distances from it grow with the joints on the way.
         let reach = (bounds.max - bounds.min).norm() * 0.5;
-        let way = |order: &mut dyn Iterator<Item = usize>| {
-            order.fold(0.0, |way, k| {
-                let screw = &self.chain.screws[k];
+        let way = |order: &mut dyn Iterator<Item = (&Screw, &Line)>| {
+            order.fold(0.0, |way, (screw, line)| {
                 let rate = match screw.kind {
                     AxisKind::Linear => 1.0,
-                    AxisKind::Rotary => joints.distance_from(k, &center) + reach + way,
+                    AxisKind::Rotary => distance(line, &center) + reach + way,
                 };
                 way + half(screw) * rate
             })
         };
-        let n = self.chain.screws.len();
-        let by_table = way(&mut (0..body.n_joints).rev());
+        let to_body = || chain.screws[..body.n_joints].iter().zip(&lines);
+        let by_table = way(&mut to_body().rev());
         let turn: f64 = self.chain.screws.iter().filter(|s| s.kind == AxisKind::Rotary).map(half).sum();
-        let against_tool = way(&mut (body.n_joints..n));
+        // To the other head the way leads from the tool back to the bed, where both chains part.
+        let parts_at = match &self.other {
+            Some(other) if body.carrier() == Some(Carrier::OtherHead) => other.n_shared,
+            _ => body.n_joints,
+        };
+        let to_tool = self.chain.screws.iter().zip(&joints.axes).skip(parts_at);
+        let against_tool = way(&mut to_body().skip(parts_at).rev().chain(to_tool));
         let from_tip = |p: &Point3<f64>| p - joints.tip;
         let tool_axis = self.linear_map(&range.middle, tool_length).tool_axis;
         // The tool's frame turns as its axis does, and about its axis by no more than it turns in all and back.
@@ -258,27 +271,37 @@ impl Sides {
 /// The joints of a machine as they stand, table frame.
 struct Joints<'m> {
     screws: &'m [Screw],
-    /// Direction and a point of each joint's axis.
-    axes: [(Vector3<f64>, Point3<f64>); MAX_AXES],
+    axes: [Line; MAX_AXES],
     tip: Point3<f64>,
+}
+
+/// Direction and a point of a joint's axis.
+type Line = (Vector3<f64>, Point3<f64>);
+
+/// The lines of the joints of a chain as they stand, table frame.
+fn lines_of(screws: &[Screw], q: &AxisValues) -> [Line; MAX_AXES] {
+    let mut lines = [(Vector3::zeros(), Point3::origin()); MAX_AXES];
+    let mut motion = Isometry3::identity();
+    for (line, screw) in lines.iter_mut().zip(screws) {
+        *line = (motion.rotation * screw.direction.into_inner(), motion * Point3::from(screw.point));
+        motion *= screw.motion(q.get_or_zero(screw.axis));
+    }
+    lines
+}
+
+fn distance((direction, point): &Line, p: &Point3<f64>) -> f64 {
+    direction.cross(&(p - point)).norm()
 }
 
 impl<'m> Joints<'m> {
     fn new(machine: &'m Machine, q: &AxisValues, tool_length: f64) -> Self {
         let screws = &machine.chain.screws;
-        let mut axes = [(Vector3::zeros(), Point3::origin()); MAX_AXES];
-        let mut motion = Isometry3::identity();
-        for (k, screw) in screws.iter().enumerate() {
-            axes[k] = (motion.rotation * screw.direction.into_inner(), motion * Point3::from(screw.point));
-            motion *= screw.motion(q.get_or_zero(screw.axis));
-        }
-        Self { screws, axes, tip: machine.cl_point(q, tool_length).tip }
+        Self { screws, axes: lines_of(screws, q), tip: machine.cl_point(q, tool_length).tip }
     }
 
     /// Distance of a point from the axis of a rotary joint.
     fn distance_from(&self, k: usize, p: &Point3<f64>) -> f64 {
-        let (direction, point) = &self.axes[k];
-        direction.cross(&(p - point)).norm()
+        distance(&self.axes[k], p)
     }
 
     /// Sum of the ways that the rotary joints move the tip, for their half ranges in chain order.

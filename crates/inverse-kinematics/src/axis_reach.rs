@@ -3,7 +3,9 @@ use std::f64::consts::{PI, TAU};
 use facemill_cl_data::ClPoint;
 use nalgebra::{Point3, Unit, Vector3};
 
-use crate::{AxisKind, AxisLetter, AxisValues, BranchPreference, Joint, Machine, MachineError, solver::Solver};
+use crate::{
+    AxisKind, AxisLetter, AxisValues, BranchPreference, Joint, Machine, MachineError, build::build_view, solver::Solver,
+};
 
 /// Which directions of the tool axis a machine reaches with its rotary axes inside their limits.
 ///
@@ -136,12 +138,12 @@ impl Machine {
                 (j.min_mm, j.max_mm) = (j.min_mm.min(-FAR), j.max_mm.max(FAR));
             }
         }
-        Self::from_file(file)
+        build_view(file, self.head)
     }
 
     /// Angles of the tool axis from z with the rotary axes on a grid of their values, both limits included.
     fn tilts(&self) -> impl Iterator<Item = f64> + '_ {
-        let rotary: Vec<usize> = (0..self.axes().len()).filter(|&k| self.axes()[k].kind == AxisKind::Rotary).collect();
+        let rotary: Vec<usize> = (0..self.axes().len()).filter(|&k| self.is_rotary(k)).collect();
         (0..VALUES.pow(rotary.len() as u32)).map(move |combination| {
             let mut q = AxisValues::zeros(self.axes().len());
             let mut rest = combination;

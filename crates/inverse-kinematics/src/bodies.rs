@@ -15,7 +15,7 @@ pub struct MachineBody {
     pub clearance: f64,
     /// The link it is fixed to.
     pub link: LinkId,
-    /// Joints between its link and the table, in the chain from the table to the tool.
+    /// Joints between its link and the table, in the chain from the table to the tool of the head it is on.
     pub(crate) n_joints: usize,
     /// Pose at the zero pose of the machine.
     pub(crate) table_from_solid_at_zero: Isometry3<f64>,
@@ -26,9 +26,9 @@ pub struct MachineBody {
 pub enum LinkId {
     /// The bed.
     Bed,
-    /// Behind row `row` (from 0) of the chain on this side.
+    /// Behind row `row` (from 0) of this chain.
     Row {
-        /// Head or table.
+        /// Head, table or the other head.
         carrier: Carrier,
         /// Row of the chain, from 0.
         row: usize,
@@ -50,7 +50,8 @@ impl MachineBody {
         &self.body.name
     }
 
-    /// The side of the machine it moves with; `None` for a body of the bed.
+    /// The side of the machine it moves with; `None` for a body of the bed. Bodies of the other head are not
+    /// [`Carrier::Head`].
     pub fn carrier(&self) -> Option<Carrier> {
         match self.link {
             LinkId::Bed => None,
@@ -58,9 +59,10 @@ impl MachineBody {
         }
     }
 
-    /// Joints between the table and the body's link, in the chain from the table to the tool: 0 where it stands still
-    /// against the table. The tool has as many as the machine has axes, and between two bodies lie as many as their
-    /// numbers differ by.
+    /// Joints between the table and the body's link: 0 where it stands still against the table.
+    ///
+    /// How many lie between it and another body, or the tool, says [`Machine::joints_between`] and
+    /// [`Machine::joints_to_tool`]: the chains to two heads part at the bed.
     pub fn joints_from_table(&self) -> usize {
         self.n_joints
     }
@@ -69,11 +71,11 @@ impl MachineBody {
 impl Machine {
     /// Where every body is in the table frame, in the order of [`Machine::bodies`].
     ///
-    /// A table's bodies are among them; they touch the part by design, so filter by [`MachineBody::carrier`].
+    /// Those of the other head are placed by its own axes. A table's bodies are among them; they touch the part by design, so filter by [`MachineBody::carrier`].
     pub fn body_poses<'a>(&'a self, q: &'a AxisValues) -> impl ExactSizeIterator<Item = BodyPose<'a>> + 'a {
         self.bodies.iter().map(|body| BodyPose {
             body,
-            table_from_solid: self.chain.motion_behind(body.n_joints, q) * body.table_from_solid_at_zero,
+            table_from_solid: self.chain_to(body).motion_behind(body.n_joints, q) * body.table_from_solid_at_zero,
         })
     }
 }

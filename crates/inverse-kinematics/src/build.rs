@@ -4,6 +4,8 @@ use crate::{
     Axis, AxisKind, AxisLetter, AxisValues, Carrier, LinkId, Machine, MachineBody, MachineError, MachineFile,
     bodies::{pose_of, solid_of},
     check::{check_assumed, check_bodies, check_feed, check_motion, check_name, check_row, joint_axis},
+    heads::OtherChain,
+    inverse_solution::OwnAxes,
     machine_file::{BodyFile, DhRow, Joint, Sense},
     screw_chain::{Screw, ScrewChain},
     solver::Solver,
@@ -20,30 +22,143 @@ struct WalkedChain {
     joints_up_to: Vec<usize>,
 }
 
-/// Validates a file and sets up the machine.
+/// All chains of a file, each walked from the bed.
+struct Walked {
+    table: WalkedChain,
+    heads: Vec<WalkedChain>,
+}
+
+/// Validates a file and sets up the machine of its one head.
 pub(crate) fn build(file: MachineFile) -> Result<Machine, MachineError> {
-    check_name("name", &file.name)?;
-    check_assumed(&file)?;
-    check_motion(&file.motion)?;
-    check_feed(&file.feed)?;
-    check_bodies("bed_bodies", &file.bed_bodies)?;
-    let table = walk("workpiece_chain", &file.workpiece_chain.rows, Carrier::Table)?;
-    let mut heads = Vec::new();
-    for (k, chain) in file.tool_chains.iter().enumerate() {
-        heads.push(walk(&format!("tool_chains[{k}]"), &chain.rows, Carrier::Head)?);
+    if file.tool_chains.len() == 2 {
+        return Err(MachineError::TwoHeads);
     }
-    refuse_duplicates(&file, &table, &heads)?;
-    refuse_structure(&table, &heads)?;
-    let head = &heads[0];
-    let bed_from_table = table.end();
-    let table_from_bed = bed_from_table.inverse();
-    let (axes, screws) = screws_of(&table, head, &table_from_bed);
-    let chain = ScrewChain { screws, table_from_nose: table_from_bed * head.end() };
-    let solver = Solver::new(&chain, &axes)?;
-    let bodies = bodies_of(&file, &table, head, &table_from_bed);
-    let machine = Machine { file, axes, chain, solver, bodies };
-    refuse_dependent_linears(&machine)?;
-    Ok(machine)
+    build_view(file, 0)
+}
+
+/// Validates a file and sets up a view for each of its heads.
+pub(crate) fn build_heads(file: MachineFile) -> Result<Vec<Machine>, MachineError> {
+    let walked = Walked::new(&file)?;
+    (0..walked.heads.len()).map(|head| walked.view(file.clone(), head)).collect()
+}
+
+/// As [`build_heads`], one of them.
+pub(crate) fn build_view(file: MachineFile, head: usize) -> Result<Machine, MachineError> {
+    Walked::new(&file)?.view(file, head)
+}
+
+impl Walked {
+    fn new(file: &MachineFile) -> Result<Self, MachineError> {
+        check_name("name", &file.name)?;
+        check_assumed(file)?;
+        check_motion(&file.motion)?;
+        check_feed(&file.feed)?;
+        check_bodies("bed_bodies", &file.bed_bodies)?;
+        let n_heads = file.tool_chains.len();
+        if !(1..=2).contains(&n_heads) {
+            return Err(MachineError::HeadCount { n_heads });
+        }
+        let table = walk("workpiece_chain", &file.workpiece_chain.rows, Carrier::Table)?;
+        let mut heads = Vec::new();
+        for (k, chain) in file.tool_chains.iter().enumerate() {
+            heads.push(walk(&format!("tool_chains[{k}]"), &chain.rows, Carrier::Head)?);
+        }
+        refuse_duplicates(file, &table, &heads)?;
+        for (head, chain) in heads.iter().enumerate() {
+            refuse_structure(&table, head, chain)?;
+        }
+        if n_heads > 1 && table.joints.is_empty() {
+            return Err(MachineError::NothingShared);
+        }
+        Ok(Self { table, heads })
+    }
+
+    /// The machine as a head sees it.
+    fn view(&self, file: MachineFile, head: usize) -> Result<Machine, MachineError> {
+        let axes = self.axes(head);
+        let chain = self.chain(head, &axes);
+        let solver = Solver::new(&chain, &axes)?;
+        let bodies = self.bodies(&file, head);
+        let other = self.other(&file, head, &axes, &chain);
+        let machine = Machine { file, axes, chain, solver, bodies, head, other };
+        refuse_dependent_linears(&machine)?;
+        Ok(machine)
+    }
+
+    /// The axes in the order of NC words.
+    fn axes(&self, head: usize) -> Vec<Axis> {
+        let mut axes: Vec<Axis> = self.table.joints.iter().map(|j| j.0.clone()).collect();
+        for (k, chain) in self.heads.iter().enumerate() {
+            let carried_by = if k == head { Carrier::Head } else { Carrier::OtherHead };
+            axes.extend(chain.joints.iter().map(|j| Axis { carried_by, ..j.0.clone() }));
+        }
+        axes.sort_by_key(|a| a.letter);
+        axes
+    }
+
+    /// The joints in the order from the table to the tool of a head.
+    fn chain(&self, head: usize, axes: &[Axis]) -> ScrewChain {
+        let table_from_bed = self.table.end().inverse();
+        // A table joint moves the table relative to the bed: seen from the table the bed moves the opposite way.
+        let from_table = self.table.joints.iter().rev().map(|(a, s, frame)| (a, -s.sign(), frame));
+        let to_tool = self.heads[head].joints.iter().map(|(a, s, frame)| (a, s.sign(), frame));
+        let screws = from_table.chain(to_tool).map(|(axis, sign, frame)| {
+            let frame = table_from_bed * frame;
+            let axis = axes.iter().position(|a| a.letter == axis.letter).unwrap_or_default();
+            let direction = Unit::new_normalize(frame.rotation * Vector3::z() * sign);
+            Screw::new(axis, axes[axis].kind, direction, frame.translation.vector)
+        });
+        ScrewChain { screws: screws.collect(), table_from_nose: table_from_bed * self.heads[head].end() }
+    }
+
+    /// What the view of a head knows of the other one.
+    fn other(&self, file: &MachineFile, head: usize, axes: &[Axis], chain: &ScrewChain) -> Option<OtherChain> {
+        let other = (0..self.heads.len()).find(|&k| k != head)?;
+        let mut own: OwnAxes = std::array::from_fn(|k| chain.screws[k].axis as u8);
+        own.sort_unstable();
+        Some(OtherChain {
+            chain: self.chain(other, axes),
+            n_shared: self.table.joints.len(),
+            own,
+            last_row: file.tool_chains[other].rows.len().checked_sub(1),
+        })
+    }
+
+    fn bodies(&self, file: &MachineFile, head: usize) -> Vec<MachineBody> {
+        let table_from_bed = self.table.end().inverse();
+        let n_table = self.table.joints.len();
+        let mut bodies = Vec::new();
+        let mut add = |list: &[BodyFile], link, n_joints, bed_from_link: &Isometry3<f64>| {
+            for body in list {
+                let frame_from_solid = pose_of(body);
+                bodies.push(MachineBody {
+                    body: PlacedSolid {
+                        name: body.name.clone(),
+                        solid: solid_of(&body.shape, body.clearance_mm),
+                        frame_from_solid,
+                    },
+                    clearance: body.clearance_mm,
+                    link,
+                    n_joints,
+                    table_from_solid_at_zero: table_from_bed * bed_from_link * frame_from_solid,
+                });
+            }
+        };
+        add(&file.bed_bodies, LinkId::Bed, n_table, &Isometry3::identity());
+        for (row, dh) in file.workpiece_chain.rows.iter().enumerate() {
+            let link = LinkId::Row { carrier: Carrier::Table, row };
+            add(&dh.bodies, link, n_table - self.table.joints_up_to[row], &self.table.bed_from_link[row]);
+        }
+        let others = (0..self.heads.len()).filter(|&k| k != head).map(|k| (k, Carrier::OtherHead));
+        for (k, carrier) in [(head, Carrier::Head)].into_iter().chain(others) {
+            for (row, dh) in file.tool_chains[k].rows.iter().enumerate() {
+                let walked = &self.heads[k];
+                let link = LinkId::Row { carrier, row };
+                add(&dh.bodies, link, n_table + walked.joints_up_to[row], &walked.bed_from_link[row]);
+            }
+        }
+        bodies
+    }
 }
 
 impl WalkedChain {
@@ -107,32 +222,12 @@ fn duplicate(chain: &str, rows: &[DhRow], joint: usize, letter: AxisLetter) -> M
     }
 }
 
-fn refuse_structure(table: &WalkedChain, heads: &[WalkedChain]) -> Result<(), MachineError> {
-    let joints = || table.joints.iter().chain(heads.iter().flat_map(|h| &h.joints));
-    let count = |kind| joints().filter(|(axis, ..)| axis.kind == kind).count();
-    let (n_linear, n_rotary) = (count(AxisKind::Linear), count(AxisKind::Rotary));
-    if heads.len() == 1 && matches!((n_linear, n_rotary), (3, 2) | (2, 3)) {
-        return Ok(());
+fn refuse_structure(table: &WalkedChain, head: usize, chain: &WalkedChain) -> Result<(), MachineError> {
+    let count = |kind| table.joints.iter().chain(&chain.joints).filter(|(axis, ..)| axis.kind == kind).count();
+    match (count(AxisKind::Linear), count(AxisKind::Rotary)) {
+        (3, 2) | (2, 3) => Ok(()),
+        (n_linear, n_rotary) => Err(MachineError::UnsupportedStructure { head, n_linear, n_rotary }),
     }
-    Err(MachineError::UnsupportedStructure { n_heads: heads.len(), n_linear, n_rotary })
-}
-
-/// The axes in the order of NC words, and the joints in the order from the table to the tool.
-fn screws_of(table: &WalkedChain, head: &WalkedChain, table_from_bed: &Isometry3<f64>) -> (Vec<Axis>, Vec<Screw>) {
-    // A table joint moves the table relative to the bed: seen from the table the bed moves the opposite way.
-    let from_table = table.joints.iter().rev().map(|(a, s, frame)| (a, -s.sign(), frame));
-    let to_tool = head.joints.iter().map(|(a, s, frame)| (a, s.sign(), frame));
-    let joints: Vec<_> = from_table.chain(to_tool).collect();
-    let mut axes: Vec<Axis> = joints.iter().map(|j| j.0.clone()).collect();
-    axes.sort_by_key(|a| a.letter);
-    let screws = joints.iter().map(|&(axis, sign, frame)| {
-        let frame = table_from_bed * frame;
-        let axis = axes.iter().position(|a| a.letter == axis.letter).unwrap_or_default();
-        let direction = Unit::new_normalize(frame.rotation * Vector3::z() * sign);
-        Screw::new(axis, axes[axis].kind, direction, frame.translation.vector)
-    });
-    let screws = screws.collect();
-    (axes, screws)
 }
 
 /// Refuses machines that cannot place the tip in every direction while the tool axis stands, in any pose (tried in a few).
@@ -158,40 +253,4 @@ fn moves_tool_freely(chain: &ScrewChain, q: &AxisValues) -> bool {
     // 1e-9 is what directions known to 1e-9 leave of nothing.
     const LEAST: f64 = 1e-9;
     chain.tool_velocities(q, 0.0).0.determinant().abs() > LEAST
-}
-
-fn bodies_of(
-    file: &MachineFile,
-    table: &WalkedChain,
-    head: &WalkedChain,
-    table_from_bed: &Isometry3<f64>,
-) -> Vec<MachineBody> {
-    let n_table = table.joints.len();
-    let mut bodies = Vec::new();
-    let mut add = |list: &[BodyFile], link, n_joints, bed_from_link: &Isometry3<f64>| {
-        for body in list {
-            let frame_from_solid = pose_of(body);
-            bodies.push(MachineBody {
-                body: PlacedSolid {
-                    name: body.name.clone(),
-                    solid: solid_of(&body.shape, body.clearance_mm),
-                    frame_from_solid,
-                },
-                clearance: body.clearance_mm,
-                link,
-                n_joints,
-                table_from_solid_at_zero: table_from_bed * bed_from_link * frame_from_solid,
-            });
-        }
-    };
-    add(&file.bed_bodies, LinkId::Bed, n_table, &Isometry3::identity());
-    for (row, dh) in file.workpiece_chain.rows.iter().enumerate() {
-        let link = LinkId::Row { carrier: Carrier::Table, row };
-        add(&dh.bodies, link, n_table - table.joints_up_to[row], &table.bed_from_link[row]);
-    }
-    for (row, dh) in file.tool_chains[0].rows.iter().enumerate() {
-        let link = LinkId::Row { carrier: Carrier::Head, row };
-        add(&dh.bodies, link, n_table + head.joints_up_to[row], &head.bed_from_link[row]);
-    }
-    bodies
 }

@@ -4,7 +4,8 @@ use facemill_cl_data::ClPoint;
 use nalgebra::Vector3;
 
 use crate::{
-    Axis, AxisKind, AxisValues, Branch, BranchPreference, InverseSolution, InverseSolutions, Machine, Unreachable,
+    Axis, AxisKind, AxisValues, Branch, BranchPreference, Carrier, InverseSolution, InverseSolutions, Machine,
+    Unreachable,
     direction_pair::{DirectionPair, PairSolution, Turned},
     solver::Solver,
 };
@@ -24,7 +25,8 @@ const BESIDE_SINGULAR: f64 = 1e-4;
 
 impl Machine {
     /// All solutions within the limits for a tool pose in the table frame, each at the winding nearest to home; where a
-    /// rotary axis is [free](InverseSolution::free_axis) it stands at home.
+    /// rotary axis is [free](InverseSolution::free_axis) it stands at home, as do axes that do not
+    /// [move the tool](Machine::moves_tool).
     ///
     /// Closed form for three linear and two rotary axes; for two and three all roots of a polynomial of degree 12. No
     /// allocation. The forward solution of every result differs from `cl` by at most 1e-9 mm and 1e-12 rad (and by the
@@ -50,7 +52,7 @@ impl Machine {
             && let Some([positive, negative]) = self.both_regular(cl, tool_length, &home, BESIDE_SINGULAR)
         {
             let on = |values, branch| InverseSolution { values, branch, free_axis: None };
-            let mut both = InverseSolutions::one(&on(positive, Branch::Positive));
+            let mut both = InverseSolutions::one(&on(positive, Branch::Positive), self.own_axes());
             both.push(&on(negative, Branch::Negative));
             return Ok(both);
         }
@@ -58,7 +60,8 @@ impl Machine {
     }
 
     /// As [`Machine::inverse`], with the rotary values within the limits that are nearest to those of `reference`; a
-    /// free axis stays where it is there.
+    /// free axis stays where it is there, and so do axes that do not move the tool, whatever their limits (home for a value
+    /// that is not finite).
     ///
     /// # Errors
     /// As [`Machine::inverse`].
@@ -94,7 +97,7 @@ impl Machine {
         for solution in solutions {
             match (self.within_limits(solution), &mut within) {
                 (Ok(solution), Some(within)) => within.push(&solution),
-                (Ok(solution), None) => within = Some(InverseSolutions::one(&solution)),
+                (Ok(solution), None) => within = Some(InverseSolutions::one(&solution, self.own_axes())),
                 (Err(e), _) if self.excess(&e) < least => (least, why) = (self.excess(&e), e),
                 (Err(_), _) => {}
             }
@@ -164,7 +167,7 @@ impl Machine {
         match &self.solver {
             Solver::Closed { rotaries, .. } => {
                 let (first, second) = self.unlimited_pair(rotaries, cl, tool_length, reference)?;
-                let mut all = InverseSolutions::one(&first);
+                let mut all = InverseSolutions::one(&first, self.own_axes());
                 if let Some(second) = second {
                     all.push(&second);
                 }
@@ -188,7 +191,7 @@ impl Machine {
         let tables = tables.at(&cl.tip, tool_length);
         let axes = [rotaries.first.axis, rotaries.second.axis];
         let of = |turned: [Turned; 2]| {
-            let mut values = AxisValues::zeros(self.axes.len());
+            let mut values = self.kept(reference);
             for (&axis, value) in linears.iter().zip(tables.solve(turned.map(|t| t.direction))?) {
                 values[axis] = value;
             }
@@ -253,7 +256,7 @@ impl Machine {
         reference: &AxisValues,
         rotary: impl Iterator<Item = (usize, f64)>,
     ) -> Result<AxisValues, Unreachable> {
-        let mut values = AxisValues::zeros(self.axes.len());
+        let mut values = self.kept(reference);
         let mut turned = 0.0;
         for (axis, value) in rotary {
             values[axis] = nearest_turn(value, reference.get_or_zero(axis));
@@ -278,17 +281,33 @@ impl Machine {
         Unreachable::Direction { first: self.axes[first].letter, second: self.axes[second].letter, by }
     }
 
-    /// The position with every value within its limits: a free axis stays at the reference, so that has to be.
+    /// The position with every value within its limits: a free axis stays at the reference, so that has to be. Values of the
+    /// other head are nobody's business here.
     fn inside(&self, reference: &AxisValues) -> AxisValues {
         AxisValues::from_fn(self.axes.len(), |k| {
             let axis = &self.axes[k];
             let value = reference.get_or_zero(k);
-            if value.is_finite() { value.clamp(axis.min, axis.max) } else { axis.home }
+            match value.is_finite() {
+                true if axis.carried_by == Carrier::OtherHead => value,
+                true => value.clamp(axis.min, axis.max),
+                false => axis.home,
+            }
         })
+    }
+
+    /// Room for the values of a solution, those of axes that do not move the tool as at the reference.
+    fn kept(&self, reference: &AxisValues) -> AxisValues {
+        match self.other {
+            None => AxisValues::zeros(self.axes.len()),
+            Some(_) => AxisValues::from_fn(self.axes.len(), |k| reference.get_or_zero(k)),
+        }
     }
 
     pub(crate) fn within_limits(&self, mut solution: InverseSolution) -> Result<InverseSolution, Unreachable> {
         for (index, axis) in self.axes.iter().enumerate() {
+            if axis.carried_by == Carrier::OtherHead {
+                continue;
+            }
             let value = match axis.kind {
                 AxisKind::Linear => solution.values[index],
                 AxisKind::Rotary => turn_within(axis, solution.values[index]),

@@ -3,7 +3,7 @@ use crate::{AxisKind, AxisLetter, AxisValues};
 /// Axis values that bring the tool to a CL point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InverseSolution {
-    /// Axis values, within the limits.
+    /// Axis values, within the limits. Those of axes that do not move the tool are the reference's.
     pub values: AxisValues,
     /// The side of the rotary axis nearest to the tool.
     pub branch: Branch,
@@ -51,10 +51,22 @@ pub struct InverseSolutions {
     // Entries from `n` on are empty.
     items: [Packed; MAX_SOLUTIONS],
     n: usize,
+    kept: Option<Kept>,
 }
 
-/// Joints of every machine that is solved here.
-const N_JOINTS: usize = 5;
+/// Joints between the workpiece and every tool that is solved here.
+pub(crate) const N_JOINTS: usize = 5;
+
+/// What all solutions for one head of two have in common.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Kept {
+    /// Values of the axes that do not move the tool, among others.
+    values: AxisValues,
+    own: OwnAxes,
+}
+
+/// Indices of the axes that move the tool, ascending.
+pub(crate) type OwnAxes = [u8; N_JOINTS];
 
 /// A solution in less than half the room, because solutions are made and copied by the million.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -67,20 +79,30 @@ struct Packed {
 impl Packed {
     const EMPTY: Self = Self { values: [0.0; N_JOINTS], branch: Branch::Positive, free_axis: None };
 
-    fn new(solution: &InverseSolution) -> Self {
+    fn new(solution: &InverseSolution, kept: Option<&Kept>) -> Self {
+        let values = &solution.values;
         Self {
-            values: std::array::from_fn(|k| solution.values.get_or_zero(k)),
+            values: match kept {
+                None => std::array::from_fn(|k| values.get_or_zero(k)),
+                Some(kept) => kept.own.map(|k| values.get_or_zero(usize::from(k))),
+            },
             branch: solution.branch,
             free_axis: solution.free_axis.and_then(|k| u8::try_from(k).ok()),
         }
     }
 
-    fn unpacked(&self) -> InverseSolution {
-        InverseSolution {
-            values: AxisValues::from(self.values),
-            branch: self.branch,
-            free_axis: self.free_axis.map(usize::from),
-        }
+    fn unpacked(&self, kept: Option<&Kept>) -> InverseSolution {
+        let values = match kept {
+            None => AxisValues::from(self.values),
+            Some(kept) => {
+                let mut values = kept.values;
+                for (k, value) in kept.own.into_iter().zip(self.values) {
+                    values[usize::from(k)] = value;
+                }
+                values
+            }
+        };
+        InverseSolution { values, branch: self.branch, free_axis: self.free_axis.map(usize::from) }
     }
 }
 
@@ -143,8 +165,10 @@ pub enum Unreachable {
 }
 
 impl InverseSolutions {
-    pub(crate) fn one(first: &InverseSolution) -> Self {
-        let mut all = Self { items: [Packed::EMPTY; MAX_SOLUTIONS], n: 0 };
+    /// A single solution; of one head of two with the axes that move its tool, the others are as in the first one in all.
+    pub(crate) fn one(first: &InverseSolution, own: Option<OwnAxes>) -> Self {
+        let kept = own.map(|own| Kept { values: first.values, own });
+        let mut all = Self { items: [Packed::EMPTY; MAX_SOLUTIONS], n: 0, kept };
         all.push(first);
         all
     }
@@ -152,14 +176,15 @@ impl InverseSolutions {
     /// Adds a solution; more than fit are dropped.
     pub(crate) fn push(&mut self, solution: &InverseSolution) {
         if self.n < MAX_SOLUTIONS {
-            self.items[self.n] = Packed::new(solution);
+            self.items[self.n] = Packed::new(solution, self.kept.as_ref());
             self.n += 1;
         }
     }
 
     /// Puts the solutions in ascending order of a measure; equal ones keep theirs.
     pub(crate) fn sort_by_measure(&mut self, measure: impl Fn(&InverseSolution) -> f64) {
-        let of = |packed: &Packed| measure(&packed.unpacked());
+        let kept = self.kept;
+        let of = |packed: &Packed| measure(&packed.unpacked(kept.as_ref()));
         for k in 1..self.n {
             for i in (0..k).rev() {
                 if of(&self.items[i + 1]) < of(&self.items[i]) {
@@ -173,7 +198,7 @@ impl InverseSolutions {
 
     /// The solutions; at least one.
     pub fn iter(&self) -> impl Iterator<Item = InverseSolution> + '_ {
-        self.items[..self.n].iter().map(Packed::unpacked)
+        self.items[..self.n].iter().map(|packed| packed.unpacked(self.kept.as_ref()))
     }
 
     /// Number of solutions.

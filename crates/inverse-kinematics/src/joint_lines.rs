@@ -20,11 +20,11 @@ pub struct JointLine {
 }
 
 impl Machine {
-    /// The joints in the order from the table to the tool: the table's from the table inward, then the head's outward.
+    /// The joints that move the tool, in the order from the table to it: the table's from the table inward, then the head's outward.
     pub fn joint_lines(&self) -> Vec<JointLine> {
         let file = self.to_file();
         let (table, bed_from_table) = walk(&file.workpiece_chain.rows);
-        let head = file.tool_chains.first().map(|c| walk(&c.rows).0).unwrap_or_default();
+        let head = file.tool_chains.get(self.head).map(|c| walk(&c.rows).0).unwrap_or_default();
         let table_from_bed = bed_from_table.inverse();
         // A table joint moves the table against the bed: seen from the table the tool moves the other way.
         let from_table = table.into_iter().rev().map(|j| (j, Carrier::Table, -1.0));

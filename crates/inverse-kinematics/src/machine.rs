@@ -5,12 +5,15 @@ use nalgebra::{Isometry3, Point3, Unit, Vector3};
 use crate::{
     Axis, AxisKind, AxisLetter, AxisValues, MachineBody, MachineFile, Unreachable,
     build::build,
+    heads::OtherChain,
     inverse::TIP_ACCURACY,
     screw_chain::{LinearMap, ScrewChain},
     solver::Solver,
 };
 
 /// A five-axis machine tool: forward and inverse solution, limits, bodies, motion laws.
+///
+/// Of a machine with two heads it is the view of one of them, see [`Machine::heads`].
 ///
 /// Everything is told in the table frame, the end of the workpiece chain, in mm, rad and s. The tool frame has its origin
 /// at the tip and its z axis toward the spindle; the tool length is the distance from the tip to the spindle nose.
@@ -22,6 +25,10 @@ pub struct Machine {
     pub(crate) chain: ScrewChain,
     pub(crate) solver: Solver,
     pub(crate) bodies: Vec<MachineBody>,
+    /// Number of the tool chain that `chain` ends with.
+    pub(crate) head: usize,
+    /// The other tool chain of a machine with two.
+    pub(crate) other: Option<OtherChain>,
 }
 
 /// Feeds the control can be given, in the unit of the F word: mm/min over all axes, 1 deg counted as 1 mm (G94).
@@ -53,17 +60,35 @@ pub enum MachineError {
     },
     /// There is no inverse solution for these joints.
     #[error(
-        "the machine has {n_heads} head(s) with {n_linear} linear and {n_rotary} rotary joints; only one head with three \
-         linear and two rotary or two linear and three rotary joints has an inverse solution here"
+        "tool_chains[{head}] and workpiece_chain together have {n_linear} linear and {n_rotary} rotary joints; only three \
+         linear and two rotary or two linear and three rotary joints have an inverse solution here"
     )]
     UnsupportedStructure {
-        /// Number of tool chains.
-        n_heads: usize,
-        /// Prismatic joints of both chains.
+        /// Number of the tool chain, from 0.
+        head: usize,
+        /// Prismatic joints of it and the workpiece chain.
         n_linear: usize,
-        /// Revolute joints of both chains.
+        /// Revolute joints of both.
         n_rotary: usize,
     },
+    /// Neither one nor two tool chains.
+    #[error("tool_chains has {n_heads} chains; machines have one head here, or two that share the workpiece's axes")]
+    HeadCount {
+        /// Number of tool chains.
+        n_heads: usize,
+    },
+    /// The file has two tool chains where the machine of one is asked for.
+    #[error(
+        "the machine has two heads (tool_chains has 2 chains), and one is asked for here: use the views of both, \
+         `Machine::heads`"
+    )]
+    TwoHeads,
+    /// Two heads without an axis that both have.
+    #[error(
+        "workpiece_chain has no joint, so the two heads share no axis: describe them as two machines, or put the axis \
+         that turns the workpiece into workpiece_chain"
+    )]
+    NothingShared,
     /// All rotary joints turn the tool about the same direction; told are two of them.
     #[error("the rotary axes {first} and {second} are parallel, so the tool axis has one degree of freedom only")]
     ParallelRotaries {
@@ -133,7 +158,10 @@ pub enum FieldProblem {
     #[error("names an axis, but the value belongs to the machine as a whole; leave `axes` out")]
     NotOfAnAxis,
     /// Two joints have the same address.
-    #[error("is the address of another joint already")]
+    #[error(
+        "is the address of another joint already; axes of a second head take a number (X2), and an axis that two heads \
+         share stands in workpiece_chain alone"
+    )]
     DuplicateAxis,
     /// A name is empty.
     #[error("is empty")]
@@ -144,7 +172,8 @@ impl Machine {
     /// Reads a machine file.
     ///
     /// # Errors
-    /// When the text is no machine file, a value makes no sense, or the joints have no inverse solution here.
+    /// When the text is no machine file, a value makes no sense, or the joints have no inverse solution here. A file with two
+    /// heads is for [`Machine::heads_from_json`].
     pub fn from_json(text: &[u8]) -> Result<Self, MachineError> {
         Self::from_file(facemill_file_format::from_json(text)?)
     }
@@ -167,7 +196,8 @@ impl Machine {
         &self.file.name
     }
 
-    /// The axes in the order of NC words: X Y Z A B C U V W. Axis values stand in this order everywhere.
+    /// The axes in the order of NC words: X Y Z A B C U V W, those with a number behind all without. Axis values stand in
+    /// this order everywhere. Of a machine with two heads they are all of them, see [`Machine::moves_tool`].
     pub fn axes(&self) -> &[Axis] {
         &self.axes
     }
@@ -182,7 +212,7 @@ impl Machine {
         AxisValues::from_fn(self.axes.len(), |k| self.axes[k].home)
     }
 
-    /// First axis that is outside its limits, if any.
+    /// First axis that is outside its limits, if any; the other head's are asked too.
     pub fn first_beyond_limit(&self, q: &AxisValues) -> Option<usize> {
         (0..self.axes.len()).find(|&k| !self.axes[k].holds(q.get_or_zero(k)))
     }
@@ -277,7 +307,8 @@ impl Machine {
         self.chain.linear_map(q, tool_length)
     }
 
+    /// Whether it is a rotary axis that moves the tool.
     pub(crate) fn is_rotary(&self, axis: usize) -> bool {
-        self.axes[axis].kind == AxisKind::Rotary
+        self.axes[axis].kind == AxisKind::Rotary && self.moves_tool(axis)
     }
 }

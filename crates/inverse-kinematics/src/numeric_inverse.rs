@@ -50,7 +50,7 @@ impl Machine {
         for triple in triples.as_slice() {
             match (self.with_triple(numeric, cl, tool_length, reference, triple), &mut all) {
                 (Ok(solution), Some(all)) => all.push(&solution),
-                (Ok(solution), None) => all = Some(InverseSolutions::one(&solution)),
+                (Ok(solution), None) => all = Some(InverseSolutions::one(&solution, self.own_axes())),
                 (Err(e), _) => why = Some(e),
             }
         }
@@ -134,7 +134,8 @@ impl Machine {
             let rotary = numeric.rotaries.into_iter().zip(rotary);
             if let Ok(values) = self.with_rotaries(cl, tool_length, reference, rotary) {
                 let branch = self.branch_of(&values);
-                return Ok(InverseSolutions::one(&InverseSolution { values, branch, free_axis: None }));
+                let solution = InverseSolution { values, branch, free_axis: None };
+                return Ok(InverseSolutions::one(&solution, self.own_axes()));
             }
         }
         let [first, second] = numeric.linears.map(|k| self.axes[k].letter);

@@ -169,7 +169,8 @@ pub enum PathError {
 /// axis turning evenly. With two rotary axes that is proven, see the manual's method; with three it is followed in
 /// steps of less than 10°. Everything else is a [`Change`]. `start` is where the axes stand before; the way from there
 /// counts its time only. Each position of the result is within the limits and stands at its pose to 1e-9 mm and 1e-12
-/// rad; limits between poses are not asked.
+/// rad; limits between poses are not asked. Axes that do not move the tool cost nothing and stay where `start` has them,
+/// at home without it.
 ///
 /// # Errors
 /// See [`PathError`].
@@ -196,7 +197,11 @@ pub fn choose_along(
         }
         previous = Some(station);
     }
-    result.finish(previous.as_ref(), weighted_time)
+    let mut choice = result.finish(previous.as_ref(), weighted_time)?;
+    for k in (0..machine.axes().len()).filter(|&k| !machine.moves_tool(k)) {
+        choice.values.iter_mut().for_each(|q| q[k] = reference.get_or_zero(k));
+    }
+    Ok(choice)
 }
 
 fn check(
@@ -287,7 +292,7 @@ impl Poses<'_> {
     fn start_time(&self, start: &AxisValues, to: &AxisValues, settings: &PathSettings) -> f64 {
         let axes = self.machine.axes();
         let time = |k: usize| settings.weights[k] * self.way(k, start[k], to[k]).abs() / axes[k].max_velocity;
-        (0..axes.len()).map(time).fold(0.0, f64::max)
+        (0..axes.len()).filter(|&k| self.machine.moves_tool(k)).map(time).fold(0.0, f64::max)
     }
 
     /// The value of an endless axis that is by whole turns away from `value` and nearest to `near`; others keep theirs.

@@ -122,7 +122,8 @@ impl<'a> Edges<'a> {
     pub(crate) fn time(&self, way: &AxisValues) -> f64 {
         let only_rotary = self.from.free.is_some() || self.to.free.is_some();
         let axes = self.of.machine.axes();
-        let counted = (0..axes.len()).filter(|&k| !only_rotary || self.of.machine.is_rotary(k));
+        let machine = self.of.machine;
+        let counted = (0..axes.len()).filter(|&k| machine.is_rotary(k) || !only_rotary && machine.moves_tool(k));
         counted.map(|k| self.weights[k] * way[k].abs() / axes[k].max_velocity).fold(0.0, f64::max)
     }
 }

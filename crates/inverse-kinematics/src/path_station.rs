@@ -2,9 +2,7 @@ use std::f64::consts::TAU;
 
 use facemill_cl_data::ClPoint;
 
-use crate::{
-    AxisKind, AxisValues, InverseSolution, Machine, PathError, Unreachable, inverse::nearest_turn, path_follow::Base,
-};
+use crate::{AxisValues, InverseSolution, Machine, PathError, Unreachable, inverse::nearest_turn, path_follow::Base};
 
 /// A pose, or neighbouring poses in which the same rotary axis is free, with all that the machine may stand at.
 #[derive(Clone, Debug)]
@@ -170,7 +168,7 @@ impl Poses<'_> {
     fn windings(&self, q: &AxisValues) -> Vec<AxisValues> {
         let mut all = vec![*q];
         for (k, axis) in self.machine.axes().iter().enumerate() {
-            if axis.kind != AxisKind::Rotary || axis.endless {
+            if !self.machine.is_rotary(k) || axis.endless {
                 continue;
             }
             let value = q[k];

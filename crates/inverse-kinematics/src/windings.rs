@@ -1,6 +1,6 @@
 use std::f64::consts::TAU;
 
-use crate::{Axis, AxisKind, AxisValues, Machine};
+use crate::{Axis, AxisValues, Machine};
 
 /// The most windings of one axis that are told: a cable is never wound further, a limit may be.
 const MOST: usize = 5;
@@ -10,11 +10,11 @@ impl Machine {
     ///
     /// An endless axis has one winding, the value it has: it turns on from wherever it stands. Of an axis with more than five
     /// the five nearest to home are told. Ascending, the axes of [`Machine::axes`] in turn; empty where no turn brings an axis
-    /// within its limits. The tool stands the same in all of them.
+    /// within its limits. The tool stands the same in all of them; axes that do not move it keep their values.
     pub fn windings(&self, q: &AxisValues) -> Vec<AxisValues> {
         let mut all = vec![*q];
         for (k, axis) in self.axes.iter().enumerate() {
-            if axis.kind != AxisKind::Rotary || axis.endless {
+            if !self.is_rotary(k) || axis.endless {
                 continue;
             }
             let turned = turns(axis, q.get_or_zero(k));

@@ -11,12 +11,12 @@ impl Machine {
     /// the table there. Table frame from that frame.
     ///
     /// With the rotary axes at their offsets, the tip's coordinates in it are the words of the axes under length
-    /// compensation; under RTCP they are so in every pose. `None` for a machine without axes X, Y and Z, or where they are
-    /// not at right angles.
+    /// compensation; under RTCP they are so in every pose. `None` for a machine without axes X, Y and Z (of one head of two: X1, Y1
+    /// and Z1, or X2, Y2 and Z2), or where they are not at right angles.
     pub fn work_coordinates(&self, offset: &AxisValues) -> Option<Isometry3<f64>> {
         let origin = self.cl_point(offset, 0.0).tip;
         let direction = |letter: &str| -> Option<Vector3<f64>> {
-            let k = self.axis_index(letter)?;
+            let k = self.own_axis(letter)?;
             let mut moved = *offset;
             moved[k] += 1.0;
             Some(self.cl_point(&moved, 0.0).tip - origin)
@@ -28,6 +28,14 @@ impl Machine {
         }
         let rotation = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(directions));
         Some(Isometry3::from_parts(origin.into(), rotation))
+    }
+
+    /// The axis with this letter that moves the tool; with a number behind it (X2) where there is none without.
+    fn own_axis(&self, letter: &str) -> Option<usize> {
+        let own = |k: &usize| self.moves_tool(*k);
+        let numbered = |k: &usize| self.axes()[*k].letter.as_str().starts_with(letter);
+        let mut all = (0..self.axes().len()).filter(own).filter(numbered);
+        self.axis_index(letter).filter(own).or_else(|| all.next())
     }
 }
 

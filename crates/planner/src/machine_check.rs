@@ -163,6 +163,7 @@ fn bodies_of(machine: &Machine) -> Vec<String> {
     let on = |link: LinkId| match link {
         LinkId::Bed => "bed".to_owned(),
         LinkId::Row { carrier: Carrier::Head, row } => format!("head, row {row}"),
+        LinkId::Row { carrier: Carrier::OtherHead, row } => format!("other head, row {row}"),
         LinkId::Row { carrier: Carrier::Table, row } => format!("table, row {row}"),
     };
     let each = machine.bodies().iter().map(|b| format!("{} ({}; {} mm)", b.name(), on(b.link), short(b.clearance)));

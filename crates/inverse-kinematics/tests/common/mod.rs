@@ -221,6 +221,14 @@ pub fn families() -> Vec<Machine> {
     all
 }
 
+/// Both views of each preset with two heads: one of three linear and two rotary joints, one of two and three.
+pub fn dual_mills() -> [Vec<Machine>; 2] {
+    ["dual-c-horizontal-xyzb", "dual-c-horizontal-xzab"].map(|name| {
+        let path = format!("{}/../../assets/machines/{name}.json", env!("CARGO_MANIFEST_DIR"));
+        Machine::heads_from_json(&std::fs::read(path).unwrap()).unwrap()
+    })
+}
+
 /// Craig's matrix of a row, written out (Introduction to Robotics, 3rd edition, eq. 3.6).
 pub fn craig(row: &DhRow, values: &dyn Fn(&str) -> f64) -> Matrix4<f64> {
     let (mut d, mut theta) = (row.d_mm, row.theta_deg.to_radians());
@@ -252,7 +260,7 @@ pub fn craig_chain(rows: &[DhRow], machine: &Machine, q: &AxisValues) -> Matrix4
 pub fn forward_by_matrices(machine: &Machine, q: &AxisValues, tool_length: f64) -> Matrix4<f64> {
     let file = machine.to_file();
     let table = craig_chain(&file.workpiece_chain.rows, machine, q);
-    let nose = craig_chain(&file.tool_chains[0].rows, machine, q);
+    let nose = craig_chain(&file.tool_chains[machine.head()].rows, machine, q);
     table.try_inverse().unwrap() * nose * Matrix4::new_translation(&Vector3::new(0.0, 0.0, -tool_length))
 }
 
@@ -262,10 +270,10 @@ pub fn cl_by_matrices(machine: &Machine, q: &AxisValues, tool_length: f64) -> Cl
     ClPoint { tip: Point3::from(tip.xyz()), axis: Unit::new_normalize(axis.xyz()) }
 }
 
-/// Largest difference of linear (mm) and rotary values (rad), full turns aside.
+/// Largest difference of linear (mm) and rotary values (rad) of the axes that move the tool, full turns aside.
 pub fn difference(machine: &Machine, a: &AxisValues, b: &AxisValues) -> (f64, f64) {
     let mut worst = (0.0_f64, 0.0_f64);
-    for (k, axis) in machine.axes().iter().enumerate() {
+    for (k, axis) in machine.axes().iter().enumerate().filter(|(_, a)| a.carried_by != Carrier::OtherHead) {
         let d = a[k] - b[k];
         match axis.kind {
             AxisKind::Linear => worst.0 = worst.0.max(d.abs()),

@@ -14,6 +14,8 @@ pub struct Oracle<'m> {
     machine: &'m Machine,
     file: MachineFile,
     tool_length: f64,
+    /// The axes that move the tool.
+    own: [usize; 5],
 }
 
 /// Values that reach a pose.
@@ -26,18 +28,25 @@ pub struct Found {
 
 impl<'m> Oracle<'m> {
     pub fn new(machine: &'m Machine, tool_length: f64) -> Self {
-        Self { machine, file: machine.to_file(), tool_length }
+        let mut own = (0..machine.axes().len()).filter(|&k| machine.axes()[k].carried_by != Carrier::OtherHead);
+        let own = std::array::from_fn(|_| own.next().unwrap());
+        Self { machine, file: machine.to_file(), tool_length, own }
     }
 
     pub fn cl_point(&self, q: &AxisValues) -> ClPoint {
         let value = |axis: &str| q[self.machine.axis_index(axis).unwrap()];
         let chain = |rows: &[DhRow]| rows.iter().fold(Matrix4::identity(), |m, row| m * craig(row, &value));
         let table = chain(&self.file.workpiece_chain.rows);
-        let nose = chain(&self.file.tool_chains[0].rows);
+        let nose = chain(&self.file.tool_chains[self.machine.head()].rows);
         let tip = nose.column(3).xyz() - nose.column(2).xyz() * self.tool_length;
         let back = table.fixed_view::<3, 3>(0, 0).transpose();
         let axis: Vector3<f64> = back * nose.column(2).xyz();
         ClPoint { tip: Point3::from(back * (tip - table.column(3).xyz())), axis: Unit::new_normalize(axis) }
+    }
+
+    /// Indices of the axes that move the tool.
+    pub fn own(&self) -> [usize; 5] {
+        self.own
     }
 
     fn residual(&self, q: &AxisValues, cl: &ClPoint) -> SVector<f64, 6> {
@@ -53,7 +62,7 @@ impl<'m> Oracle<'m> {
 
     pub fn jacobian(&self, q: &AxisValues, cl: &ClPoint) -> SMatrix<f64, 6, 5> {
         let step = 2e-6;
-        SMatrix::from_columns(&std::array::from_fn::<_, 5, _>(|k| {
+        SMatrix::from_columns(&self.own.map(|k| {
             let (mut up, mut down) = (*q, *q);
             up[k] += step * self.unit(k);
             down[k] -= step * self.unit(k);
@@ -84,7 +93,10 @@ impl<'m> Oracle<'m> {
                 normal[(k, k)] = normal[(k, k)] * (1.0 + damping) + 1e-15;
             }
             let change = normal.lu().solve(&(-j.tr_mul(&r)))?;
-            let next = AxisValues::from_fn(5, |k| q[k] + change[k] * self.unit(k));
+            let mut next = q;
+            for (i, k) in self.own.into_iter().enumerate() {
+                next[k] += change[i] * self.unit(k);
+            }
             let next_r = self.residual(&next, cl);
             if next_r.norm() < r.norm() {
                 (q, r, damping) = (next, next_r, damping * 0.1);

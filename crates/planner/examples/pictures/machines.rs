@@ -166,7 +166,7 @@ fn draw_body(figure: &mut Figure, view: &View, carrier: Option<Carrier>, sides: 
     let color = match carrier {
         None => [205.0, 208.0, 211.0],
         Some(Carrier::Table) => [236.0, 200.0, 150.0],
-        Some(Carrier::Head) => [160.0, 192.0, 222.0],
+        Some(Carrier::Head | Carrier::OtherHead) => [160.0, 192.0, 222.0],
     };
     let light = Vector3::new(0.35, -0.5, 0.8).normalize();
     for (corners, normal) in sides.iter().filter(|(_, n)| n.dot(&view.toward_eye) > 0.0) {
