@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use facemill_nc_program::{Compensation, ReadBlock, ReadCommand, ReadProgram};
+use facemill_nc_program::{AxisLengths, AxisLetter, Compensation, MappedHead, ReadBlock, ReadCommand, ReadProgram};
 use facemill_tool_model::SpindleRotation;
 
 use crate::{FindingKind, VirtualSetup, moves::TextFault};
@@ -10,7 +10,10 @@ use crate::{FindingKind, VirtualSetup, moves::TextFault};
 /// What a program has set so far, and what is wrong with it.
 pub(crate) struct Control<'a> {
     setup: &'a VirtualSetup<'a>,
+    /// The head of the setup, on a machine of several.
+    head: Option<&'a MappedHead>,
     compensation: Compensation,
+    lengths: AxisLengths,
     spindle: Spindle,
     /// T since the last M6.
     called: Option<u32>,
@@ -30,6 +33,11 @@ struct Spindle {
     speed: f64,
 }
 
+/// The head that a setup is of, on a machine of several: the one with its length register.
+pub(crate) fn own_head<'a>(setup: &'a VirtualSetup<'a>) -> Option<&'a MappedHead> {
+    setup.words.heads().iter().find(|head| head.length_register == setup.length_register)
+}
+
 /// Difference of tool lengths that is no finding, mm: what the check in the program's text allows, too.
 const SAME_LENGTH: f64 = 0.01;
 
@@ -41,7 +49,9 @@ impl<'a> Control<'a> {
     pub(crate) fn new(setup: &'a VirtualSetup<'a>) -> Self {
         Self {
             setup,
+            head: own_head(setup),
             compensation: Compensation::Off,
+            lengths: AxisLengths::default(),
             spindle: Spindle::default(),
             called: None,
             no_tool: Some("no T and M6 before"),
@@ -51,35 +61,55 @@ impl<'a> Control<'a> {
         }
     }
 
-    /// Compares the lengths that comments of the program name with that of the tool.
+    /// Compares the lengths that comments of the program name with that of the tool: with several heads, of the head whose
+    /// register the comment names.
     pub(crate) fn tool_lengths(&mut self, program: &ReadProgram) {
-        let length = self.setup.tool.gauge_length();
-        for note in program.tool_lengths.iter().filter(|n| (n.length - length).abs() > SAME_LENGTH) {
+        for note in &program.tool_lengths {
             let index = program.blocks.partition_point(|b| b.line < note.line);
+            let named = note.register.filter(|_| self.head.is_some());
+            let text = match named.map(|h| (h, self.head_with(|head| head.length_register == h))) {
+                Some((register, None)) => format!("for H{register}, which is no head's"),
+                Some((_, Some(head))) if (note.length - head.tool_length).abs() > SAME_LENGTH => {
+                    let MappedHead { name, tool_length, .. } = head;
+                    format!("head {name}: {} mm in the program, {tool_length} mm in the setup", note.length)
+                }
+                None if (note.length - self.setup.tool.gauge_length()).abs() > SAME_LENGTH => {
+                    format!("{} mm in the program, {} mm in the setup", note.length, self.setup.tool.gauge_length())
+                }
+                _ => continue,
+            };
             if index < program.blocks.len() {
-                let text = format!("{} mm in the program, {length} mm in the setup", note.length);
                 self.fault(FindingKind::OtherToolLength, index, text);
             }
         }
     }
 
+    fn head_with(&self, is_meant: impl Fn(&MappedHead) -> bool) -> Option<&'a MappedHead> {
+        self.setup.words.heads().iter().find(|head| is_meant(head))
+    }
+
     /// Follows the next block. `is_home`: the axes along the spindle are at their reference positions before and behind it.
-    pub(crate) fn block(&mut self, index: usize, block: &ReadBlock, is_home: bool) {
+    /// `may_cut`: the tool moves against the work and is not known to be away from it.
+    pub(crate) fn block(&mut self, index: usize, block: &ReadBlock, is_home: bool, may_cut: bool) {
         self.behind_end(index, block);
         self.skippable(index, block);
-        self.length_register(index, block.compensation);
-        self.tool(index, block, is_home);
+        self.length_register(index, block);
+        let is_changed = self.tool(index, block, is_home);
         let before = self.spindle_fault();
+        let spindle = block.commands.iter().find_map(|c| if let ReadCommand::Spindle(n) = c { Some(*n) } else { None });
         for command in &block.commands {
-            self.command(index, command);
+            if self.is_meant(command, spindle, is_changed) {
+                self.command(index, command);
+            }
         }
-        if block.motion.as_ref().is_some_and(|m| !m.kind.is_rapid()) {
+        if may_cut && block.motion.as_ref().is_some_and(|m| !m.kind.is_rapid()) {
             // Whether a control switches before, during or behind the motion of a block is the machine builder's.
+            let of_head = self.head.map_or_else(String::new, |head| format!("head {}: ", head.name));
             if let Some((kind, note)) = before.or_else(|| self.spindle_fault()) {
-                self.last(kind, index, note);
+                self.last(kind, index, format!("{of_head}{note}"));
             }
             if let Some(why) = self.no_tool {
-                self.last(FindingKind::NoTool, index, why.to_owned());
+                self.last(FindingKind::NoTool, index, format!("{of_head}{why}"));
             }
         }
     }
@@ -89,26 +119,48 @@ impl<'a> Control<'a> {
         self.faults
     }
 
-    /// T calls a tool, in the block of M6 or before, and M6 puts it into the spindle.
-    fn tool(&mut self, index: usize, block: &ReadBlock, is_home: bool) {
+    /// Whether a command is for this head and its spindle, `spindle` being the number that the block names. Without one
+    /// all spindles of several stop, and none is started.
+    fn is_meant(&self, command: &ReadCommand, spindle: Option<u32>, is_changed: bool) -> bool {
+        let own = self.head.map_or(1, |head| head.spindle_number);
+        match command {
+            ReadCommand::SpindleSpeed(_) | ReadCommand::SpindleOn { .. } => {
+                spindle.map_or(self.head.is_none(), |n| n == own)
+            }
+            ReadCommand::SpindleOff => spindle.is_none_or(|n| n == own),
+            ReadCommand::ToolChange => is_changed,
+            _ => true,
+        }
+    }
+
+    /// T calls a tool, in the block of M6 or before, and M6 puts it into the spindle: of several heads into that whose tool
+    /// it is. Whether the tool of this head is changed.
+    fn tool(&mut self, index: usize, block: &ReadBlock, is_home: bool) -> bool {
         let number = self.setup.tool.number();
+        let heads = self.setup.words.heads();
+        let is_others = |called: u32| called != number && heads.iter().any(|h| h.tool_number == called);
         for command in &block.commands {
             if let ReadCommand::Tool(called) = command {
                 self.called = Some(*called);
-                if *called != number {
+                if *called != number && !is_others(*called) {
                     self.fault(FindingKind::UnknownBlock, index, format!("calls another tool than T{number}"));
                 }
             }
         }
         if !block.commands.contains(&ReadCommand::ToolChange) {
-            return;
+            return false;
         }
-        self.no_tool = self.called.take().is_none().then_some("M6 without T: which tool comes is not said");
+        let called = self.called.take();
+        if called.is_some_and(is_others) {
+            return false;
+        }
+        self.no_tool = called.is_none().then_some("M6 without T: which tool comes is not said");
         self.lasting.retain(|(kind, _), _| *kind != FindingKind::NoTool);
         if !is_home {
             let note = "send the spindle axis home (G91 G28) in a block before: the tool is changed over the work";
             self.fault(FindingKind::UnsafeToolChange, index, note.to_owned());
         }
+        true
     }
 
     fn command(&mut self, index: usize, command: &ReadCommand) {
@@ -136,7 +188,8 @@ impl<'a> Control<'a> {
     /// Why the spindle must not cut as it is.
     fn spindle_fault(&self) -> Option<(FindingKind, String)> {
         let wanted = self.setup.tool.spindle_rotation();
-        let code = |turns| if turns == SpindleRotation::Clockwise { "M3" } else { "M4" };
+        let number = self.head.map_or_else(String::new, |head| format!(" P{}", head.spindle_number));
+        let code = |turns| format!("{}{number}", if turns == SpindleRotation::Clockwise { "M3" } else { "M4" });
         match self.spindle.turns {
             None => Some((FindingKind::SpindleOff, format!("cutting needs {} before", code(wanted)))),
             Some(turns) if turns != wanted => {
@@ -173,7 +226,11 @@ impl<'a> Control<'a> {
 
     /// The tool's length stands in one register; what stands in the others nobody knows. Axes go on as if it were the
     /// same.
-    fn length_register(&mut self, index: usize, compensation: Compensation) {
+    fn length_register(&mut self, index: usize, block: &ReadBlock) {
+        let compensation = block.compensation;
+        if self.head.is_some() {
+            return self.length_registers(index, block.lengths);
+        }
         if std::mem::replace(&mut self.compensation, compensation) == compensation {
             return;
         }
@@ -188,6 +245,27 @@ impl<'a> Control<'a> {
             _ => return,
         };
         self.fault(FindingKind::OtherLengthRegister, index, note);
+    }
+
+    /// Of several heads: each length acts on the spindle axis of its own head.
+    fn length_registers(&mut self, index: usize, lengths: AxisLengths) {
+        let before = std::mem::replace(&mut self.lengths, lengths);
+        if before.is_clear() && !lengths.is_clear() {
+            let note = "each head's length needs a block with its spindle axis and no other linear one (`G43 Z2=… H2`)";
+            self.fault(FindingKind::OtherLengthRegister, index, note.to_owned());
+        }
+        let is_new = |(axis, h): &(AxisLetter, u32)| before.register_of(*axis) != Some(*h);
+        for (axis, register) in lengths.iter().filter(is_new) {
+            let note = match self.head_with(|head| head.spindle_axis == axis) {
+                Some(head) if head.length_register == register => continue,
+                Some(head) => {
+                    let MappedHead { name, length_register, .. } = head;
+                    format!("H{register} for {axis}, the tool's length of head {name} is in H{length_register}")
+                }
+                None => format!("H{register} for {axis}, which is no head's spindle axis"),
+            };
+            self.fault(FindingKind::OtherLengthRegister, index, note);
+        }
     }
 
     fn fault(&mut self, kind: FindingKind, block: usize, note: String) {

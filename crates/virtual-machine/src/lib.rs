@@ -70,6 +70,7 @@ mod doubts;
 mod episodes;
 mod finding;
 mod moves;
+mod own_axes;
 mod proof;
 mod prover;
 mod ramp;

@@ -2,11 +2,16 @@
 use facemill_cl_data::{CuttingLaw, MotionLaw};
 use facemill_inverse_kinematics::{AxisValues, BlockLaw, Carrier};
 use facemill_nc_program::{
-    AxisAt, AxisKind, AxisLetter, AxisWords, Compensation, Feed, MacroKind, MotionKind, ReadBlock, ReadCommand,
-    ReadMotion, ReadProgram,
+    AxisAt, AxisKind, AxisLengths, AxisLetter, AxisWords, Compensation, Feed, MacroKind, MotionKind, ReadBlock,
+    ReadCommand, ReadMotion, ReadProgram,
 };
 
-use crate::{FindingKind, VerifySettings, VirtualSetup, control::Control, rtcp};
+use crate::{
+    FindingKind, VerifySettings, VirtualSetup,
+    control::{Control, own_head},
+    own_axes::own_axes,
+    rtcp,
+};
 
 /// One motion of the axes.
 #[derive(Clone, Copy, Debug)]
@@ -53,9 +58,10 @@ pub(crate) fn resolve(program: &ReadProgram, setup: &VirtualSetup<'_>, settings:
     control.tool_lengths(program);
     for (index, block) in program.blocks.iter().enumerate() {
         state.section = settings.section_of(block.line);
-        let was_home = state.is_spindle_home();
+        let (was_home, before) = (state.is_spindle_home(), state.known_axes());
         state.block(index, block);
-        control.block(index, block, was_home && state.is_spindle_home());
+        let is_home = was_home && state.is_spindle_home();
+        control.block(index, block, is_home, state.may_cut(is_home, before.as_ref()));
     }
     let mut out = state.out;
     out.faults.extend(control.into_faults());
@@ -78,6 +84,12 @@ struct State<'a> {
     is_known: Vec<bool>,
     /// Length compensation in force.
     compensation: Compensation,
+    /// The same by axis, of several heads.
+    lengths: AxisLengths,
+    /// Index of the axis along the spindle of the setup's head; `None` on a machine of one head.
+    spindle_axis: Option<usize>,
+    /// Whether each axis moves the tool against the work.
+    is_own: Vec<bool>,
     section: usize,
     out: Moves,
 }
@@ -93,6 +105,7 @@ enum NoEnd {
 
 impl<'a> State<'a> {
     fn new(setup: &'a VirtualSetup<'a>) -> Self {
+        let own = own_head(setup).map(|head| head.spindle_axis);
         let zeros = AxisWords::from_words(setup.words.axes().iter().map(|a| (a.letter, 0.0))).unwrap_or_default();
         Self {
             setup,
@@ -102,6 +115,9 @@ impl<'a> State<'a> {
             axes: setup.machine.home(),
             is_known: vec![true; setup.machine.axes().len()],
             compensation: Compensation::Off,
+            lengths: AxisLengths::default(),
+            spindle_axis: setup.words.axes().iter().position(|a| Some(a.letter) == own),
+            is_own: own_axes(setup.machine),
             section: 0,
             out: Moves::default(),
         }
@@ -167,7 +183,11 @@ impl<'a> State<'a> {
     /// safe where the axis along the spindle is at its reference position, or where the block itself says where the axes
     /// go: then they go there in either case.
     fn cancel(&mut self, index: usize, block: &ReadBlock) {
+        let lengths = std::mem::replace(&mut self.lengths, block.lengths);
         let before = std::mem::replace(&mut self.compensation, block.compensation);
+        if self.spindle_axis.is_some() {
+            return self.cancel_of_heads(index, block, lengths);
+        }
         if before == Compensation::Off || block.compensation != Compensation::Off {
             return;
         }
@@ -181,13 +201,42 @@ impl<'a> State<'a> {
         }
     }
 
-    /// Whether every axis along the spindle is at its reference position.
+    /// The same for each head, whichever the setup is of: what one axis does, the other head may be in the way of.
+    fn cancel_of_heads(&mut self, index: usize, block: &ReadBlock, before: AxisLengths) {
+        for (letter, _) in before.iter().filter(|(letter, _)| block.lengths.register_of(*letter).is_none()) {
+            let axis = self.setup.words.axes().iter().position(|a| a.letter == letter);
+            let is_told = block.motion.as_ref().is_some_and(|m| m.position.is_programmed(letter));
+            if !is_told && !axis.is_some_and(|k| self.is_home(k)) {
+                let note = "send this axis home (G91 G28) before: some controls move it by the tool's length here";
+                self.fault(FindingKind::UnsafeCancel, index, Some(letter), note.to_owned());
+            }
+        }
+    }
+
+    /// Whether every axis along the spindle is at its reference position; of several heads that of the setup's.
     fn is_spindle_home(&self) -> bool {
-        let is_home = |k: usize| {
-            let home = self.setup.machine.axes()[k].home;
-            self.is_known[k] && (self.axes[k] - home).abs() <= AT_HOME
-        };
-        self.lengthened(Compensation::Length(0)).all(is_home)
+        match self.spindle_axis {
+            Some(k) => self.is_home(k),
+            None => self.lengthened(Compensation::Length(0)).all(|k| self.is_home(k)),
+        }
+    }
+
+    fn is_home(&self, axis: usize) -> bool {
+        let home = self.setup.machine.axes()[axis].home;
+        self.is_known[axis] && (self.axes[axis] - home).abs() <= AT_HOME
+    }
+
+    /// Where the axes are, where that of all is known.
+    fn known_axes(&self) -> Option<AxisValues> {
+        self.is_known.iter().all(|&known| known).then_some(self.axes)
+    }
+
+    /// Whether a feed move from `before` to here may cut. Of several heads one may stand while the other cuts, or be away
+    /// from the work while the table turns: then its spindle need not turn.
+    fn may_cut(&self, is_home: bool, before: Option<&AxisValues>) -> bool {
+        let (Some(before), Some(here)) = (before, self.known_axes()) else { return true };
+        let moves = (0..before.len()).any(|k| self.is_own[k] && before[k] != here[k]);
+        self.spindle_axis.is_none() || moves && !is_home
     }
 
     /// Indices of the axes whose words hold the tool's length: those along the spindle, or all linear ones with RTCP.
@@ -229,9 +278,16 @@ impl<'a> State<'a> {
     /// Axis values at the end of a motion whose linear words are the axes' own.
     fn words_end(&self, motion: &ReadMotion, at: impl Fn(AxisLetter) -> Option<AxisAt>) -> Result<AxisValues, NoEnd> {
         self.check_frame(motion)?;
-        let zero = |k: usize| match motion.compensation {
-            Compensation::Off => self.setup.words.axes()[k].offset,
-            Compensation::Length(_) | Compensation::Rtcp(_) => self.compensated_zero[k],
+        let is_compensated = |k: usize| match motion.compensation {
+            // Of what is not clear there is a finding; axes go on as if it were the right length.
+            _ if self.spindle_axis.is_some() && motion.lengths.is_clear() => {
+                motion.lengths.register_of(self.setup.words.axes()[k].letter).is_some()
+            }
+            Compensation::Off => false,
+            Compensation::Length(_) | Compensation::Rtcp(_) => true,
+        };
+        let zero = |k: usize| {
+            if is_compensated(k) { self.compensated_zero[k] } else { self.setup.words.axes()[k].offset }
         };
         let mut end = self.axes;
         for (k, axis) in self.setup.words.axes().iter().enumerate() {

@@ -6,6 +6,7 @@ use facemill_nc_program::{ReadBlock, ReadProgram};
 use crate::{
     AxisReading, ClearancePlace, Finding, GougePlace, GougeSection, Pose, SectionGouge, Verification,
     chunk_result::{ChunkResult, Clearance, Gouge, Gouges, nearest},
+    control::own_head,
     episodes::{Contact, Episode, Episodes},
     moves::{Move, TextFault},
     reader_notes,
@@ -107,7 +108,7 @@ impl Report<'_> {
                 axis_work: cl.axis.into_inner().into(),
                 axis_values: self.readings(axes),
             }),
-            note: String::new(),
+            note: own_head(self.scene.setup).map_or_else(String::new, |head| format!("head {}", head.name)),
         }
     }
 

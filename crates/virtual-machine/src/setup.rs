@@ -5,7 +5,13 @@ use facemill_nc_program::WordMap;
 use facemill_tool_model::ToolAssembly;
 use nalgebra::Isometry3;
 
+use crate::{control::own_head, own_axes::own_axes};
+
 /// The machine as it stands when the program is started: what turns words into motion, and what is in the way.
+///
+/// Of a machine of several heads it is that of one of them, and a program is run once for each: [`VirtualSetup::machine`] is
+/// the head's view, with the axes of all heads, [`VirtualSetup::words`] a map with heads, which is the same for all, and tool
+/// and length register are the head's own. Bodies of the other head, and of its tool, are bodies of the view.
 #[derive(Clone)]
 pub struct VirtualSetup<'a> {
     /// The machine; its motion laws, limits and bodies count.
@@ -131,6 +137,34 @@ pub enum VerifyError {
         /// Axes of the machine.
         machine: String,
     },
+    /// None of several heads has the setup's length register.
+    #[error("length_register is H{register}, which is none of the heads' of the word map")]
+    NoHead {
+        /// As given.
+        register: u32,
+    },
+    /// The head that the word map has for the length register is not that of the setup.
+    #[error("the word map has {words} for {what} of the head `{head}`, the setup {setup}")]
+    OtherHead {
+        /// Its name.
+        head: String,
+        /// `the tool number`, `the tool length`.
+        what: &'static str,
+        /// Of the word map.
+        words: f64,
+        /// Of the setup.
+        setup: f64,
+    },
+    /// The machine is the view of another head.
+    #[error("the machine is no view of the head `{head}`: axis {axis} {problem}")]
+    OtherView {
+        /// Its name.
+        head: String,
+        /// Spindle axis of this or another head.
+        axis: String,
+        /// What it does.
+        problem: &'static str,
+    },
     /// A body of the machine has no mesh.
     #[error("the body `{body}` of the machine: {problem}")]
     Body {
@@ -178,6 +212,7 @@ pub(crate) fn check(setup: &VirtualSetup<'_>, settings: &VerifySettings) -> Resu
     if words != machine {
         return Err(VerifyError::OtherAxes { words: words.join(" "), machine: machine.join(" ") });
     }
+    check_head(setup)?;
     for o in &setup.obstacles {
         for (field, value) in [("allowance", o.allowance), ("stock", o.stock)] {
             if !(value >= 0.0 && value.is_finite()) {
@@ -202,6 +237,38 @@ pub(crate) fn check(setup: &VirtualSetup<'_>, settings: &VerifySettings) -> Resu
         }
     }
     check_sections(&settings.sections)
+}
+
+/// By how much two lengths of one tool may differ, mm: rounding.
+const SAME_LENGTH: f64 = 1e-6;
+
+/// Of a machine of several heads: the setup has the tool of one of them, and the machine is the view of that one.
+fn check_head(setup: &VirtualSetup<'_>) -> Result<(), VerifyError> {
+    let heads = setup.words.heads();
+    if heads.is_empty() {
+        return Ok(());
+    }
+    let own = own_head(setup).ok_or(VerifyError::NoHead { register: setup.length_register })?;
+    let (number, length) = (setup.tool.number(), setup.tool.gauge_length());
+    let other = |what, words, setup| Err(VerifyError::OtherHead { head: own.name.clone(), what, words, setup });
+    if own.tool_number != number {
+        return other("the tool number", f64::from(own.tool_number), f64::from(number));
+    }
+    if (own.tool_length - length).abs() > SAME_LENGTH {
+        return other("the tool length", own.tool_length, length);
+    }
+    let moves_tool = own_axes(setup.machine);
+    for head in heads {
+        let axis = setup.words.axes().iter().position(|a| a.letter == head.spindle_axis);
+        let problem = match (head == own, axis.is_some_and(|k| moves_tool[k])) {
+            (true, false) => "does not move its tool",
+            (false, true) => "of another head moves its tool",
+            _ => continue,
+        };
+        let (head, axis) = (own.name.clone(), head.spindle_axis.to_string());
+        return Err(VerifyError::OtherView { head, axis, problem });
+    }
+    Ok(())
 }
 
 fn check_sections(sections: &[GougeSection]) -> Result<(), VerifyError> {
