@@ -163,6 +163,18 @@ impl ToolAssembly {
         self.file.gauge_length_mm
     }
 
+    /// Every body of the tool, tool frame: the cutter as it is, and those of [`ToolAssembly::collision_bodies`]. For what is to
+    /// keep off the whole tool, such as the other head of a machine with two.
+    pub fn whole(&self) -> Vec<PlacedSolid> {
+        let bodies = std::iter::once(self.cutter.test_body(0.0)).chain(self.cutter.upper_test_body(0.0));
+        let of_cutter = bodies.map(|body| PlacedSolid {
+            name: format!("cutter of tool {}", self.number()),
+            solid: Solid::Frustum(body),
+            frame_from_solid: Isometry3::identity(),
+        });
+        of_cutter.chain(self.collision_bodies()).collect()
+    }
+
     /// Every non-cutting body of the assembly, dilated by its clearance, in the tool frame: the sections of the cutter
     /// body from the end of the flute, then those of the holder from its nose.
     pub fn collision_bodies(&self) -> Vec<PlacedSolid> {
