@@ -26,12 +26,15 @@ pub mod link;
 mod machine_obstacles;
 mod machine_proof;
 pub mod map;
+mod pair_plan;
+mod pair_values;
 mod pass_cost;
 mod pass_graph;
 mod pass_plan;
 mod pose_test;
 mod relief;
 mod search;
+mod shared_axis;
 mod smooth_band;
 mod smooth_pass;
 mod spun_bodies;
@@ -40,12 +43,14 @@ mod workcell;
 
 pub use bezier::{SearchCurve, SearchCurveError, SearchOrder, TurnTable};
 pub use certified::{CertifiedSearch, MOST_TESTS, Widened, certified_search};
+pub use pair_plan::{PairBlocked, PairOutcome, PairPose, PairSettings, PairStation, PairTest, plan_pair};
 pub use pass_plan::{
     AxisTarget, Optimum, Outcome, PassSettings, PassTask, PlannedPass, PostureMode, SmoothSettings, plan_passes,
 };
 pub use pose_test::PoseTest;
 pub use relief::{Relief, reliefs};
 pub use search::{Found, SearchSettings, search};
+pub use shared_axis::PostureRange;
 pub use workcell::{
     AxisCone, Body, Configuration, FeasiblePose, Hints, Infeasible, Obstacle, Pieces, Workcell, angle_between,
     tool_frame,

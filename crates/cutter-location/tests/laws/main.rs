@@ -9,6 +9,7 @@ mod link;
 mod machine_bodies;
 mod map;
 mod map_cases;
+mod pairs;
 mod pass_costs;
 mod passes;
 mod postures;

@@ -1,0 +1,169 @@
+//! Two heads that share an axis.
+
+use facemill_cl_data::{CcPoint, Silent};
+use facemill_cutter_location::{
+    Configuration, PairBlocked, PairPose, PairSettings, PairStation, PairTest, PoseTest, PostureRange, Workcell,
+    plan_pair,
+};
+use facemill_interference::MeshTree;
+use facemill_inverse_kinematics::{Machine, preset_dual_xyzb};
+use facemill_sample_parts::PatchSpec;
+use facemill_surface_model::TriMesh;
+use facemill_tool_model::{ToolAssembly, cl_from_cc};
+use nalgebra::{Isometry3, Point3, Unit, Vector3};
+
+use crate::kit::{obstacle, tool, workcell};
+
+/// Middle of the part above the table frame's origin, along C; and its distance from C, along which the heads' B turns, mm.
+const ALONG: f64 = 150.0;
+const OUT: f64 = 350.0;
+
+/// A plate 20 mm thick across C, waves on both sides.
+fn plate() -> (PatchSpec, TriMesh) {
+    let spec = PatchSpec::new([160.0, 60.0], 3.0, [1.0, 1.0]).unwrap();
+    let front = facemill_sample_parts::patch(&spec, 80, 30).unwrap();
+    let vertices: Vec<Point3<f64>> = front.vertices().iter().map(|p| Point3::new(p.x, p.y, p.z - 20.0)).collect();
+    let back = front.triangles().iter().map(|t| [t[0], t[2], t[1]]).collect();
+    (spec, front.joined(&TriMesh::new(vertices, back).unwrap()))
+}
+
+/// CC points of both sides at the same places.
+fn stations(spec: &PatchSpec, n: usize) -> Vec<PairStation> {
+    let mut last: Option<[CcPoint; 2]> = None;
+    (0..n)
+        .map(|k| {
+            let x = -60.0 + 120.0 * k as f64 / (n - 1) as f64;
+            let p = spec.at(x, 5.0);
+            let front = CcPoint::new(p.point, p.normal.into_inner(), Vector3::x()).unwrap();
+            let below = Point3::new(p.point.x, p.point.y, p.point.z - 20.0);
+            let back = CcPoint::new(below, -p.normal.into_inner(), Vector3::x()).unwrap();
+            let cc = [front, back];
+            let way = last.map_or([0.0; 2], |l| [0, 1].map(|h: usize| (cc[h].position - l[h].position).norm()));
+            last = Some(cc);
+            PairStation { cc, way }
+        })
+        .collect()
+}
+
+fn heads(tools: &[ToolAssembly; 2]) -> [Machine; 2] {
+    let views = Machine::heads_from_json(preset_dual_xyzb().as_bytes()).unwrap();
+    [0, 1].map(|h: usize| views[h].with_tool_in_other_head(&tools[1 - h].whole(), tools[1 - h].gauge_length()))
+}
+
+fn cells<'a>(machines: &'a [Machine; 2], tools: &'a [ToolAssembly; 2], part: &'a MeshTree) -> [Workcell<'a>; 2] {
+    [0, 1].map(|h: usize| Workcell {
+        table_from_work: Isometry3::translation(0.0, OUT, ALONG),
+        ..workcell(&machines[h], &tools[h], vec![obstacle("plate", part)])
+    })
+}
+
+fn settings(tilt: [f64; 2], shared_tests: f64) -> PairSettings {
+    let range = PostureRange { tilt: tilt.map(f64::to_radians), rotate: [-85.0, 85.0].map(f64::to_radians) };
+    PairSettings { ranges: [range; 2], feeds: [20.0, 25.0], max_turn_per_mm: 0.02, spacing: shared_tests }
+}
+
+/// How the first head stands at the first station, by the machine's own solution.
+fn start(test: &PoseTest<'_>, station: &PairStation, tilt_deg: f64) -> Configuration {
+    let posture = crate::kit::posture_deg(tilt_deg, 0.0);
+    let cl = cl_from_cc(test.cell.tool.cutter(), &station.cc[0], posture).transformed(&test.cell.table_from_work);
+    let all = test.cell.machine.inverse(&cl, test.cell.tool.gauge_length()).unwrap();
+    let upper = all.iter().max_by(|a, b| a.values[2].total_cmp(&b.values[2])).unwrap();
+    Configuration { axes: upper.values, branch: upper.branch }
+}
+
+struct Planned {
+    stations: Vec<PairStation>,
+    poses: Vec<Result<PairPose, PairBlocked>>,
+    machines: [Machine; 2],
+    tools: [ToolAssembly; 2],
+}
+
+fn planned(spacing: f64) -> Planned {
+    let (spec, mesh) = plate();
+    let part = MeshTree::new(&mesh);
+    let tools = [tool(16.0, 2.0, 6.0), tool(12.0, 1.5, 5.0)];
+    let machines = heads(&tools);
+    let cells = cells(&machines, &tools, &part);
+    let tests = [PoseTest::new(&cells[0]), PoseTest::new(&cells[1])];
+    let shared = (0..9).find(|&k| machines[0].is_shared(k)).unwrap();
+    let pair = PairTest { tests: [&tests[0], &tests[1]], shared };
+    let stations = stations(&spec, 61);
+    let start = start(&tests[0], &stations[0], 3.0);
+    let poses = plan_pair(&pair, &stations, &settings([3.0, 15.0], spacing), &start, &Silent).unwrap();
+    drop(tests);
+    Planned { stations, poses, machines, tools }
+}
+
+/// Every stand has one value of the shared axis, both tips and axes where their postures say, postures in range, cutters that
+/// keep out of the plate, and heads that are apart.
+#[test]
+fn both_heads_stand_where_they_were_planned() {
+    let planned = planned(6.0);
+    let n_ok = planned.poses.iter().filter(|p| p.is_ok()).count();
+    assert_eq!(n_ok, planned.poses.len(), "{:?}", planned.poses.iter().find(|p| p.is_err()));
+    for (station, pose) in planned.stations.iter().zip(&planned.poses) {
+        let pose = pose.as_ref().unwrap();
+        for h in 0..2 {
+            let (machine, tool) = (&planned.machines[h], &planned.tools[h]);
+            let work_from_table = Isometry3::translation(0.0, OUT, ALONG).inverse();
+            let stands = machine.cl_point(&pose.axes, tool.gauge_length()).transformed(&work_from_table);
+            let cc = station.cc[h];
+            let lifted = CcPoint { position: cc.position + cc.normal.into_inner() * pose.poses[h].lift, ..cc };
+            let wanted = cl_from_cc(tool.cutter(), &lifted, pose.poses[h].posture);
+            assert!((stands.tip - wanted.tip).norm() < 1e-7, "head {h}: {} from {}", stands.tip, wanted.tip);
+            assert!(angle(&stands.axis, &wanted.axis) < 1e-9);
+            let tilt = pose.poses[h].posture.tilt.to_degrees();
+            assert!((3.0 - 1e-9..=15.0 + 1e-9).contains(&tilt), "tilt {tilt}");
+            assert!(machine.first_beyond_limit(&pose.axes).is_none());
+        }
+    }
+}
+
+fn angle(a: &Unit<Vector3<f64>>, b: &Unit<Vector3<f64>>) -> f64 {
+    a.cross(b).norm().atan2(a.dot(b))
+}
+
+/// The shared axis goes on evenly: its steps are no larger than what the normals' own turn and the tilts' range explain.
+#[test]
+fn the_shared_axis_does_not_jump() {
+    let planned = planned(6.0);
+    let machine = &planned.machines[0];
+    let shared = (0..9).find(|&k| machine.is_shared(k)).unwrap();
+    let values: Vec<f64> = planned.poses.iter().map(|p| p.as_ref().unwrap().axes[shared]).collect();
+    let steps: Vec<f64> = values.windows(2).map(|w| w[1] - w[0]).collect();
+    let bends = steps.windows(2).map(|w| (w[1] - w[0]).abs()).fold(0.0, f64::max);
+    assert!(steps.iter().all(|s| s.abs() < 0.06), "{steps:?}");
+    assert!(bends < 0.02, "{bends}");
+}
+
+/// Where both heads are told to be at the same place with nothing between them, they are refused for each other.
+#[test]
+fn heads_in_one_place_are_refused() {
+    let far = crate::kit::plane(10.0).transformed(&Isometry3::translation(0.0, 0.0, -2000.0));
+    let part = MeshTree::new(&far);
+    let tools = [tool(16.0, 2.0, 6.0), tool(16.0, 2.0, 6.0)];
+    let machines = heads(&tools);
+    let cells = cells(&machines, &tools, &part);
+    let tests = [PoseTest::new(&cells[0]), PoseTest::new(&cells[1])];
+    let shared = (0..9).find(|&k| machines[0].is_shared(k)).unwrap();
+    let pair = PairTest { tests: [&tests[0], &tests[1]], shared };
+    // A plate that is thinner than nothing: each head cuts 30 mm beyond the other's side.
+    let at =
+        |z: f64, up: f64| CcPoint::new(Point3::new(0.0, 0.0, z), Vector3::new(0.3, 0.0, up), Vector3::x()).unwrap();
+    for (apart, collides) in [(-30.0, true), (60.0, false)] {
+        let stations: Vec<PairStation> = (0..3)
+            .map(|k| {
+                let shift = Vector3::new(2.0 * f64::from(k), 0.0, 0.0);
+                let mut cc = [at(0.5 * apart, 1.0), at(-0.5 * apart, -1.0)];
+                cc.iter_mut().for_each(|cc| cc.position += shift);
+                PairStation { cc, way: [if k > 0 { 2.0 } else { 0.0 }; 2] }
+            })
+            .collect();
+        let start = start(&tests[0], &stations[0], 3.0);
+        let poses = plan_pair(&pair, &stations, &settings([3.0, 15.0], 1.0), &start, &Silent).unwrap();
+        for pose in &poses {
+            assert_eq!(matches!(pose, Err(PairBlocked::Together(_))), collides, "{apart}: {pose:?}");
+            assert_eq!(pose.is_ok(), !collides, "{apart}: {pose:?}");
+        }
+    }
+}
