@@ -98,4 +98,4 @@ pub use motion::{BlockLaw, Motion, MotionError};
 pub use path::{
     Change, FreeTurn, PathChange, PathChoice, PathError, PathSettings, SegmentKind, SingularStretch, choose_along,
 };
-pub use preset::preset_head_b_table_c;
+pub use preset::{preset_dual_xyzb, preset_head_b_table_c};

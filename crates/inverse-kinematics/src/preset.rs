@@ -9,6 +9,12 @@ pub fn preset_head_b_table_c() -> &'static str {
     include_str!("../presets/head-b-table-c.json")
 }
 
+/// Machine file of a propeller mill with two heads that face each other along a horizontal C, one on each side of the
+/// propeller: X1 Y1 Z1 B1, X2 Y2 Z2 B2 and C, for propellers of about 1 m. See [`Machine::heads`].
+pub fn preset_dual_xyzb() -> &'static str {
+    include_str!("../../../assets/machines/dual-c-horizontal-xyzb.json")
+}
+
 impl Machine {
     /// The machine of [`preset_head_b_table_c`].
     ///

@@ -110,6 +110,14 @@ enum NewPart {
         #[arg(long, value_name = "RATIO")]
         pitch_ratio: Option<f64>,
     },
+    /// A marine propeller on a mill with two heads, both sides at once
+    PropellerDual {
+        /// Folder to write to; it must be empty or not exist
+        dir: PathBuf,
+        /// Diameter
+        #[arg(long, value_name = "MM", default_value_t = 1000.0)]
+        diameter_mm: f64,
+    },
     /// A wavy sculptured patch
     Patch {
         /// Folder to write to; it must be empty or not exist
@@ -322,6 +330,7 @@ fn write_new(part: NewPart) -> Result<ExitCode, Failure> {
             }
             (dir, NewJob::Propeller { series, diameter_mm })
         }
+        NewPart::PropellerDual { dir, diameter_mm } => (dir, NewJob::DualPropeller { diameter_mm }),
         NewPart::Patch { dir, size_mm } => (dir, NewJob::Patch { size_mm }),
         NewPart::Rotor37 { dir, scale } => (dir, NewJob::Rotor37 { scale }),
     };

@@ -20,12 +20,19 @@ pub struct JobFile {
     pub name: String,
     /// Tool file, relative to the job file.
     pub tool: String,
+    /// Tool file of the second head, on a machine with two, relative to the job file; its number and length register must
+    /// not be those of the first head's tool.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub second_tool: Option<String>,
     /// Machine file, relative to the job file.
     pub machine: String,
     /// Setups in the order they are machined; each gets a program of its own.
     pub setups: Vec<SetupFile>,
     /// Operations in the order they are machined.
     pub operations: Vec<OperationFile>,
+    /// Operations that two heads machine at the same time.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub pairs: Vec<PairFile>,
     /// How the program is written.
     pub post: PostFile,
 }
@@ -51,6 +58,9 @@ pub struct SetupFile {
     pub stock: StockFile,
     /// Surface outside of which rapids are free.
     pub clearance: ClearanceFile,
+    /// The same for the second head of a machine with two; the surface of the first, where the key is missing.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub second_clearance: Option<ClearanceFile>,
     /// Distance that the whole tool keeps from part, stock and fixtures in rapids.
     #[serde(default = "default_rapid_clearance_mm")]
     pub rapid_clearance_mm: f64,
@@ -290,6 +300,9 @@ pub struct OperationFile {
     /// Setup it belongs to; may be missing where there is only one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub setup: Option<String>,
+    /// Head that machines it, from 1: the number of its chain in the machine file.
+    #[serde(default = "first_head", skip_serializing_if = "is_first_head")]
+    pub head: u32,
     /// Where the cutter-contact points come from.
     pub path: PathFile,
     /// Cutting direction.
@@ -309,6 +322,34 @@ pub struct OperationFile {
     pub tolerances: TolerancesFile,
     /// What happens where no posture is feasible.
     pub infeasible: InfeasibleFile,
+}
+
+fn first_head() -> u32 {
+    1
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "what serde passes")]
+fn is_first_head(head: &u32) -> bool {
+    *head == first_head()
+}
+
+/// Two operations of one setup that two heads machine at the same time, on a machine whose heads share the workpiece's axes:
+/// their passes are paired, and both heads' postures chosen so that they agree on the shared axis.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PairFile {
+    /// Name of the operation of the first head.
+    pub first: String,
+    /// Name of the operation of the second head.
+    pub second: String,
+    /// How far rotate may turn away from the uncut stock where the common value of the shared axis asks for it: with opposite
+    /// sides of a blade one head leans to the one side where the other leans to the other.
+    #[serde(default = "default_lean_back_deg")]
+    pub lean_back_deg: f64,
+}
+
+fn default_lean_back_deg() -> f64 {
+    85.0
 }
 
 /// Source of CC points.

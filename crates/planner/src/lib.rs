@@ -25,6 +25,7 @@
 mod cell;
 mod check;
 mod chips;
+mod dual;
 mod enclosure;
 mod failure;
 pub mod files;
@@ -36,6 +37,7 @@ mod mending;
 #[cfg(test)]
 mod move_laws;
 mod moves;
+mod new_dual;
 pub mod new_job;
 mod operation;
 mod output;
@@ -55,6 +57,7 @@ mod summary;
 mod validate;
 
 pub use check::describe_setup;
+pub use dual::{PairReport, PairSplit};
 pub use failure::Failure;
 pub use load::{Job, read_mesh};
 pub use machine_check::{MachineCheck, describe_machine};

@@ -20,7 +20,7 @@ use crate::job_file::{
 };
 use crate::report::MeshReport;
 use crate::stock::stock_mesh;
-use crate::validate::{FARTHEST, belongs, check_feeds, check_gouge_tolerances, check_rounding, validate};
+use crate::validate::{FARTHEST, belongs, check_feeds, check_gouge_tolerances, check_heads, check_rounding, validate};
 use crate::{Failure, files};
 
 /// A job with its tool, machine and post read.
@@ -31,10 +31,21 @@ pub struct Job {
     pub file: JobFile,
     /// Its tool.
     pub tool: ToolAssembly,
-    /// Its machine.
+    /// Its machine; of one with two heads, as the first head sees it.
     pub machine: Machine,
     /// Its post.
     pub post: PostSettings,
+    /// The second head of its machine, where it has one.
+    pub second: Option<SecondHead>,
+}
+
+/// What the second head of a machine has of its own.
+#[derive(Clone)]
+pub struct SecondHead {
+    /// Its tool.
+    pub tool: ToolAssembly,
+    /// The machine as it sees it.
+    pub machine: Machine,
 }
 
 impl Job {
@@ -51,7 +62,21 @@ impl Job {
         let tool = ToolAssembly::from_json(&files::read(&tool_path)?).map_err(|e| Failure::input(&tool_path, e))?;
         check_gouge_tolerances(&file, tool.cutter().radius()).map_err(|e| Failure::input(path, e))?;
         let machine_path = beside(&file.machine);
-        let machine = Machine::from_json(&files::read(&machine_path)?).map_err(|e| Failure::input(&machine_path, e))?;
+        let mut heads =
+            Machine::heads_from_json(&files::read(&machine_path)?).map_err(|e| Failure::input(&machine_path, e))?;
+        check_heads(&file, heads.len()).map_err(|e| Failure::input(path, e))?;
+        let mut second = None;
+        if let (2, Some(name)) = (heads.len(), &file.second_tool) {
+            let path = beside(name);
+            let other = ToolAssembly::from_json(&files::read(&path)?).map_err(|e| Failure::input(&path, e))?;
+            let sees = |head: usize, other: &ToolAssembly| {
+                heads[head].with_tool_in_other_head(&other.whole(), other.gauge_length())
+            };
+            let (own, machine) = (sees(0, &other), sees(1, &tool));
+            heads[0] = own;
+            second = Some(SecondHead { tool: other, machine });
+        }
+        let machine = heads.swap_remove(0);
         check_feeds(&file, &machine.feed_range()).map_err(|e| Failure::input(path, e))?;
         let template = match &file.post.template {
             None => None,
@@ -73,12 +98,27 @@ impl Job {
                            tip_linear_vector_turned, because that is what the control then does; its is axes_linear";
             return Err(Failure::input(path, message));
         }
-        Ok(Self { path: path.to_owned(), file, tool, machine, post })
+        Ok(Self { path: path.to_owned(), file, tool, machine, post, second })
     }
 
     /// A file named in the job, relative to the job file.
     pub fn beside(&self, name: &str) -> PathBuf {
         self.path.parent().unwrap_or(Path::new("")).join(name)
+    }
+
+    /// The job as one of the machine's heads sees it (0 or 1): its tool, its view of the machine, its clearance surfaces.
+    pub(crate) fn seen_by(&self, head: usize) -> Self {
+        let mut file = self.file.clone();
+        let (tool, machine) = match &self.second {
+            Some(second) if head == 1 => {
+                for setup in &mut file.setups {
+                    setup.clearance = setup.second_clearance.clone().unwrap_or_else(|| setup.clearance.clone());
+                }
+                (second.tool.clone(), second.machine.clone())
+            }
+            _ => (self.tool.clone(), self.machine.clone()),
+        };
+        Self { path: self.path.clone(), file, tool, machine, post: self.post.clone(), second: self.second.clone() }
     }
 
     /// An error about the job file.

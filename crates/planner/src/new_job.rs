@@ -8,6 +8,8 @@ use facemill_surface_model::{NamedNode, TriMesh, write_glb, write_obj};
 use nalgebra::{Isometry3, Point3};
 use serde_json::{Value, json};
 
+use crate::new_dual::dual_propeller_job;
+
 /// An example job.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum NewJob {
@@ -15,6 +17,11 @@ pub enum NewJob {
     Propeller {
         /// Its series.
         series: Series,
+        /// Its diameter, mm.
+        diameter_mm: f64,
+    },
+    /// DTMB 4119 on the mill with two heads, both sides at once.
+    DualPropeller {
         /// Its diameter, mm.
         diameter_mm: f64,
     },
@@ -57,6 +64,7 @@ pub enum Series {
 pub fn new_job(job: &NewJob) -> Result<Vec<(String, Vec<u8>)>, String> {
     match *job {
         NewJob::Propeller { series, diameter_mm } => propeller_job(series, diameter_mm),
+        NewJob::DualPropeller { diameter_mm } => dual_propeller_job(diameter_mm),
         NewJob::Patch { size_mm } => patch_job(size_mm),
         NewJob::Rotor37 { scale } => rotor37_job(scale),
     }
@@ -64,19 +72,19 @@ pub fn new_job(job: &NewJob) -> Result<Vec<(String, Vec<u8>)>, String> {
 
 /// Quads between hub and tip, and between leading and trailing edge: facets of about 10 mm on a blade of 3 m diameter, 2 MB
 /// for the file.
-const RADIAL_QUADS: usize = 160;
-const CHORD_QUADS: usize = 120;
+pub(crate) const RADIAL_QUADS: usize = 160;
+pub(crate) const CHORD_QUADS: usize = 120;
 
 /// Radii of face mills that can be bought, mm.
 const CUTTER_RADII: [f64; 12] = [4.0, 5.0, 6.0, 8.0, 10.0, 12.5, 16.0, 20.0, 25.0, 40.0, 63.0, 80.0];
 
 /// The largest cutter that is not larger than wanted.
-fn cutter_radius(wanted: f64) -> f64 {
+pub(crate) fn cutter_radius(wanted: f64) -> f64 {
     CUTTER_RADII.iter().rev().copied().find(|r| *r <= wanted * 1.001).unwrap_or(CUTTER_RADII[0])
 }
 
 /// A number for a file: no more digits than anyone typed.
-fn round_to(value: f64, decimals: i32) -> f64 {
+pub(crate) fn round_to(value: f64, decimals: i32) -> f64 {
     let unit = 10f64.powi(decimals);
     (value * unit).round() / unit
 }
@@ -93,7 +101,7 @@ fn propeller_job(series: Series, diameter: f64) -> Result<Vec<(String, Vec<u8>)>
     };
     let spec = PropellerSpec::new(series, diameter).map_err(|e| e.to_string())?;
     let resolution = BladeResolution::new(RADIAL_QUADS, CHORD_QUADS).map_err(|e| e.to_string())?;
-    let (glb, top) = propeller_glb(&spec, resolution)?;
+    let (glb, [_, top]) = propeller_glb(&spec, resolution)?;
     let chord = chord_error(&spec, resolution).sides;
     let n_blades = spec.n_blades();
     let tip = 0.5 * diameter;
@@ -145,8 +153,8 @@ fn propeller_job(series: Series, diameter: f64) -> Result<Vec<(String, Vec<u8>)>
     Ok(job_folder(("propeller.glb", glb), &job, (radius, reach)))
 }
 
-/// The propeller as a file, and how high it reaches, mm.
-fn propeller_glb(spec: &PropellerSpec, resolution: BladeResolution) -> Result<(Vec<u8>, f64), String> {
+/// The propeller as a file, and how low and high it reaches, mm.
+pub(crate) fn propeller_glb(spec: &PropellerSpec, resolution: BladeResolution) -> Result<(Vec<u8>, [f64; 2]), String> {
     let blade = blade(spec, resolution);
     let hub = hub(spec, 2e-4 * spec.hub_radius()).map_err(|e| e.to_string())?;
     let blade_groups: Vec<String> = blade.groups().iter().map(|g| g.name.clone()).collect();
@@ -166,9 +174,10 @@ fn propeller_glb(spec: &PropellerSpec, resolution: BladeResolution) -> Result<(V
     let nodes: Vec<NamedNode<'_>> =
         nodes.iter().map(|(name, mesh, transform)| NamedNode { name, mesh: *mesh, transform: *transform }).collect();
     // Blades turn about z: all are as high as the first.
-    let top = meshes.iter().flat_map(TriMesh::vertices).map(|p| p.z).fold(f64::NEG_INFINITY, f64::max);
+    let heights = || meshes.iter().flat_map(TriMesh::vertices).map(|p| p.z);
+    let reach = [heights().fold(f64::INFINITY, f64::min), heights().fold(f64::NEG_INFINITY, f64::max)];
     let meshes: Vec<&TriMesh> = meshes.iter().collect();
-    Ok((write_glb(&meshes, &nodes).map_err(|e| e.to_string())?, top))
+    Ok((write_glb(&meshes, &nodes).map_err(|e| e.to_string())?, reach))
 }
 
 /// The mesh without vertices that no triangle uses.
@@ -254,12 +263,12 @@ fn rotor37_job(scale: f64) -> Result<Vec<(String, Vec<u8>)>, String> {
 }
 
 /// Material that a cutter takes off in one finishing cut, mm.
-fn stock_for(radius: f64) -> f64 {
+pub(crate) fn stock_for(radius: f64) -> f64 {
     round_to((radius / 40.0).max(0.2), 2)
 }
 
 /// An operation; `scale` is 1 for parts of about 3 m, for which lengths along the path are given.
-fn operation(name: &str, radius: f64, strategy: &Value, scale: f64) -> Value {
+pub(crate) fn operation(name: &str, radius: f64, strategy: &Value, scale: f64) -> Value {
     // So flat that the cutter is in the stock only where it goes down by less than its ramp angle.
     let arc = json!({ "tangential_arc": { "radius_mm": round_to(12.5 * radius, 1), "angle_deg": 8.0 } });
     json!({
@@ -293,7 +302,7 @@ fn operation(name: &str, radius: f64, strategy: &Value, scale: f64) -> Value {
     })
 }
 
-fn job_file(name: &str, setup: Value, operation: Value) -> Value {
+pub(crate) fn job_file(name: &str, setup: Value, operation: Value) -> Value {
     json!({
         "format": crate::job_file::JOB_FORMAT,
         "name": name,
@@ -311,7 +320,7 @@ fn job_file(name: &str, setup: Value, operation: Value) -> Value {
 }
 
 /// A face mill of this radius on an arbor that reaches between blades.
-fn tool_file(radius: f64, reach: f64) -> Value {
+pub(crate) fn tool_file(radius: f64, reach: f64) -> Value {
     let flute = round_to(0.15 * radius, 2);
     let body = round_to(0.65 * radius, 2);
     let arbor = round_to(reach.max(60.0), 1);

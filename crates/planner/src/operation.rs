@@ -290,7 +290,8 @@ fn linearity(job: &Job, tolerance: f64) -> Linearity {
     Linearity { tolerance, rounding: job.post.rounding_bound(), law: job.machine.motion_law().cutting }
 }
 
-fn move_settings(job: &Job, setup: &Setup<'_>, operation: &OperationFile) -> MoveSettings {
+/// How the moves of an operation are made.
+pub(crate) fn move_settings(job: &Job, setup: &Setup<'_>, operation: &OperationFile) -> MoveSettings {
     let clearance = setup.file.rapid_clearance_mm;
     // Along the tool axis, out of any stock that the tool can be in.
     let max_retract = diagonal(&setup.aabb()).max(100.0);
@@ -323,7 +324,7 @@ pub(crate) fn clearance_surface(file: &ClearanceFile) -> ClearanceSurface {
 const CHIPS_PER_PIECE: usize = 32;
 
 /// Ridges and chips along the pieces of the first place; the other places are alike.
-fn along_passes(
+pub(crate) fn along_passes(
     job: &Job,
     setup: &Setup<'_>,
     operation: &OperationFile,

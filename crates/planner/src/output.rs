@@ -23,7 +23,7 @@ use crate::report::{CERTIFICATES_FORMAT, CertificatesFile};
 use crate::{Failure, Stages};
 
 /// What a program says of itself that was not run on the virtual machine.
-const NOT_VERIFIED: &str = "NOT VERIFIED";
+pub(crate) const NOT_VERIFIED: &str = "NOT VERIFIED";
 
 /// What is written of a setup.
 pub(crate) struct Texts {
@@ -171,7 +171,8 @@ pub(crate) fn certificates_json(certificates: Certificates) -> Vec<u8> {
     facemill_file_format::to_json(&CertificatesFile { format: CERTIFICATES_FORMAT, certificates }).into_bytes()
 }
 
-fn not_verified(e: VerifyError) -> Failure {
+/// Why a program was not run.
+pub(crate) fn not_verified(e: VerifyError) -> Failure {
     match e {
         VerifyError::Cancelled(_) => Failure::Interrupted,
         other => Failure::Internal(other.to_string()),
@@ -179,7 +180,20 @@ fn not_verified(e: VerifyError) -> Failure {
 }
 
 fn virtual_setup<'a>(job: &'a Job, setup: &'a Setup<'_>, words: &'a WordMap) -> Result<VirtualSetup<'a>, Failure> {
-    let obstacles = setup
+    Ok(VirtualSetup {
+        machine: &job.machine,
+        table_from_work: setup.table_from_work,
+        words,
+        table_from_rtcp_words: table_from_rtcp_words(job, words)?,
+        tool: &job.tool,
+        length_register: job.tool.length_register(),
+        obstacles: virtual_obstacles(setup),
+    })
+}
+
+/// What stands on the table, for the virtual machine.
+pub(crate) fn virtual_obstacles<'a>(setup: &'a Setup<'_>) -> Vec<VirtualObstacle<'a>> {
+    setup
         .obstacles
         .iter()
         .filter(|o| o.role != ObstacleRole::Table)
@@ -199,20 +213,11 @@ fn virtual_setup<'a>(job: &'a Job, setup: &'a Setup<'_>, words: &'a WordMap) -> 
                 ObstacleRole::Fixture | ObstacleRole::Table | ObstacleRole::Stock => o.allowance,
             },
         })
-        .collect();
-    Ok(VirtualSetup {
-        machine: &job.machine,
-        table_from_work: setup.table_from_work,
-        words,
-        table_from_rtcp_words: table_from_rtcp_words(job, words)?,
-        tool: &job.tool,
-        length_register: job.tool.length_register(),
-        obstacles,
-    })
+        .collect()
 }
 
 /// Says of every obstacle that is several files or groups which of them is meant.
-fn name_obstacles(verification: &mut Verification, setup: &Setup<'_>) {
+pub(crate) fn name_obstacles(verification: &mut Verification, setup: &Setup<'_>) {
     let name = |name: &mut String, place: [f64; 3]| {
         if let Some(o) = setup.obstacles.iter().find(|o| o.name == *name) {
             *name = o.name_at(&place.into());

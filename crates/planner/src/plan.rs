@@ -6,6 +6,7 @@ use facemill_nc_program::WordMap;
 use facemill_virtual_machine::{Certificates, Verification};
 
 use crate::cell::z_map;
+use crate::dual::plan_dual_setup;
 use crate::load::{Job, Setup};
 use crate::mending::{ROUNDS, lines_to_mend, mend};
 use crate::operation::{Ground, PlannedOperation};
@@ -52,6 +53,9 @@ impl Planned {
 /// # Errors
 /// When the input is wrong, the job cannot be planned under its own terms, or the stages are cancelled.
 pub fn plan_setup(job: &Job, index: usize, settings: PlanSettings, stages: &dyn Stages) -> Result<Planned, Failure> {
+    if job.second.is_some() {
+        return plan_dual_setup(job, index, settings, stages);
+    }
     let mut clock = Clock::new();
     let setup = Setup::read(job, index)?;
     let map = z_map(&setup)?;
@@ -83,19 +87,34 @@ pub fn plan_setup(job: &Job, index: usize, settings: PlanSettings, stages: &dyn 
     };
     let mut report = report(job, &setup, &operations, &texts.timed, verification, certificates.as_ref());
     report.totals.mended_blocks = mended;
-    let suffix = if job.file.setups.len() > 1 { format!("-{}", file_stem(&setup.file.name)) } else { String::new() };
-    // A name that no one takes for a program to be run.
-    let state = if report.findings.iter().any(|f| f.kind.is_fault()) { REJECTED } else { "" };
+    let (suffix, state) = name_parts(job, &setup, &report);
     let mut files = vec![
         (format!("program{suffix}{state}.nc"), texts.nc.into_bytes()),
         (format!("program{suffix}{state}.apt"), texts.apt.into_bytes()),
-        (format!("report{suffix}.json"), facemill_file_format::to_json(&report).into_bytes()),
     ];
-    if let Some(certificates) = certificates {
-        files.push((format!("certificates{suffix}.json"), certificates_json(certificates)));
-    }
+    files.extend(certificates.map(|c| (format!("certificates{suffix}.json"), certificates_json(c))));
+    Ok(planned_files(&suffix, report, files, picture, clock))
+}
+
+/// What stands in the names of a setup's files: of all of them its name, where there are several setups, and of programs
+/// whether they have faults, so that no one takes them for programs to be run.
+pub(crate) fn name_parts(job: &Job, setup: &Setup<'_>, report: &Report) -> (String, &'static str) {
+    let suffix = if job.file.setups.len() > 1 { format!("-{}", file_stem(&setup.file.name)) } else { String::new() };
+    let state = if report.findings.iter().any(|f| f.kind.is_fault()) { REJECTED } else { "" };
+    (suffix, state)
+}
+
+/// A planned setup: its programs with the report and the picture.
+pub(crate) fn planned_files(
+    suffix: &str,
+    report: Report,
+    mut files: Vec<(String, Vec<u8>)>,
+    picture: Option<String>,
+    clock: Clock,
+) -> Planned {
+    files.push((format!("report{suffix}.json"), facemill_file_format::to_json(&report).into_bytes()));
     files.extend(picture.map(|svg| (format!("solution-space{suffix}.svg"), svg.into_bytes())));
-    Ok(Planned { files, report, timings: clock.laps })
+    Planned { files, report, timings: clock.laps }
 }
 
 /// What is written of the operations, and what running and proving it gives.
@@ -126,7 +145,7 @@ pub(crate) struct Clock {
 }
 
 impl Clock {
-    fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self { last: Instant::now(), laps: Vec::new() }
     }
 

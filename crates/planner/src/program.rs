@@ -1,7 +1,9 @@
 //! From moves to timed blocks and text.
 
+use std::collections::BTreeMap;
+
 use facemill_feedrate::{feed_for_block, rapid_time};
-use facemill_inverse_kinematics::{AxisKind, AxisValues, Machine};
+use facemill_inverse_kinematics::{Axis, AxisKind, AxisValues, Machine};
 use facemill_nc_program::{
     AxisLetter, AxisSpec, AxisWords, Block, Coolant, FeedMode, MappedAxis, NcProgram, ProgramSpec, SpindleSpec,
     ToolSpec, WordMap,
@@ -20,6 +22,25 @@ use crate::moves::{Move, MoveKind, OperationMoves};
 /// # Errors
 /// When the work offset names an axis that the machine does not have.
 pub(crate) fn word_map(job: &Job, setup: &Setup<'_>, setup_index: usize) -> Result<WordMap, Failure> {
+    check_offset_axes(job, setup, setup_index)?;
+    let machine = &job.machine;
+    let travel = machine
+        .length_compensation_travel()
+        .ok_or_else(|| Failure::Internal("the linear axes are dependent at the zero pose".to_owned()))?;
+    let axes = machine
+        .axes()
+        .iter()
+        .enumerate()
+        .map(|(k, a)| {
+            let offset = axis_offset(setup, a);
+            Ok(MappedAxis { letter: letter(a.letter.as_str())?, offset, along_spindle: travel.get_or_zero(k) })
+        })
+        .collect::<Result<_, Failure>>()?;
+    WordMap::new(axes, setup.work_offset, job.tool.gauge_length()).map_err(|e| Failure::Internal(e.to_string()))
+}
+
+/// Refuses a work offset that names an axis which the machine does not have.
+pub(crate) fn check_offset_axes(job: &Job, setup: &Setup<'_>, setup_index: usize) -> Result<(), Failure> {
     let machine = &job.machine;
     let offsets = &setup.file.work_offset;
     for (key, named) in [("linear_mm", &offsets.linear_mm), ("rotary_deg", &offsets.rotary_deg)] {
@@ -33,22 +54,17 @@ pub(crate) fn word_map(job: &Job, setup: &Setup<'_>, setup_index: usize) -> Resu
             }
         }
     }
-    let travel = machine
-        .length_compensation_travel()
-        .ok_or_else(|| Failure::Internal("the linear axes are dependent at the zero pose".to_owned()))?;
-    let axes = machine
-        .axes()
-        .iter()
-        .enumerate()
-        .map(|(k, a)| {
-            let offset = match a.kind {
-                AxisKind::Linear => offsets.linear_mm.get(a.letter.as_str()).copied().unwrap_or(0.0),
-                AxisKind::Rotary => offsets.rotary_deg.get(a.letter.as_str()).copied().unwrap_or(0.0).to_radians(),
-            };
-            Ok(MappedAxis { letter: letter(a.letter.as_str())?, offset, along_spindle: travel.get_or_zero(k) })
-        })
-        .collect::<Result<_, Failure>>()?;
-    WordMap::new(axes, setup.work_offset, job.tool.gauge_length()).map_err(|e| Failure::Internal(e.to_string()))
+    Ok(())
+}
+
+/// Work offset of an axis, mm or rad.
+pub(crate) fn axis_offset(setup: &Setup<'_>, axis: &Axis) -> f64 {
+    let offsets = &setup.file.work_offset;
+    let of = |named: &BTreeMap<String, f64>| named.get(axis.letter.as_str()).copied().unwrap_or(0.0);
+    match axis.kind {
+        AxisKind::Linear => of(&offsets.linear_mm),
+        AxisKind::Rotary => of(&offsets.rotary_deg).to_radians(),
+    }
 }
 
 /// The frame that X, Y and Z words count in under RTCP, seen from the table: that of the work offset, fixed to the table.
@@ -82,7 +98,7 @@ fn rtcp_start(job: &Job, words: &WordMap) -> Result<AxisWords, Failure> {
 }
 
 /// An axis' letter in NC text.
-fn letter(text: &str) -> Result<AxisLetter, Failure> {
+pub(crate) fn letter(text: &str) -> Result<AxisLetter, Failure> {
     let mut chars = text.chars();
     let first = chars.next().unwrap_or(' ');
     let number = chars.next().and_then(|d| d.to_digit(10)).unwrap_or(0);
@@ -91,6 +107,7 @@ fn letter(text: &str) -> Result<AxisLetter, Failure> {
 }
 
 /// A program before it has a dialect, with its times.
+#[derive(Default)]
 pub(crate) struct Timed {
     /// Blocks.
     pub program: NcProgram,
@@ -141,17 +158,7 @@ impl<'a> BlockWriter<'a> {
             clockwise: job.tool.spindle_rotation() == SpindleRotation::Clockwise,
             feeds: None,
             at: None,
-            timed: Timed {
-                program: NcProgram::default(),
-                cutting_time: 0.0,
-                approach_time: 0.0,
-                rapid_time: 0.0,
-                cutting_length: 0.0,
-                n_blocks: 0,
-                tip_feeds: Vec::new(),
-                operation_starts: Vec::new(),
-                cut_blocks: Vec::new(),
-            },
+            timed: Timed::default(),
         })
     }
 
@@ -267,7 +274,7 @@ pub(crate) fn programmed_feed(feeds: &FeedsFile, kind: MoveKind) -> f64 {
     }
 }
 
-fn coolant(file: CoolantFile) -> Coolant {
+pub(crate) fn coolant(file: CoolantFile) -> Coolant {
     match file {
         CoolantFile::Off => Coolant::Off,
         CoolantFile::Flood => Coolant::Flood,
@@ -291,19 +298,7 @@ pub(crate) fn program_spec(
         FeedMode::G94 | FeedMode::G93 => None,
     };
     let cutter = job.tool.cutter();
-    let axes = job
-        .machine
-        .axes()
-        .iter()
-        .zip(words.axes())
-        .map(|(a, mapped)| AxisSpec {
-            letter: mapped.letter,
-            min: a.in_word_unit(a.min),
-            max: a.in_word_unit(a.max),
-            along_spindle: mapped.along_spindle.abs() > 0.5,
-            work_offset: a.in_word_unit(mapped.offset),
-        })
-        .collect();
+    let axes = axis_specs(job, words);
     Ok(ProgramSpec {
         job_name: format!("{} - {}", job.file.name, setup.file.name),
         tool: ToolSpec {
@@ -326,4 +321,16 @@ pub(crate) fn program_spec(
         rapid: job.machine.motion_law().rapid,
         approach,
     })
+}
+
+/// The axes as the dialect's writer knows them.
+pub(crate) fn axis_specs(job: &Job, words: &WordMap) -> Vec<AxisSpec> {
+    let spec = |(a, mapped): (&Axis, &MappedAxis)| AxisSpec {
+        letter: mapped.letter,
+        min: a.in_word_unit(a.min),
+        max: a.in_word_unit(a.max),
+        along_spindle: mapped.along_spindle.abs() > 0.5,
+        work_offset: a.in_word_unit(mapped.offset),
+    };
+    job.machine.axes().iter().zip(words.axes()).map(spec).collect()
 }

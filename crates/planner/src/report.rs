@@ -9,6 +9,7 @@ use facemill_virtual_machine::{Certificates, Finding};
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use crate::PairReport;
 use crate::job_file::PostureModeFile;
 
 /// Value of the key `format` in a report.
@@ -46,6 +47,9 @@ pub struct Report {
     pub worst: Worst,
     /// How the postures of each operation were chosen, and how the rotary axes move with them.
     pub postures: Vec<PosturesReport>,
+    /// Operations that two heads cut at once.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub pairs: Vec<PairReport>,
     /// Error budget of each operation, and what of it the written program uses up.
     pub budgets: Vec<BudgetReport>,
     /// Faults found in the written program, in program order.

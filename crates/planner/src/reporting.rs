@@ -89,6 +89,7 @@ pub(crate) fn report(
         totals,
         worst,
         postures: operations.iter().map(|o| postures_report(job, o)).collect(),
+        pairs: Vec::new(),
         budgets,
         findings: verification.map(|v| v.findings).unwrap_or_default(),
         infeasible: infeasible_report(operations),

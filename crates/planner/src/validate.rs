@@ -5,7 +5,8 @@ use facemill_nc_program::RoundingBound;
 
 use crate::job_file::{
     ApproachFile, AxisTargetFile, ClearanceFile, DirectionFile, InfeasibleFile, JOB_FORMAT, JobFile, LinkingFile,
-    OperationFile, PathFile, PatternFile, PoseFile, PostureModeFile, RoleFile, SetupFile, StockFile, TolerancesFile,
+    OperationFile, PairFile, PathFile, PatternFile, PoseFile, PostureModeFile, RoleFile, SetupFile, StockFile,
+    TolerancesFile,
 };
 
 /// First thing wrong with a job, as `field: what it must be`.
@@ -39,6 +40,62 @@ pub(crate) fn validate(job: &JobFile) -> Result<(), String> {
         if !job.operations.iter().any(|o| belongs(o, setup, job)) {
             return Err(format!("setups[{k}]: no operation belongs to \"{}\"", setup.name));
         }
+    }
+    Ok(())
+}
+
+/// What a job asks of a machine's heads, against their number.
+///
+/// # Errors
+/// When it names a head that there is not, or pairs what cannot be paired.
+pub(crate) fn check_heads(job: &JobFile, n_heads: usize) -> Result<(), String> {
+    for (k, operation) in job.operations.iter().enumerate() {
+        if operation.head == 0 || operation.head as usize > n_heads {
+            return Err(format!(
+                "operations[{k}].head: the machine has {n_heads} head(s), numbered from 1; there is no head {}",
+                operation.head
+            ));
+        }
+    }
+    if n_heads < 2 {
+        let only_two = |key: &str| Err(format!("{key}: is for machines with two heads; the machine has one"));
+        if job.second_tool.is_some() {
+            return only_two("second_tool");
+        }
+        if let Some(k) = job.setups.iter().position(|s| s.second_clearance.is_some()) {
+            return only_two(&format!("setups[{k}].second_clearance"));
+        }
+        if !job.pairs.is_empty() {
+            return only_two("pairs");
+        }
+    } else if job.second_tool.is_none() {
+        return Err(
+            "second_tool: is needed, because the machine has two heads, and each has a tool of its own".to_owned()
+        );
+    }
+    job.pairs.iter().enumerate().try_for_each(|(k, pair)| check_pair(job, k, pair))
+}
+
+fn check_pair(job: &JobFile, k: usize, pair: &PairFile) -> Result<(), String> {
+    Field::new("pairs", k).within("lean_back_deg", pair.lean_back_deg, 0.0, 180.0)?;
+    let mut found = Vec::new();
+    for (key, name, head) in [("first", &pair.first, 1), ("second", &pair.second, 2)] {
+        let at = format!("pairs[{k}].{key}");
+        let named: Vec<&OperationFile> = job.operations.iter().filter(|o| o.name == *name).collect();
+        let [operation] = named[..] else {
+            return Err(format!("{at}: {} operations are named \"{name}\", must be one", named.len()));
+        };
+        if operation.head != head {
+            return Err(format!("{at}: \"{name}\" is of head {}, must be of head {head}", operation.head));
+        }
+        let again = job.pairs[..k].iter().any(|p| p.first == *name || p.second == *name);
+        if again {
+            return Err(format!("{at}: \"{name}\" is in a pair already"));
+        }
+        found.push(operation);
+    }
+    if found[0].setup != found[1].setup {
+        return Err(format!("pairs[{k}]: both operations must be of one setup"));
     }
     Ok(())
 }
@@ -150,19 +207,24 @@ fn check_setup(at: &Field, setup: &SetupFile) -> Result<(), String> {
         }
     }
     check_stock(at, &setup.stock)?;
-    match &setup.clearance {
+    check_clearance(at, "clearance", &setup.clearance)?;
+    setup.second_clearance.iter().try_for_each(|c| check_clearance(at, "second_clearance", c))
+}
+
+fn check_clearance(at: &Field, key: &str, clearance: &ClearanceFile) -> Result<(), String> {
+    match clearance {
         ClearanceFile::Plane(p) => {
-            at.point("clearance.plane.origin_mm", &p.origin_mm)?;
-            at.direction("clearance.plane.normal", &p.normal)
+            at.point(&format!("{key}.plane.origin_mm"), &p.origin_mm)?;
+            at.direction(&format!("{key}.plane.normal"), &p.normal)
         }
         ClearanceFile::Cylinder(c) => {
-            at.point("clearance.cylinder.origin_mm", &c.origin_mm)?;
-            at.direction("clearance.cylinder.axis", &c.axis)?;
-            at.length("clearance.cylinder.radius_mm", c.radius_mm)
+            at.point(&format!("{key}.cylinder.origin_mm"), &c.origin_mm)?;
+            at.direction(&format!("{key}.cylinder.axis"), &c.axis)?;
+            at.length(&format!("{key}.cylinder.radius_mm"), c.radius_mm)
         }
         ClearanceFile::Sphere(s) => {
-            at.point("clearance.sphere.center_mm", &s.center_mm)?;
-            at.length("clearance.sphere.radius_mm", s.radius_mm)
+            at.point(&format!("{key}.sphere.center_mm"), &s.center_mm)?;
+            at.length(&format!("{key}.sphere.radius_mm"), s.radius_mm)
         }
     }
 }

@@ -71,7 +71,8 @@ impl Certificates {
         self.certificates.iter().filter(|c| !c.certified)
     }
 
-    fn of(certificates: Vec<Certificate>) -> Self {
+    /// The sums of certificates in program order.
+    pub fn new(certificates: Vec<Certificate>) -> Self {
         let mut depths = certificates.iter().map(|c| c.depth_mm);
         Self {
             blocks: certificates.len(),
@@ -193,7 +194,7 @@ pub fn certify(
         by_line.entry(doubt.line).or_insert_with(of_doubt);
     }
     monitor.advance(program.blocks.len().saturating_sub(blocks.len()));
-    Ok(Certificates::of(by_line.into_values().collect()))
+    Ok(Certificates::new(by_line.into_values().collect()))
 }
 
 /// Of the moves of one block.

@@ -1,0 +1,58 @@
+//! Stops put where the program of two heads does not hold what it was planned for.
+
+use std::collections::BTreeSet;
+
+use facemill_cutter_location::{Hints, PairTest, PoseTest};
+use facemill_virtual_machine::{Certificates, Verification};
+
+use super::moves::{DualMove, DualMover};
+use super::output::{BlockPlace, DualTexts};
+use super::plan::{DualGround, Part, run_planner};
+use crate::mending::lines_to_mend;
+use crate::moves::MoveKind;
+use crate::operation::move_settings;
+
+/// Lines of blocks in which a cutter goes deeper than allowed, or that could not be certified, for either head.
+pub(crate) fn lines(
+    verification: Option<&[Verification; 2]>,
+    certificates: Option<&[Certificates; 2]>,
+) -> BTreeSet<u32> {
+    (0..2).flat_map(|h| lines_to_mend(verification.map(|v| &v[h]), certificates.map(|c| &c[h]))).collect()
+}
+
+/// Puts a tested stop into the middle of each block of a run on these lines; the number put in. Where none is feasible, and
+/// where one head works alone, the block stays as it is.
+pub(crate) fn mend(ground: &DualGround<'_>, parts: &mut [Part<'_>], texts: &DualTexts, lines: &BTreeSet<u32>) -> usize {
+    let on_them: Vec<BlockPlace> =
+        texts.places.iter().filter(|(line, _)| lines.contains(line)).map(|(_, place)| *place).collect();
+    let mut put_in = 0;
+    for (k, part) in parts.iter_mut().enumerate() {
+        let own: Vec<BlockPlace> = on_them.iter().filter(|p| p.part == k).copied().collect();
+        let ([Some(a), Some(b)], Some(pair)) = (part.files, &part.pair) else { continue };
+        if own.is_empty() {
+            continue;
+        }
+        let (files, file) = ([a, b], pair.file.clone());
+        let cells = [ground.cell(0, a), ground.cell(1, b)];
+        let tests = [PoseTest::new(&cells[0]), PoseTest::new(&cells[1])];
+        let settings = [0, 1].map(|h| move_settings(ground.jobs[h], ground.setups[h], files[h]));
+        let mover = DualMover {
+            test: PairTest { tests: [&tests[0], &tests[1]], shared: ground.shared },
+            settings: [&settings[0], &settings[1]],
+        };
+        let planner = run_planner(&mover, files, &settings, &file, pair.uncut_left, [&[], &[]]);
+        let mut hints = [Hints::default(), Hints::default()];
+        // From the last one on: what stands before keeps its index.
+        for place in own.into_iter().rev() {
+            let section = &mut part.sections[place.section];
+            let is_cut = section.moves[place.at].kind == MoveKind::Cut;
+            let Some(stops) = section.stops.as_mut().filter(|_| is_cut && place.at > 0) else { continue };
+            let Some(middle) = planner.middle(&stops[place.at - 1], &stops[place.at], &mut hints) else { continue };
+            let axes = mover.turned(&middle.pose.axes, &section.moves[place.at - 1].axes);
+            section.moves.insert(place.at, DualMove { kind: MoveKind::Cut, axes, working: [true; 2] });
+            stops.insert(place.at, middle);
+            put_in += 1;
+        }
+    }
+    put_in
+}

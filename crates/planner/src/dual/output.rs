@@ -1,0 +1,317 @@
+//! From moves of two heads to text, and the run of that text for each of them.
+
+use facemill_cl_data::ClPoint;
+use facemill_nc_program::{
+    AptCutter, AptMove, AptSpec, ReadProgram, WordMap, read_program, write_apt, write_program_of_heads,
+};
+use facemill_virtual_machine::{
+    Certificate, Certificates, Finding, GougeSection, SectionGouge, Verification, VerifySettings, VirtualSetup,
+    certify, verify,
+};
+
+use super::moves::DualMove;
+use super::plan::{DualGround, Part};
+use super::program::{DualTimes, DualWriter, PartFeeds, dual_spec};
+use crate::cell::budget;
+use crate::job_file::OperationFile;
+use crate::moves::MoveKind;
+use crate::operation::PlannedOperation;
+use crate::output::{NOT_VERIFIED, certificates_json, name_obstacles, not_verified, virtual_obstacles};
+use crate::program::{Timed, programmed_feed};
+use crate::{Failure, Stages};
+
+/// Where a block comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct BlockPlace {
+    /// Index of the part.
+    pub part: usize,
+    /// Index of its section.
+    pub section: usize,
+    /// Index of the section's move.
+    pub at: usize,
+}
+
+/// What is written of a setup.
+pub(crate) struct DualTexts {
+    /// Timed blocks; the program itself is in the text.
+    pub timed: Timed,
+    /// NC text.
+    pub nc: String,
+    /// APT text of each head.
+    pub apts: [String; 2],
+    /// Line of the NC text, from 1, at which each part begins.
+    pub part_lines: Vec<u32>,
+    /// Line of every motion block and where it comes from.
+    pub places: Vec<(u32, BlockPlace)>,
+    /// Times of each part.
+    pub times: Vec<DualTimes>,
+}
+
+/// Timed blocks and texts; `verify` says whether the text will be run on the virtual machine.
+pub(crate) fn write_dual_texts(
+    ground: &DualGround<'_>,
+    parts: &[Part<'_>],
+    words: &WordMap,
+    verify: bool,
+) -> Result<DualTexts, Failure> {
+    let jobs = ground.jobs;
+    let mut writer = DualWriter::new(jobs, words, ground.shared);
+    if !verify {
+        writer.comment(NOT_VERIFIED.to_owned());
+    }
+    let mut places = Vec::new();
+    let mut times = Vec::new();
+    for (k, part) in parts.iter().enumerate() {
+        let name = part_name(part);
+        writer.part(&name);
+        let files = files_of(part)?;
+        let feeds = PartFeeds { name: &name, feeds: files.map(|f| &f.feeds) };
+        let mut of_part = DualTimes::default();
+        for (section, s) in part.sections.iter().enumerate() {
+            if !s.comment.is_empty() {
+                writer.comment(s.comment.clone());
+            }
+            for (at, m) in s.moves.iter().enumerate() {
+                places.push((writer.n_blocks(), BlockPlace { part: k, section, at }));
+                writer.push(m, &feeds, &mut of_part)?;
+            }
+        }
+        times.push(of_part);
+    }
+    let mut timed = writer.finish();
+    let first = parts.first().ok_or_else(|| Failure::Internal("no operation".to_owned()))?;
+    let feeds = spindle_feeds(parts, first)?;
+    let (spec, heads) = dual_spec(jobs, ground.setups[0], feeds.map(|f| &f.feeds), words, &mut timed)?;
+    let post = ground.setups[0].post(jobs[0]);
+    let written = write_program_of_heads(&spec, &heads, &post).map_err(|e| jobs[0].wrong(format!("post: {e}")))?;
+    let part_lines = timed.operation_starts.iter().map(|&block| written.block_lines[block]).collect();
+    // Tip feeds in the order of the report: all of the first head's operation, then all of the second's.
+    timed.tip_feeds = times.iter().flat_map(|t| t.tip_feeds.iter().flatten().copied()).collect();
+    let apt = |h: usize| {
+        let cutter = jobs[h].tool.cutter();
+        let spec = AptSpec {
+            part_name: spec.job_name.clone(),
+            tool_number: heads[h].tool.number,
+            cutter: AptCutter {
+                radius: cutter.radius(),
+                corner_radius: cutter.corner_radius(),
+                height: cutter.flute_length(),
+            },
+            spindle: heads[h].spindle,
+            coolant: spec.coolant,
+            moves: apt_moves(ground, parts, h, verify),
+        };
+        write_apt(&spec).map_err(|e| Failure::Internal(e.to_string()))
+    };
+    let apts = [apt(0)?, apt(1)?];
+    let places = places.into_iter().map(|(block, place)| (written.block_lines[block], place)).collect();
+    Ok(DualTexts { timed, nc: written.text, apts, part_lines, places, times })
+}
+
+fn part_name(part: &Part<'_>) -> String {
+    let names: Vec<&str> = part.files.iter().flatten().map(|f| f.name.as_str()).collect();
+    names.join(" + ")
+}
+
+/// The operations of a part; that of the only one twice.
+fn files_of<'a>(part: &Part<'a>) -> Result<[&'a OperationFile; 2], Failure> {
+    match part.files {
+        [Some(a), Some(b)] => Ok([a, b]),
+        [Some(a), None] | [None, Some(a)] => Ok([a, a]),
+        [None, None] => Err(Failure::Internal("a part without operations".to_owned())),
+    }
+}
+
+/// The first operation of each head: spindle speeds and coolant of the program are theirs.
+fn spindle_feeds<'a>(parts: &[Part<'a>], first: &Part<'a>) -> Result<[&'a OperationFile; 2], Failure> {
+    let fallback = files_of(first)?;
+    Ok([0, 1].map(|h| parts.iter().find_map(|p| p.files[h]).unwrap_or(fallback[h])))
+}
+
+fn apt_moves(ground: &DualGround<'_>, parts: &[Part<'_>], head: usize, verify: bool) -> Vec<AptMove> {
+    let (job, setup) = (ground.jobs[head], ground.setups[head]);
+    let work_from_table = setup.table_from_work.inverse();
+    let cl = |m: &DualMove| -> ClPoint {
+        job.machine.cl_point(&m.axes, job.tool.gauge_length()).transformed(&work_from_table)
+    };
+    let mut moves = Vec::new();
+    if !verify {
+        moves.push(AptMove::Comment(NOT_VERIFIED.to_owned()));
+    }
+    for part in parts {
+        let Some(file) = part.files[head] else { continue };
+        moves.push(AptMove::Comment(file.name.clone()));
+        let own = part.sections.iter().flat_map(|s| &s.moves).filter(|m| m.working[head]);
+        moves.extend(own.map(|m| match m.kind {
+            MoveKind::Rapid => AptMove::Rapid(cl(m)),
+            kind => AptMove::Linear { cl: cl(m), feed: programmed_feed(&file.feeds, kind) },
+        }));
+    }
+    moves
+}
+
+impl DualTexts {
+    /// Files with their names, and the state of the program in it.
+    pub(crate) fn files(self, suffix: &str, state: &str, certificates: Option<Certificates>) -> Vec<(String, Vec<u8>)> {
+        let [first, second] = self.apts;
+        let mut files = vec![
+            (format!("program{suffix}{state}.nc"), self.nc.into_bytes()),
+            (format!("program{suffix}-head-1{state}.apt"), first.into_bytes()),
+            (format!("program{suffix}-head-2{state}.apt"), second.into_bytes()),
+        ];
+        files.extend(certificates.map(|c| (format!("certificates{suffix}.json"), certificates_json(c))));
+        files
+    }
+}
+
+/// A text and what it was written from: what the virtual machine runs, once for each head.
+pub(crate) struct DualProgram<'p, 'a> {
+    pub ground: &'p DualGround<'a>,
+    pub parts: &'p [Part<'a>],
+    pub words: &'p WordMap,
+    pub texts: &'p DualTexts,
+}
+
+impl DualProgram<'_, '_> {
+    /// Runs the text for both heads.
+    pub(crate) fn verify(&self, stages: &dyn Stages) -> Result<[Verification; 2], Failure> {
+        let program = self.read()?;
+        let run = |h: usize| {
+            let what = if h == 0 { "verify head 1" } else { "verify head 2" };
+            let monitor = stages.start(what, program.blocks.len());
+            let mut found = verify(&program, &self.setup(h), &self.settings(h), &*monitor).map_err(not_verified)?;
+            name_obstacles(&mut found, self.ground.setups[h]);
+            Ok::<_, Failure>(found)
+        };
+        Ok([run(0)?, run(1)?])
+    }
+
+    /// Proves for both heads what the blocks of the text do between their ends.
+    pub(crate) fn certify(&self, stages: &dyn Stages) -> Result<[Certificates; 2], Failure> {
+        let program = self.read()?;
+        let run = |h: usize| {
+            let what = if h == 0 { "certify head 1" } else { "certify head 2" };
+            let monitor = stages.start(what, program.blocks.len());
+            certify(&program, &self.setup(h), &self.settings(h), &*monitor).map_err(not_verified)
+        };
+        Ok([run(0)?, run(1)?])
+    }
+
+    fn read(&self) -> Result<ReadProgram, Failure> {
+        let program = read_program(&self.texts.nc, self.ground.jobs[0].post.dialect());
+        program.map_err(|e| Failure::Internal(format!("own program: {e}")))
+    }
+
+    fn setup(&self, head: usize) -> VirtualSetup<'_> {
+        let (job, setup) = (self.ground.jobs[head], self.ground.setups[head]);
+        VirtualSetup {
+            machine: &job.machine,
+            table_from_work: setup.table_from_work,
+            words: self.words,
+            table_from_rtcp_words: nalgebra::Isometry3::identity(),
+            tool: &job.tool,
+            length_register: job.tool.length_register(),
+            obstacles: virtual_obstacles(setup),
+        }
+    }
+
+    fn settings(&self, head: usize) -> VerifySettings {
+        let section = |(part, &first_line): (&Part<'_>, &u32)| {
+            // A head that stands by cuts nothing.
+            let limit = part.files[head].map_or(0.0, |o| budget(self.ground.jobs[head], o).simulated());
+            GougeSection { name: part_name(part), first_line, gouge_limit: limit }
+        };
+        let sections = self.parts.iter().zip(&self.texts.part_lines).map(section).collect();
+        VerifySettings { gouge_limit: 0.0, sections, ..VerifySettings::default() }
+    }
+}
+
+/// Both runs as one: findings of both, each with its head, those of one and the same axis once; extremes of both. Sections
+/// are those of the operations, in their order.
+pub(crate) fn merged(
+    runs: [Verification; 2],
+    heads: &[usize],
+    parts: &[Part<'_>],
+    operations: &[PlannedOperation<'_>],
+) -> Verification {
+    let sections: Vec<SectionGouge> = operations
+        .iter()
+        .zip(heads)
+        .filter_map(|(o, &h)| {
+            let part = parts.iter().position(|p| p.files[h].is_some_and(|f| f.name == o.operation.name))?;
+            Some(SectionGouge { name: o.operation.name.clone(), ..runs[h].sections.get(part)?.clone() })
+        })
+        .collect();
+    let [first, second] = runs;
+    let mut findings: Vec<Finding> = Vec::new();
+    for (h, found) in [first.findings, second.findings].into_iter().enumerate() {
+        for mut finding in found {
+            let same = |f: &Finding| {
+                f.body.is_none()
+                    && (f.kind, f.first_line, &f.axis, &f.note)
+                        == (finding.kind, finding.first_line, &finding.axis, &finding.note)
+            };
+            if h == 1 && findings.iter().any(same) {
+                continue;
+            }
+            if let Some(body) = &mut finding.body {
+                *body = format!("head {}: {body}", h + 1);
+            }
+            findings.push(finding);
+        }
+    }
+    findings.sort_by_key(|f| (f.first_line, f.kind));
+    let deeper = |g: &facemill_virtual_machine::GougePlace| g.depth_mm;
+    let largest_gouge =
+        first.largest_gouge.into_iter().chain(second.largest_gouge).max_by(|a, b| deeper(a).total_cmp(&deeper(b)));
+    let nearer = |c: &facemill_virtual_machine::ClearancePlace| c.distance_mm;
+    let smallest_clearance = first
+        .smallest_clearance
+        .into_iter()
+        .chain(second.smallest_clearance)
+        .min_by(|a, b| nearer(a).total_cmp(&nearer(b)));
+    Verification {
+        findings,
+        largest_gouge,
+        sections,
+        smallest_clearance,
+        n_positions: first.n_positions + second.n_positions,
+        cutting_length_mm: first.cutting_length_mm + second.cutting_length_mm,
+        ..Verification {
+            findings: Vec::new(),
+            largest_gouge: None,
+            sections: Vec::new(),
+            smallest_clearance: None,
+            ..first
+        }
+    }
+}
+
+/// Both heads' certificates as one for each block: proven is what is proven for both.
+pub(crate) fn proven_for_both([first, second]: &[Certificates; 2]) -> Certificates {
+    let both = first.certificates.iter().zip(&second.certificates);
+    Certificates::new(both.map(|(a, b)| proven_block(a, b)).collect())
+}
+
+fn proven_block(a: &Certificate, b: &Certificate) -> Certificate {
+    let larger = |x: Option<f64>, y: Option<f64>| Some(f64::max(x?, y?));
+    let (clearance_mm, clearance_between) = match (a.clearance_mm, b.clearance_mm) {
+        (Some(x), Some(y)) if y < x => (Some(y), b.clearance_between.clone()),
+        (Some(x), _) => (Some(x), a.clearance_between.clone()),
+        (None, y) => (y, b.clearance_between.clone()),
+    };
+    let reason = |c: &Certificate, h: usize| c.reason.as_ref().map(|r| format!("head {h}: {r}"));
+    Certificate {
+        line: a.line,
+        block_number: a.block_number,
+        depth_mm: larger(a.depth_mm, b.depth_mm),
+        depth_with_control_mm: larger(a.depth_with_control_mm, b.depth_with_control_mm),
+        clearance_mm,
+        clearance_between,
+        certified: a.certified && b.certified,
+        reason: reason(a, 1).or_else(|| reason(b, 2)),
+        uncertified_between: a.uncertified_between.clone().or_else(|| b.uncertified_between.clone()),
+        doubted_since_line: a.doubted_since_line.or(b.doubted_since_line),
+        intervals: a.intervals.saturating_add(b.intervals),
+    }
+}

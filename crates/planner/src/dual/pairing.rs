@@ -1,0 +1,278 @@
+//! Which pass of one side is cut with which of the other, and which points at the same time.
+
+use facemill_cl_data::CcPoint;
+use facemill_cutter_location::PairStation;
+
+use crate::pieces::Piece;
+
+/// A piece of each operation, cut at the same time.
+#[derive(Clone, Debug)]
+pub(crate) struct PiecePair {
+    /// Index of the piece among those of each operation.
+    pub pieces: [usize; 2],
+    /// Where both heads are at the same time.
+    pub stations: Vec<Station>,
+}
+
+/// A station of a pair.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Station {
+    /// CC points and ways.
+    pub pair: PairStation,
+    /// Where in each piece: index of a cut, with a fraction between two.
+    pub at: [f64; 2],
+}
+
+/// Pairs of pieces of two operations, in the order of both: those that share the most length, the nearest to each other of
+/// equals. A piece is in one pair at most; pieces of different places of the pattern are none.
+///
+/// Longest common way through both orders, which is exact: every pair of the best choice is in its table.
+pub(crate) fn pairs(first: &[Piece], second: &[Piece]) -> Vec<[usize; 2]> {
+    let lengths = [first, second].map(|pieces| pieces.iter().map(length).collect::<Vec<f64>>());
+    let size = first.iter().chain(second).map(extent).fold(1.0, f64::max);
+    let score = |i: usize, j: usize| {
+        if first[i].copy != second[j].copy {
+            return f64::NEG_INFINITY;
+        }
+        lengths[0][i].min(lengths[1][j]) * (1.0 - (distance(&first[i], &second[j]) / size).min(1.0))
+    };
+    in_order(first.len(), second.len(), score)
+}
+
+/// Pairs of indices, both growing, with the largest sum of scores.
+fn in_order(n: usize, m: usize, score: impl Fn(usize, usize) -> f64) -> Vec<[usize; 2]> {
+    // best[i][j]: of the first i and j.
+    let mut best = vec![vec![0.0; m + 1]; n + 1];
+    for i in 1..=n {
+        for j in 1..=m {
+            let paired: f64 = best[i - 1][j - 1] + score(i - 1, j - 1);
+            best[i][j] = paired.max(best[i - 1][j]).max(best[i][j - 1]);
+        }
+    }
+    let (mut i, mut j, mut found) = (n, m, Vec::new());
+    while i > 0 && j > 0 {
+        if best[i][j] == best[i - 1][j] {
+            i -= 1;
+        } else if best[i][j] == best[i][j - 1] {
+            j -= 1;
+        } else {
+            (i, j) = (i - 1, j - 1);
+            found.push([i, j]);
+        }
+    }
+    found.reverse();
+    found
+}
+
+fn length(piece: &Piece) -> f64 {
+    piece.cuts.windows(2).map(|w| (w[1].cc.position - w[0].cc.position).norm()).sum()
+}
+
+fn extent(piece: &Piece) -> f64 {
+    facemill_cl_data::Aabb::of_points(piece.cuts.iter().map(|c| &c.cc.position)).half_extents().norm() * 4.0
+}
+
+/// Mean distance between points at the same part of both pieces.
+fn distance(a: &Piece, b: &Piece) -> f64 {
+    const SAMPLES: usize = 9;
+    let at = |p: &Piece, k: usize| p.cuts[(p.cuts.len() - 1) * k / (SAMPLES - 1)].cc.position;
+    (0..SAMPLES).map(|k| (at(a, k) - at(b, k)).norm()).sum::<f64>() / SAMPLES as f64
+}
+
+/// Points that one head passes while the other goes from one to the next, at most.
+const MOST_TO_ONE: usize = 6;
+
+/// How far one piece may be ahead of the other, as part of the whole.
+const BAND: f64 = 0.2;
+
+/// Stations through all points of two passes, both from end to end: of all ways to bring the points together the one that takes
+/// the shortest time at these feeds, ways between opposite points that are far from each other counted for longer.
+///
+/// Where several points of one head fall between two of the other, that one's CC points are put between, on the straight
+/// line between its two: the path's chord tolerance holds there.
+pub(crate) fn stations(passes: [&[CcPoint]; 2], feeds: [f64; 2]) -> Vec<Station> {
+    let anchors = anchors(passes, feeds);
+    let mut stations: Vec<Station> = Vec::new();
+    for pair in anchors.windows(2) {
+        let [from, to] = [pair[0], pair[1]];
+        if stations.is_empty() {
+            stations.extend(station(passes, [from[0] as f64, from[1] as f64]));
+        }
+        let steps: [usize; 2] = std::array::from_fn(|h| to[h] - from[h]);
+        // One of the two is 1.
+        let leader = usize::from(steps[1] > steps[0]);
+        let other = 1 - leader;
+        let points = &passes[leader][from[leader]..=to[leader]];
+        let total: f64 = points.windows(2).map(|w| (w[1].position - w[0].position).norm()).sum();
+        let mut way = 0.0;
+        for k in 1..=steps[leader] {
+            way += (points[k].position - points[k - 1].position).norm();
+            let part = if k == steps[leader] || total <= 0.0 { k as f64 / steps[leader] as f64 } else { way / total };
+            let mut at = [0.0; 2];
+            at[leader] = (from[leader] + k) as f64;
+            at[other] = from[other] as f64 + part * steps[other] as f64;
+            stations.extend(station(passes, at));
+        }
+    }
+    for k in 1..stations.len() {
+        let way = |h: usize| (stations[k].pair.cc[h].position - stations[k - 1].pair.cc[h].position).norm();
+        stations[k].pair.way = [way(0), way(1)];
+    }
+    stations
+}
+
+fn station(passes: [&[CcPoint]; 2], at: [f64; 2]) -> Option<Station> {
+    let cc = [point(passes[0], at[0])?, point(passes[1], at[1])?];
+    Some(Station { pair: PairStation { cc, way: [0.0; 2] }, at })
+}
+
+/// The CC point at an index with a fraction.
+fn point(pass: &[CcPoint], at: f64) -> Option<CcPoint> {
+    let k = (at.floor().max(0.0) as usize).min(pass.len().checked_sub(1)?);
+    let t = at - k as f64;
+    match pass.get(k + 1) {
+        Some(next) if t > 0.0 => between(&pass[k], next, t),
+        _ => Some(pass[k]),
+    }
+}
+
+/// The CC point on the straight line between two.
+pub(crate) fn between(a: &CcPoint, b: &CcPoint, t: f64) -> Option<CcPoint> {
+    let position = a.position + (b.position - a.position) * t;
+    CcPoint::new(position, a.normal.lerp(&b.normal, t), a.feed.lerp(&b.feed, t)).ok()
+}
+
+/// Pairs of indices of points that are passed at the same time, from both first ones to both last ones; from one pair to the
+/// next one of the two indices grows by 1.
+fn anchors(passes: [&[CcPoint]; 2], feeds: [f64; 2]) -> Vec<[usize; 2]> {
+    let [n, m] = passes.map(<[CcPoint]>::len);
+    if n == 0 || m == 0 {
+        return Vec::new();
+    }
+    let ways = passes.map(|pass| {
+        let mut sum = 0.0;
+        let mut last = pass[0].position;
+        pass.iter()
+            .map(|cc| {
+                sum += (cc.position - last).norm();
+                last = cc.position;
+                sum
+            })
+            .collect::<Vec<f64>>()
+    });
+    let wholes = [ways[0][n - 1], ways[1][m - 1]].map(|w: f64| w.max(f64::MIN_POSITIVE));
+    let size = wholes[0].max(wholes[1]);
+    let apart = |i: usize, j: usize| (passes[0][i].position - passes[1][j].position).norm() / size;
+    let in_band = |i: usize, j: usize| (ways[0][i] / wholes[0] - ways[1][j] / wholes[1]).abs() <= BAND;
+    let cost = |from: [usize; 2], to: [usize; 2]| {
+        let time = |h: usize| (ways[h][to[h]] - ways[h][from[h]]) / feeds[h];
+        // Equal shares of the slower one's time are as good as none: keep both going evenly.
+        time(0).max(time(1)) + 0.05 * (time(0) - time(1)).abs() + 0.2 * time(0).max(time(1)) * apart(to[0], to[1])
+    };
+    let steps: Vec<[usize; 2]> = (1..=MOST_TO_ONE).map(|k| [k, 1]).chain((2..=MOST_TO_ONE).map(|k| [1, k])).collect();
+    let mut best = vec![vec![(f64::INFINITY, [0usize; 2]); m]; n];
+    best[0][0].0 = 0.0;
+    for i in 1..n {
+        for j in (1..m).filter(|&j| in_band(i, j) || (i, j) == (n - 1, m - 1)) {
+            for &[a, b] in &steps {
+                if a > i || b > j || best[i - a][j - b].0.is_infinite() {
+                    continue;
+                }
+                let sum = best[i - a][j - b].0 + cost([i - a, j - b], [i, j]);
+                if sum < best[i][j].0 {
+                    best[i][j] = (sum, [a, b]);
+                }
+            }
+        }
+    }
+    if best[n - 1][m - 1].0.is_infinite() {
+        return Vec::new();
+    }
+    let mut at = [n - 1, m - 1];
+    let mut found = vec![at];
+    while at != [0, 0] {
+        let [a, b] = best[at[0]][at[1]].1;
+        at = [at[0] - a, at[1] - b];
+        found.push(at);
+    }
+    found.reverse();
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{Point3, Vector3};
+
+    struct Random(u64);
+
+    impl Random {
+        fn unit(&mut self) -> f64 {
+            self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (self.0 >> 11) as f64 / (1u64 << 53) as f64
+        }
+    }
+
+    fn pass(random: &mut Random, n: usize, z: f64) -> Vec<CcPoint> {
+        let mut x = 0.0;
+        (0..n)
+            .map(|_| {
+                x += 0.5 + random.unit();
+                CcPoint::new(Point3::new(x, random.unit(), z), Vector3::z(), Vector3::x()).unwrap()
+            })
+            .collect()
+    }
+
+    /// Every point of both passes is at a station, in its order, and what stands between is on the line of its neighbours.
+    #[test]
+    fn stations_pass_all_points_of_both() {
+        let mut random = Random(3);
+        for (n, m) in [(30, 30), (30, 47), (12, 40), (2, 2), (9, 3), (100, 61)] {
+            let passes = [pass(&mut random, n, 0.0), pass(&mut random, m, -10.0)];
+            let found = stations([&passes[0], &passes[1]], [20.0, 20.0]);
+            for h in 0..2 {
+                let whole: Vec<usize> =
+                    found.iter().filter(|s| s.at[h].fract() == 0.0).map(|s| s.at[h] as usize).collect();
+                assert_eq!(whole, (0..passes[h].len()).collect::<Vec<_>>(), "{n} {m}");
+                for s in &found {
+                    let k = s.at[h].floor() as usize;
+                    let (a, b) = (passes[h][k].position, passes[h][(k + 1).min(passes[h].len() - 1)].position);
+                    let on_line = a + (b - a) * s.at[h].fract();
+                    assert!((s.pair.cc[h].position - on_line).norm() < 1e-9);
+                }
+                let way: f64 = found.iter().map(|s| s.pair.way[h]).sum();
+                let length: f64 = passes[h].windows(2).map(|w| (w[1].position - w[0].position).norm()).sum();
+                assert!((way - length).abs() < 1e-9 * length.max(1.0));
+            }
+        }
+    }
+
+    /// A pass that is many times shorter is stretched over the longer one only as far as points may wait.
+    #[test]
+    fn passes_that_do_not_go_together_have_no_stations() {
+        let mut random = Random(4);
+        let passes = [pass(&mut random, 40, 0.0), pass(&mut random, 3, 0.0)];
+        assert!(stations([&passes[0], &passes[1]], [20.0, 20.0]).is_empty());
+    }
+
+    /// Total score of the best pairing, all of them tried.
+    fn best(scores: &[Vec<f64>], i: usize, j: usize) -> f64 {
+        if i == scores.len() || j == scores[0].len() {
+            return 0.0;
+        }
+        let skip = best(scores, i + 1, j).max(best(scores, i, j + 1));
+        skip.max(scores[i][j] + best(scores, i + 1, j + 1))
+    }
+
+    #[test]
+    fn the_best_pairs_in_order_are_found() {
+        let mut random = Random(9);
+        for _ in 0..100 {
+            let scores: Vec<Vec<f64>> = (0..5).map(|_| (0..4).map(|_| random.unit() - 0.2).collect()).collect();
+            let found = in_order(5, 4, |i, j| scores[i][j]);
+            let sum: f64 = found.iter().map(|&[i, j]| scores[i][j]).sum();
+            assert!((sum - best(&scores, 0, 0)).abs() < 1e-12);
+            assert!(found.windows(2).all(|w| w[0][0] < w[1][0] && w[0][1] < w[1][1]));
+        }
+    }
+}

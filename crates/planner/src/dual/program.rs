@@ -1,0 +1,222 @@
+//! Moves of two heads as blocks, each with one time.
+
+use facemill_feedrate::{feed_for_pair, rapid_time};
+use facemill_inverse_kinematics::AxisValues;
+use facemill_nc_program::{
+    Block, FeedMode, HeadSpec, MappedAxis, NcProgram, ProgramSpec, SpindleSpec, ToolSpec, WordMap,
+};
+use facemill_tool_model::SpindleRotation;
+
+use super::moves::DualMove;
+use crate::Failure;
+use crate::job_file::FeedsFile;
+use crate::load::{Job, Setup};
+use crate::moves::MoveKind;
+use crate::program::{Timed, axis_offset, check_offset_axes, letter, programmed_feed};
+
+/// How joint values become words: one length for each head, along its spindle's axis.
+///
+/// # Errors
+/// When the work offset names an axis that the machine does not have, or the heads cannot be told apart in a program.
+pub(crate) fn dual_word_map(jobs: [&Job; 2], setup: &Setup<'_>, setup_index: usize) -> Result<WordMap, Failure> {
+    check_offset_axes(jobs[0], setup, setup_index)?;
+    let mut along = vec![0.0; jobs[0].machine.axes().len()];
+    for job in jobs {
+        let travel = job.machine.length_compensation_travel();
+        let travel =
+            travel.ok_or_else(|| Failure::Internal("the linear axes are dependent at the zero pose".to_owned()))?;
+        for (k, own) in along.iter_mut().enumerate().filter(|(k, _)| job.machine.moves_tool(*k)) {
+            *own += travel.get_or_zero(k);
+        }
+    }
+    let axes = jobs[0].machine.axes().iter().zip(&along);
+    let axes = axes
+        .map(|(a, &along_spindle)| {
+            let offset = axis_offset(setup, a);
+            Ok(MappedAxis { letter: letter(a.letter.as_str())?, offset, along_spindle })
+        })
+        .collect::<Result<Vec<_>, Failure>>()?;
+    let heads = (0..2).map(|h| Ok(head_spec(jobs, h, 0.0)?.mapped())).collect::<Result<_, Failure>>()?;
+    WordMap::with_heads(axes, setup.work_offset, heads).map_err(|e| jobs[0].wrong(format!("post: {e}")))
+}
+
+/// A head as the program names it.
+pub(crate) fn head_spec(jobs: [&Job; 2], head: usize, rpm: f64) -> Result<HeadSpec, Failure> {
+    let job = jobs[head];
+    let travel = job.machine.length_compensation_travel();
+    let along = |k: &usize| travel.as_ref().is_some_and(|t| t.get_or_zero(*k).abs() > 0.5);
+    let axis = (0..job.machine.axes().len()).find(|k| job.machine.moves_tool(*k) && along(k));
+    let axis = axis.ok_or_else(|| {
+        Failure::Infeasible(format!("head {}: no linear axis is along its spindle, for the tool's length", head + 1))
+    })?;
+    let cutter = job.tool.cutter();
+    Ok(HeadSpec {
+        name: format!("head {}", head + 1),
+        spindle_axis: letter(job.machine.axes()[axis].letter.as_str())?,
+        spindle_number: job.machine.channel(),
+        tool: ToolSpec {
+            number: job.tool.number(),
+            name: job.tool.name().to_owned(),
+            radius: cutter.radius(),
+            corner_radius: cutter.corner_radius(),
+            length: job.tool.gauge_length(),
+            length_register: job.tool.length_register(),
+        },
+        spindle: SpindleSpec { rpm, clockwise: job.tool.spindle_rotation() == SpindleRotation::Clockwise },
+    })
+}
+
+/// What a part of a program is timed by.
+#[derive(Clone, Copy)]
+pub(crate) struct PartFeeds<'a> {
+    /// What errors call it.
+    pub name: &'a str,
+    /// Feeds of each head's operation; those of the only one twice.
+    pub feeds: [&'a FeedsFile; 2],
+}
+
+/// Times and lengths of moves of two heads.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct DualTimes {
+    /// All moves, s.
+    pub time: f64,
+    /// Way of each tip in cuts of both heads at once, mm.
+    pub paired: [f64; 2],
+    /// Way of each tip in all cuts, mm.
+    pub cut: [f64; 2],
+    /// Speed of each tip in every cut of both heads, mm/min.
+    pub tip_feeds: [Vec<f64>; 2],
+    /// Largest speed of the shared axis in cuts of both heads, rad/s or mm/s.
+    pub shared_speed: f64,
+}
+
+/// Turns moves into blocks.
+pub(crate) struct DualWriter<'a> {
+    jobs: [&'a Job; 2],
+    words: &'a WordMap,
+    shared: usize,
+    feed_mode: FeedMode,
+    at: Option<AxisValues>,
+    timed: Timed,
+}
+
+impl<'a> DualWriter<'a> {
+    pub(crate) fn new(jobs: [&'a Job; 2], words: &'a WordMap, shared: usize) -> Self {
+        let timed = Timed { program: NcProgram::default(), ..Timed::default() };
+        Self { jobs, words, shared, feed_mode: jobs[0].post.feed_mode(), at: None, timed }
+    }
+
+    pub(crate) fn comment(&mut self, text: String) {
+        self.timed.program.blocks.push(Block::Comment(text));
+    }
+
+    /// Number of blocks so far.
+    pub(crate) fn n_blocks(&self) -> usize {
+        self.timed.program.blocks.len()
+    }
+
+    /// Starts a part: an operation, or two.
+    pub(crate) fn part(&mut self, name: &str) {
+        self.timed.operation_starts.push(self.timed.program.blocks.len());
+        self.comment(name.to_owned());
+    }
+
+    /// Appends a move.
+    ///
+    /// # Errors
+    /// When it has no feed that axes and control allow.
+    pub(crate) fn push(&mut self, m: &DualMove, part: &PartFeeds<'_>, times: &mut DualTimes) -> Result<(), Failure> {
+        let words = self.words.words(m.axes.as_slice()).map_err(|e| Failure::Internal(e.to_string()))?;
+        let block = match (m.kind, self.at) {
+            (MoveKind::Rapid, from) => {
+                if let Some(from) = from {
+                    let time = rapid_time(&self.jobs[0].machine, &from, &m.axes);
+                    self.timed.rapid_time += time;
+                    times.time += time;
+                }
+                Block::Rapid { words }
+            }
+            (_, None) => return Err(Failure::Internal("a program starts with a cut".to_owned())),
+            (_, Some(from)) => {
+                let value = self.timed_feed(&from, m, part, times)?;
+                Block::Linear { words, feed: value }
+            }
+        };
+        self.timed.program.blocks.push(block);
+        self.timed.n_blocks += 1;
+        self.at = Some(m.axes);
+        Ok(())
+    }
+
+    fn timed_feed(
+        &mut self,
+        from: &AxisValues,
+        m: &DualMove,
+        part: &PartFeeds<'_>,
+        times: &mut DualTimes,
+    ) -> Result<f64, Failure> {
+        let tip =
+            |h: usize, axes: &AxisValues| self.jobs[h].machine.cl_point(axes, self.jobs[h].tool.gauge_length()).tip;
+        let ways: [f64; 2] = std::array::from_fn(|h| (tip(h, &m.axes) - tip(h, from)).norm());
+        let asked = std::array::from_fn(|h| m.working[h].then(|| programmed_feed(part.feeds[h], m.kind)));
+        let machine = &self.jobs[0].machine;
+        let feed = feed_for_pair(machine.axes(), from, &m.axes, ways, asked, &machine.feed_range())
+            .map_err(|e| Failure::Infeasible(format!("{}: {e}", part.name)))?;
+        times.time += feed.time;
+        if m.kind == MoveKind::Cut {
+            self.timed.cutting_time += feed.time;
+            let both = m.working == [true; 2];
+            for h in (0..2).filter(|&h| m.working[h]) {
+                self.timed.cutting_length += ways[h];
+                times.cut[h] += ways[h];
+                if both {
+                    times.paired[h] += ways[h];
+                    times.tip_feeds[h].push(feed.tip_feeds[h]);
+                }
+            }
+            if both && feed.time > 0.0 {
+                let way = (m.axes.get_or_zero(self.shared) - from.get_or_zero(self.shared)).abs();
+                times.shared_speed = times.shared_speed.max(way / feed.time);
+            }
+        } else {
+            self.timed.approach_time += feed.time;
+        }
+        Ok(match self.feed_mode {
+            FeedMode::G93 => feed.inverse_time().unwrap_or(1.0),
+            FeedMode::G94 | FeedMode::Rtcp => feed.f_word,
+        })
+    }
+
+    pub(crate) fn finish(self) -> Timed {
+        self.timed
+    }
+}
+
+/// Everything the dialect's writer needs, and both heads.
+///
+/// # Errors
+/// When an axis has no NC address.
+pub(crate) fn dual_spec(
+    jobs: [&Job; 2],
+    setup: &Setup<'_>,
+    feeds: [&FeedsFile; 2],
+    words: &WordMap,
+    timed: &mut Timed,
+) -> Result<(ProgramSpec, Vec<HeadSpec>), Failure> {
+    let heads: Vec<HeadSpec> =
+        (0..2).map(|h| head_spec(jobs, h, feeds[h].spindle_rpm)).collect::<Result<_, Failure>>()?;
+    let axes = crate::program::axis_specs(jobs[0], words);
+    let spec = ProgramSpec {
+        job_name: format!("{} - {}", jobs[0].file.name, setup.file.name),
+        tool: heads[0].tool.clone(),
+        spindle: heads[0].spindle,
+        coolant: crate::program::coolant(feeds[0].coolant),
+        work_offset: setup.work_offset,
+        axes,
+        smallest_feed: jobs[0].machine.feed_range().min,
+        program: std::mem::take(&mut timed.program),
+        rapid: jobs[0].machine.motion_law().rapid,
+        approach: None,
+    };
+    Ok((spec, heads))
+}

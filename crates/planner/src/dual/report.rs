@@ -1,0 +1,46 @@
+//! What the report says of operations that two heads cut at once.
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+/// Two operations that two heads cut at the same time.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct PairReport {
+    /// Operation of the first head.
+    pub first: String,
+    /// Operation of the second head.
+    pub second: String,
+    /// Axis that both share.
+    pub shared_axis: String,
+    /// Stretches cut by both heads without lifting.
+    pub runs: usize,
+    /// Length of each tip's way in cuts of both heads at once.
+    pub paired_length_mm: [f64; 2],
+    /// Length of each tip's way in all cuts.
+    pub cutting_length_mm: [f64; 2],
+    /// Part of both tips' cutting length that is cut by both heads at once.
+    pub paired_fraction: f64,
+    /// Time of all moves of both operations.
+    pub time_s: f64,
+    /// Time of all moves if each were cut alone, one after the other.
+    pub separate_time_s: f64,
+    /// The former as part of the latter.
+    pub time_ratio: f64,
+    /// Smallest and largest speed of each tip in cuts of both heads; `null` where there are none.
+    pub tip_feed_mm_min: [Option<[f64; 2]>; 2],
+    /// Largest speed of the shared axis in cuts of both heads, deg/s (mm/s of a linear axis).
+    pub shared_velocity: f64,
+    /// Why the rest is cut by each head alone.
+    pub splits: Vec<PairSplit>,
+}
+
+/// Stations of paired passes that are not cut at once, for one cause.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct PairSplit {
+    /// The cause.
+    pub cause: String,
+    /// Number of stations.
+    pub stations: usize,
+    /// Where the first head would be at the first of them, workpiece frame.
+    pub first_place_mm: [f64; 3],
+}

@@ -1,0 +1,192 @@
+//! Paired pieces as runs of stops that both heads cut at once, and what is left for each head alone.
+
+use std::collections::BTreeMap;
+
+use facemill_cl_data::{Cancelled, CcPoint, Monitor};
+use facemill_cutter_location::{Hints, PairBlocked, PairOutcome, PairPose, PairSettings, PairTest, plan_pair};
+
+use super::pairing::{PiecePair, Station, between};
+use crate::linearity::Linearity;
+use crate::pieces::Piece;
+
+/// Both heads at CC points.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Stop {
+    /// One for each head.
+    pub cc: [CcPoint; 2],
+    /// How they stand.
+    pub pose: PairPose,
+    /// Where in each piece: index of a cut, with a fraction between two.
+    pub at: [f64; 2],
+}
+
+/// Stops that follow each other without lifting; at least two.
+#[derive(Clone, Debug)]
+pub(crate) struct Run {
+    /// Indices of the pieces, one of each operation.
+    pub pieces: [usize; 2],
+    /// In cutting order.
+    pub stops: Vec<Stop>,
+}
+
+impl Run {
+    /// Length of each head's way along its CC points, mm.
+    pub(crate) fn lengths(&self) -> [f64; 2] {
+        let of = |h: usize| self.stops.windows(2).map(|w| (w[1].cc[h].position - w[0].cc[h].position).norm()).sum();
+        [of(0), of(1)]
+    }
+}
+
+/// Why stations of pairs are not cut at once: number of stations and the first place of the first head, by cause.
+pub(crate) type Causes = BTreeMap<String, (usize, [f64; 3])>;
+
+/// What pairs of pieces are planned with.
+pub(crate) struct RunPlanner<'r, 'a> {
+    /// Both heads.
+    pub test: PairTest<'r, 'a>,
+    /// How postures are chosen.
+    pub settings: PairSettings,
+    /// How far each head's motion may stray between stops.
+    pub linearity: [Linearity; 2],
+    /// Pieces of each operation.
+    pub pieces: [&'r [Piece]; 2],
+    /// Shortest run that is worth its entries and exits, mm along the longer of both ways.
+    pub shortest: f64,
+}
+
+impl RunPlanner<'_, '_> {
+    /// Runs of one pair, with why other stations have none.
+    ///
+    /// # Errors
+    /// When the monitor cancels.
+    pub(crate) fn runs(&self, pair: &PiecePair, monitor: &dyn Monitor) -> Result<(Vec<Run>, Causes), Cancelled> {
+        let stations: Vec<_> = pair.stations.iter().map(|s| s.pair).collect();
+        let start = self.pieces[0][pair.pieces[0]].cuts[0].pose.configuration;
+        let outcomes = plan_pair(&self.test, &stations, &self.settings, &start, monitor)?;
+        let mut causes = Causes::new();
+        let mut blocked = |why: String, station: &Station| {
+            let place = station.pair.cc[0].position;
+            causes.entry(why).or_insert((0, [place.x, place.y, place.z])).0 += 1;
+        };
+        let mut runs: Vec<Run> = Vec::new();
+        let mut open: Vec<Stop> = Vec::new();
+        let mut hints = [Hints::default(), Hints::default()];
+        for (station, outcome) in pair.stations.iter().zip(outcomes) {
+            monitor.checkpoint()?;
+            match self.stop(station, outcome) {
+                Ok(stop) => {
+                    let way = match open.last() {
+                        None => Some(Vec::new()),
+                        Some(last) => self.between(last, &stop, MAX_HALVINGS, &mut hints),
+                    };
+                    if let Some(stops) = way {
+                        open.extend(stops);
+                    } else {
+                        blocked("no blocks join the stations before and behind without straying".to_owned(), station);
+                        runs.push(Run { pieces: pair.pieces, stops: std::mem::take(&mut open) });
+                    }
+                    open.push(stop);
+                }
+                Err(why) => {
+                    blocked(self.test.describe(&why), station);
+                    runs.push(Run { pieces: pair.pieces, stops: std::mem::take(&mut open) });
+                }
+            }
+        }
+        runs.push(Run { pieces: pair.pieces, stops: open });
+        let short = |r: &Run| r.stops.len() < 2 || r.lengths().iter().all(|l| *l < self.shortest);
+        for run in runs.iter().filter(|r| short(r)) {
+            for stop in &run.stops {
+                let place = stop.cc[0].position;
+                let why = "the stretch that both can cut at once is too short".to_owned();
+                causes.entry(why).or_insert((0, [place.x, place.y, place.z])).0 += 1;
+            }
+        }
+        runs.retain(|r| !short(r));
+        Ok((runs, causes))
+    }
+
+    fn stop(&self, station: &Station, outcome: PairOutcome) -> Result<Stop, PairBlocked> {
+        outcome.map(|pose| Stop { cc: station.pair.cc, pose, at: station.at })
+    }
+
+    /// Stops strictly between two, close enough for the control in both heads; `None` where there are none.
+    fn between(&self, from: &Stop, to: &Stop, halvings: u32, hints: &mut [Hints; 2]) -> Option<Vec<Stop>> {
+        let strays = |h: usize| self.linearity[h].judge(self.test.tests[h], &from.pose.axes, &to.pose.axes).1;
+        if !strays(0) && !strays(1) {
+            return Some(Vec::new());
+        }
+        if halvings == 0 {
+            return None;
+        }
+        let middle = self.middle(from, to, hints)?;
+        let mut stops = self.between(from, &middle, halvings - 1, hints)?;
+        stops.push(middle);
+        stops.extend(self.between(&middle, to, halvings - 1, hints)?);
+        Some(stops)
+    }
+
+    /// The tested stop halfway between two.
+    pub(crate) fn middle(&self, from: &Stop, to: &Stop, hints: &mut [Hints; 2]) -> Option<Stop> {
+        let cc = [between(&from.cc[0], &to.cc[0], 0.5)?, between(&from.cc[1], &to.cc[1], 0.5)?];
+        let pose = self.test.halfway(&self.settings.ranges, &cc, [&from.pose, &to.pose], hints).ok()?;
+        let at = std::array::from_fn(|h| 0.5 * (from.at[h] + to.at[h]));
+        Some(Stop { cc, pose, at })
+    }
+
+    /// Largest deviation of both cutters from the meant motion between the stops of a run, mm.
+    pub(crate) fn linearisation(&self, stops: &[Stop]) -> f64 {
+        let strays =
+            |w: &[Stop], h: usize| self.linearity[h].judge(self.test.tests[h], &w[0].pose.axes, &w[1].pose.axes).0;
+        stops.windows(2).map(|w| strays(w, 0).max(strays(w, 1))).fold(0.0, f64::max)
+    }
+}
+
+/// Halvings of the way between two stations.
+const MAX_HALVINGS: u32 = 10;
+
+/// What is left of each piece of an operation (0 or 1) where runs have cut the rest: pieces of its own cuts, each reaching to
+/// the cuts at which the runs beside it end. Single cuts are left out where a run passes over them.
+pub(crate) fn left_over(pieces: &[Piece], head: usize, runs: &[Run]) -> Vec<Piece> {
+    let mut left = Vec::new();
+    for (index, piece) in pieces.iter().enumerate() {
+        let mut covered: Vec<[f64; 2]> = runs
+            .iter()
+            .filter(|r| r.pieces[head] == index)
+            .filter_map(|r| Some([r.stops.first()?.at[head], r.stops.last()?.at[head]]))
+            .collect();
+        covered.sort_by(|a, b| a[0].total_cmp(&b[0]));
+        let end = piece.cuts.iter().filter(|c| !c.inserted).count().saturating_sub(1) as f64;
+        let mut from = 0.0;
+        let mut gaps = Vec::new();
+        for [start, stop] in covered {
+            if start > from {
+                gaps.push([from, start]);
+            }
+            from = stop.max(from);
+        }
+        if from < end {
+            gaps.push([from, end]);
+        }
+        left.extend(gaps.into_iter().filter_map(|gap| part_of(piece, gap)));
+    }
+    left
+}
+
+/// The cuts of a piece from one place to another, whole cuts outward; `None` where that is fewer than two.
+fn part_of(piece: &Piece, [from, to]: [f64; 2]) -> Option<Piece> {
+    // Places count the path's own points; what was put between them goes with the one before.
+    let mut place: f64 = -1.0;
+    let cuts: Vec<_> = piece
+        .cuts
+        .iter()
+        .filter(|c| {
+            if !c.inserted {
+                place += 1.0;
+            }
+            place >= from.floor() && (place < to.ceil() || (place == to.ceil() && !c.inserted))
+        })
+        .copied()
+        .collect();
+    (cuts.len() >= 2).then(|| Piece { cuts, ..piece.clone() })
+}
