@@ -26,7 +26,7 @@ pub struct PoseSet {
 /// Axis values of one branch over a [`PoseSet`]; limits are not asked.
 ///
 /// Axes that do not [move the tool](Machine::moves_tool) are no matter of the poses: they stand at home, with 0 for the
-/// half. Whoever moves them sets both before [`Machine::limits_over`] and [`Machine::body_travel`] are asked.
+/// half. Whoever moves them sets both before [`Machine::body_travel`] is asked.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AxisRange {
     /// The branch.
@@ -152,10 +152,10 @@ impl Machine {
         (determinant > 1e-6).then(|| [yz, zx, xy].map(|row| way * row.norm() / determinant))
     }
 
-    /// The limits over a range of axis values.
+    /// The limits over a range of axis values. Axes that do not move the tool are not asked, as for a solution.
     pub fn limits_over(&self, range: &AxisRange) -> LimitVerdict {
         let mut all_within = true;
-        for (index, axis) in self.axes.iter().enumerate() {
+        for (index, axis) in self.axes.iter().enumerate().filter(|(k, _)| self.moves_tool(*k)) {
             let (value, half) = (range.middle.get_or_zero(index), range.half.get_or_zero(index));
             match on_axis(axis, value, half) {
                 Some(true) => {}
@@ -276,10 +276,10 @@ struct Joints<'m> {
 }
 
 /// Direction and a point of a joint's axis.
-type Line = (Vector3<f64>, Point3<f64>);
+pub(crate) type Line = (Vector3<f64>, Point3<f64>);
 
 /// The lines of the joints of a chain as they stand, table frame.
-fn lines_of(screws: &[Screw], q: &AxisValues) -> [Line; MAX_AXES] {
+pub(crate) fn lines_of(screws: &[Screw], q: &AxisValues) -> [Line; MAX_AXES] {
     let mut lines = [(Vector3::zeros(), Point3::origin()); MAX_AXES];
     let mut motion = Isometry3::identity();
     for (line, screw) in lines.iter_mut().zip(screws) {
@@ -289,7 +289,7 @@ fn lines_of(screws: &[Screw], q: &AxisValues) -> [Line; MAX_AXES] {
     lines
 }
 
-fn distance((direction, point): &Line, p: &Point3<f64>) -> f64 {
+pub(crate) fn distance((direction, point): &Line, p: &Point3<f64>) -> f64 {
     direction.cross(&(p - point)).norm()
 }
 

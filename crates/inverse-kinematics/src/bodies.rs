@@ -4,6 +4,7 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use crate::{
     AxisValues, Carrier, Machine,
     machine_file::{BodyFile, ShapeFile},
+    screw_chain::ScrewChain,
 };
 
 /// A body of the machine that must not touch anything on the other side.
@@ -73,9 +74,18 @@ impl Machine {
     ///
     /// Those of the other head are placed by its own axes. A table's bodies are among them; they touch the part by design, so filter by [`MachineBody::carrier`].
     pub fn body_poses<'a>(&'a self, q: &'a AxisValues) -> impl ExactSizeIterator<Item = BodyPose<'a>> + 'a {
-        self.bodies.iter().map(|body| BodyPose {
-            body,
-            table_from_solid: self.chain_to(body).motion_behind(body.n_joints, q) * body.table_from_solid_at_zero,
+        // Bodies of one chain stand in its order: what moves the one before moves the next one too.
+        let mut before: Option<(&ScrewChain, usize, Isometry3<f64>)> = None;
+        self.bodies.iter().map(move |body| {
+            let chain = self.chain_to(body);
+            let motion = match before {
+                Some((same, n, motion)) if std::ptr::eq(same, chain) && n <= body.n_joints => {
+                    chain.motion_on(motion, n..body.n_joints, q)
+                }
+                _ => chain.motion_behind(body.n_joints, q),
+            };
+            before = Some((chain, body.n_joints, motion));
+            BodyPose { body, table_from_solid: motion * body.table_from_solid_at_zero }
         })
     }
 }

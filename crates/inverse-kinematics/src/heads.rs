@@ -110,7 +110,7 @@ impl Machine {
     /// the other head that are fixed to its nose.
     ///
     /// `bodies` are told in that tool's frame: origin at the tip, z toward the spindle, the nose's face at
-    /// `gauge_length`, mm. They are taken as they are; whoever wants to keep a distance from them has dilated them. A
+    /// `gauge_length`, mm. All that a solid is dilated by, clearance or corner, counts as its [`MachineBody::clearance`]. A
     /// machine with one head has no other spindle and stays as it is.
     #[must_use]
     pub fn with_tool_in_other_head(&self, bodies: &[PlacedSolid], gauge_length: f64) -> Self {
@@ -123,7 +123,7 @@ impl Machine {
                 frame_from_solid: Translation3::new(0.0, 0.0, -gauge_length) * body.frame_from_solid,
                 ..body.clone()
             },
-            clearance: 0.0,
+            clearance: body.solid.rounding(),
             link,
             n_joints: other.chain.screws.len(),
             table_from_solid_at_zero: table_from_tool * body.frame_from_solid,

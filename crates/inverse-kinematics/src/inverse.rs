@@ -296,11 +296,20 @@ impl Machine {
     }
 
     /// Room for the values of a solution, those of axes that do not move the tool as at the reference.
+    #[inline]
     fn kept(&self, reference: &AxisValues) -> AxisValues {
-        match self.other {
-            None => AxisValues::zeros(self.axes.len()),
-            Some(_) => AxisValues::from_fn(self.axes.len(), |k| reference.get_or_zero(k)),
+        let mut values = AxisValues::zeros(self.axes.len());
+        if self.other.is_some() {
+            self.keep_others(&mut values, reference);
         }
+        values
+    }
+
+    // Out of the way of machines with one head, whose solutions take as long as without it.
+    #[cold]
+    #[inline(never)]
+    fn keep_others(&self, values: &mut AxisValues, reference: &AxisValues) {
+        (0..values.len()).for_each(|k| values[k] = reference.get_or_zero(k));
     }
 
     pub(crate) fn within_limits(&self, mut solution: InverseSolution) -> Result<InverseSolution, Unreachable> {

@@ -1,4 +1,4 @@
-use crate::{AxisKind, AxisLetter, AxisValues};
+use crate::{AxisKind, AxisLetter, AxisValues, MAX_AXES};
 
 /// Axis values that bring the tool to a CL point.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,7 +51,7 @@ pub struct InverseSolutions {
     // Entries from `n` on are empty.
     items: [Packed; MAX_SOLUTIONS],
     n: usize,
-    kept: Option<Kept>,
+    kept: Kept,
 }
 
 /// Joints between the workpiece and every tool that is solved here.
@@ -60,9 +60,36 @@ pub(crate) const N_JOINTS: usize = 5;
 /// What all solutions for one head of two have in common.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Kept {
-    /// Values of the axes that do not move the tool, among others.
-    values: AxisValues,
     own: OwnAxes,
+    /// 0 where all axes move the tool; the rest has no meaning then.
+    n_axes: u8,
+    /// Values of the axes that do not move the tool, ascending.
+    others: [f64; MAX_AXES - N_JOINTS],
+}
+
+impl Kept {
+    const NONE: Self = Self { own: [0; N_JOINTS], n_axes: 0, others: [0.0; MAX_AXES - N_JOINTS] };
+
+    #[cold]
+    #[inline(never)]
+    fn new(values: &AxisValues, own: OwnAxes) -> Self {
+        let mut kept = Self { own, n_axes: values.len() as u8, others: [0.0; MAX_AXES - N_JOINTS] };
+        let is_other = |k: &usize| !own.iter().any(|o| usize::from(*o) == *k);
+        for (to, k) in kept.others.iter_mut().zip((0..values.len()).filter(is_other)) {
+            *to = values[k];
+        }
+        kept
+    }
+
+    /// All values, those of the axes that move the tool being `own`.
+    #[inline(never)]
+    fn with(&self, own: &[f64; N_JOINTS]) -> AxisValues {
+        let (mut others, mut moving) = (self.others.iter(), self.own.iter().zip(own).peekable());
+        AxisValues::from_fn(usize::from(self.n_axes), |k| match moving.next_if(|(o, _)| usize::from(**o) == k) {
+            Some((_, value)) => *value,
+            None => others.next().copied().unwrap_or_default(),
+        })
+    }
 }
 
 /// Indices of the axes that move the tool, ascending.
@@ -79,28 +106,23 @@ struct Packed {
 impl Packed {
     const EMPTY: Self = Self { values: [0.0; N_JOINTS], branch: Branch::Positive, free_axis: None };
 
-    fn new(solution: &InverseSolution, kept: Option<&Kept>) -> Self {
+    #[inline]
+    fn new(solution: &InverseSolution, kept: &Kept) -> Self {
         let values = &solution.values;
         Self {
-            values: match kept {
-                None => std::array::from_fn(|k| values.get_or_zero(k)),
-                Some(kept) => kept.own.map(|k| values.get_or_zero(usize::from(k))),
+            values: match kept.n_axes {
+                0 => std::array::from_fn(|k| values.get_or_zero(k)),
+                _ => kept.own.map(|k| values.get_or_zero(usize::from(k))),
             },
             branch: solution.branch,
             free_axis: solution.free_axis.and_then(|k| u8::try_from(k).ok()),
         }
     }
 
-    fn unpacked(&self, kept: Option<&Kept>) -> InverseSolution {
-        let values = match kept {
-            None => AxisValues::from(self.values),
-            Some(kept) => {
-                let mut values = kept.values;
-                for (k, value) in kept.own.into_iter().zip(self.values) {
-                    values[usize::from(k)] = value;
-                }
-                values
-            }
+    fn unpacked(&self, kept: &Kept) -> InverseSolution {
+        let values = match kept.n_axes {
+            0 => AxisValues::from(self.values),
+            _ => kept.with(&self.values),
         };
         InverseSolution { values, branch: self.branch, free_axis: self.free_axis.map(usize::from) }
     }
@@ -166,17 +188,19 @@ pub enum Unreachable {
 
 impl InverseSolutions {
     /// A single solution; of one head of two with the axes that move its tool, the others are as in the first one in all.
+    #[inline]
     pub(crate) fn one(first: &InverseSolution, own: Option<OwnAxes>) -> Self {
-        let kept = own.map(|own| Kept { values: first.values, own });
+        let kept = own.map_or(Kept::NONE, |own| Kept::new(&first.values, own));
         let mut all = Self { items: [Packed::EMPTY; MAX_SOLUTIONS], n: 0, kept };
         all.push(first);
         all
     }
 
     /// Adds a solution; more than fit are dropped.
+    #[inline]
     pub(crate) fn push(&mut self, solution: &InverseSolution) {
         if self.n < MAX_SOLUTIONS {
-            self.items[self.n] = Packed::new(solution, self.kept.as_ref());
+            self.items[self.n] = Packed::new(solution, &self.kept);
             self.n += 1;
         }
     }
@@ -184,7 +208,7 @@ impl InverseSolutions {
     /// Puts the solutions in ascending order of a measure; equal ones keep theirs.
     pub(crate) fn sort_by_measure(&mut self, measure: impl Fn(&InverseSolution) -> f64) {
         let kept = self.kept;
-        let of = |packed: &Packed| measure(&packed.unpacked(kept.as_ref()));
+        let of = |packed: &Packed| measure(&packed.unpacked(&kept));
         for k in 1..self.n {
             for i in (0..k).rev() {
                 if of(&self.items[i + 1]) < of(&self.items[i]) {
@@ -198,7 +222,7 @@ impl InverseSolutions {
 
     /// The solutions; at least one.
     pub fn iter(&self) -> impl Iterator<Item = InverseSolution> + '_ {
-        self.items[..self.n].iter().map(|packed| packed.unpacked(self.kept.as_ref()))
+        self.items[..self.n].iter().map(|packed| packed.unpacked(&self.kept))
     }
 
     /// Number of solutions.

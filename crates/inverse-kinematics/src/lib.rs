@@ -72,6 +72,7 @@ mod summed_rotaries;
 mod three_rotaries;
 mod tip_condition;
 mod trig_roots;
+mod ways_on_bed;
 mod windings;
 mod work_frame;
 

@@ -1,3 +1,5 @@
+use std::ops::Range;
+
 use nalgebra::{Isometry3, Matrix3, Point3, SMatrix, SVector, Translation3, Unit, UnitQuaternion, Vector3};
 
 use crate::{AxisKind, AxisValues};
@@ -83,7 +85,12 @@ pub(crate) struct LinearMap {
 impl ScrewChain {
     /// Motion of a link that `n_joints` joints separate from the table.
     pub(crate) fn motion_behind(&self, n_joints: usize, q: &AxisValues) -> Isometry3<f64> {
-        self.screws[..n_joints].iter().fold(Isometry3::identity(), |m, s| m * s.motion(q.get_or_zero(s.axis)))
+        self.motion_on(Isometry3::identity(), 0..n_joints, q)
+    }
+
+    /// Motion of a link behind these joints, from that of the link in front of them.
+    pub(crate) fn motion_on(&self, front: Isometry3<f64>, joints: Range<usize>, q: &AxisValues) -> Isometry3<f64> {
+        self.screws[joints].iter().fold(front, |m, s| m * s.motion(q.get_or_zero(s.axis)))
     }
 
     /// Tool tip in the nose frame lies `tool_length` in front of the nose.

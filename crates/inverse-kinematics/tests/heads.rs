@@ -286,3 +286,145 @@ fn what_two_heads_cannot_mean_is_refused_by_name() {
     assert!((0..5).all(|k| alone.moves_tool(k) && !alone.is_shared(k)));
     assert_eq!(alone.with_tool_in_other_head(&other_tool(), TOOL), alone);
 }
+
+/// Largest way of sampled points of a solid, given its pose before and after.
+fn largest_way(solid: &Solid, from: &Isometry3<f64>, to: &Isometry3<f64>, r: &mut Random) -> f64 {
+    let bounds = solid.aabb();
+    let mut largest = 0.0_f64;
+    for k in 0..16 {
+        let part = |i: usize, r: &mut Random| if k < 8 { (k >> i & 1) as f64 } else { r.within(0.0, 1.0) };
+        let p = nalgebra::Point3::from(Vector3::from_fn(|i, _| {
+            bounds.min[i] + (bounds.max[i] - bounds.min[i]) * part(i, r)
+        }));
+        // Corners of the box of a round body are outside of it.
+        if solid.core_distance(&p) <= solid.rounding() + 1e-9 {
+            largest = largest.max((from * p - to * p).norm());
+        }
+    }
+    largest
+}
+
+#[test]
+fn no_body_moves_farther_on_the_bed_than_its_way_says() {
+    let mut r = Random(45);
+    let mut sharp = 0;
+    let mut machines: Vec<Machine> = dual_mills().into_iter().flatten().collect();
+    machines.push(Machine::head_b_table_c().unwrap());
+    for view in &machines {
+        let file = view.to_file();
+        let bed_from_table = |q: &AxisValues| {
+            let m = craig_chain(&file.workpiece_chain.rows, view, q);
+            nalgebra::try_convert::<Matrix4<f64>, Isometry3<f64>>(m).unwrap()
+        };
+        for _ in 0..25 {
+            let (from, size) = (r.values(view), 10f64.powf(r.within(-2.0, 0.0)));
+            let unit = |k: usize| if view.axes()[k].kind == AxisKind::Linear { 500.0 } else { 1.5 };
+            let to = AxisValues::from_fn(from.len(), |k| from[k] + size * unit(k) * r.within(-1.0, 1.0));
+            for (index, body) in view.bodies().iter().enumerate() {
+                let bound = view.body_way_on_bed(index, &from, &to);
+                let at = |q: &AxisValues| bed_from_table(q) * view.body_poses(q).nth(index).unwrap().table_from_solid;
+                for t in [0.3, 0.7, 1.0] {
+                    let way = largest_way(&body.body.solid, &at(&from), &at(&from.lerp(&to, t)), &mut r);
+                    assert!(way <= bound + 1e-9, "{}: {way} beyond {bound}", body.name());
+                    sharp += usize::from(way > 0.6 * bound && way > 0.0);
+                }
+            }
+            let reach = 200.0;
+            let bound = view.tool_way_on_bed(&from, &to, TOOL, reach);
+            let at = |q: &AxisValues| bed_from_table(q) * view.forward(q, TOOL);
+            for t in [0.5, 1.0] {
+                for _ in 0..10 {
+                    let p = nalgebra::Point3::from(r.direction().into_inner() * reach);
+                    let way = (at(&from) * p - at(&from.lerp(&to, t)) * p).norm();
+                    assert!(way <= bound + 1e-9, "{way} beyond {bound}");
+                }
+            }
+        }
+    }
+    assert!(sharp > 300, "{sharp}");
+}
+
+#[test]
+fn bodies_of_the_other_head_move_no_farther_than_over_a_box_of_its_axes() {
+    let mut r = Random(46);
+    let mut checked = 0;
+    let [closed, _] = dual_mills();
+    for view in &closed {
+        for _ in 0..60 {
+            let q = r.values(view);
+            let set = PoseSet { cl: view.cl_point(&q, TOOL), turn: r.within(0.0, 0.05), shift: r.within(0.0, 5.0) };
+            let AxisRanges::Both(ranges) = view.axis_ranges(&set, TOOL) else { continue };
+            for mut range in ranges {
+                let others = || (0..q.len()).filter(|&k| !view.moves_tool(k));
+                for k in others() {
+                    assert_eq!((range.middle[k], range.half[k]), (view.home()[k], 0.0));
+                    let is_linear = view.axes()[k].kind == AxisKind::Linear;
+                    range.middle[k] = q[k];
+                    range.half[k] = r.within(0.0, if is_linear { 30.0 } else { 0.2 });
+                }
+                // The axes anywhere in the box whose tool is in the set.
+                let mut cl = set.cl;
+                cl.tip += r.direction().into_inner() * r.within(0.0, set.shift);
+                let mut at = AxisValues::from_fn(q.len(), |k| range.middle[k] + range.half[k] * r.within(-1.0, 1.0));
+                let Ok(all) = view.inverse_near(&cl, TOOL, &at) else { continue };
+                let Some(own) = all.on_branch(range.branch) else { continue };
+                at = own.values;
+                for (k, body) in view.bodies().iter().enumerate() {
+                    let travel = view.body_travel(k, &range, &set, TOOL);
+                    let pose = |q: &AxisValues| view.body_poses(q).nth(k).unwrap().table_from_solid;
+                    let way = largest_way(&body.body.solid, &pose(&range.middle), &pose(&at), &mut r);
+                    assert!(way <= travel, "{}: {way} beyond {travel}", body.name());
+                    checked += usize::from(body.carrier() == Some(Carrier::OtherHead) && way > 1.0);
+                }
+            }
+        }
+    }
+    assert!(checked > 200, "{checked}");
+}
+
+#[test]
+fn paths_and_lines_leave_the_other_head_where_it_was() {
+    let mut r = Random(47);
+    for heads in dual_mills() {
+        for view in &heads {
+            let start = r.values(view);
+            let kept = |q: &AxisValues| (0..q.len()).all(|k| view.moves_tool(k) || q[k] == start[k]);
+            let mut near = view.home();
+            for k in (0..near.len()).filter(|&k| view.moves_tool(k)) {
+                let axis = &view.axes()[k];
+                near[k] = match (axis.kind, axis.letter.as_str().starts_with('Z')) {
+                    (AxisKind::Linear, true) => -700.0,
+                    (AxisKind::Linear, false) => 100.0,
+                    _ => 0.3,
+                };
+            }
+            let poses: Vec<_> = (0..6)
+                .map(|i| {
+                    let mut q = near;
+                    for k in (0..q.len()).filter(|&k| view.moves_tool(k)) {
+                        let by = if view.axes()[k].kind == AxisKind::Linear { 20.0 } else { 0.03 };
+                        q[k] += by * f64::from(i);
+                    }
+                    view.cl_point(&q, TOOL)
+                })
+                .collect();
+            let settings = PathSettings::new(view);
+            let segments = vec![SegmentKind::Cut; poses.len() - 1];
+            let choice = choose_along(view, &poses, &segments, Some(&start), TOOL, &settings).unwrap();
+            assert!(choice.values.iter().all(kept) && choice.breaks.is_empty());
+            let at_home = choose_along(view, &poses, &segments, None, TOOL, &settings).unwrap();
+            let home = view.home();
+            assert!(at_home.values.iter().all(|q| (0..9).all(|k| view.moves_tool(k) || q[k] == home[k])));
+            // What the other head costs is no matter of the path.
+            let mut free = settings;
+            (0..9).filter(|&k| !view.moves_tool(k)).for_each(|k| free.weights[k] = 0.0);
+            let unweighted = choose_along(view, &poses, &segments, Some(&start), TOOL, &free).unwrap();
+            assert_eq!(unweighted, choice);
+            let tolerance = MotionTolerance { tip: 0.05, axis: 1e-3, rim: f64::INFINITY, radius: 0.0 };
+            let law = BlockLaw::Cutting(facemill_cl_data::CuttingLaw::AxesLinear);
+            let way =
+                linearise(view, &poses, &start, &Linearisation { law, tool_length: TOOL, tolerance, max_between: 500 });
+            assert!(way.unwrap().positions.iter().all(kept));
+        }
+    }
+}

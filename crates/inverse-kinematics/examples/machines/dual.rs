@@ -13,7 +13,7 @@ use super::{LARGE, MEDIUM, ROTARY, UNKNOWN, assuming, block, body, file, linear,
 /// Middle between the two heads: that of the propeller's hub.
 const CENTRE: f64 = 150.0;
 /// The spindle nose and B of the first head.
-const NOSE: f64 = CENTRE + 1000.0;
+const NOSE: f64 = CENTRE + 1300.0;
 const PIVOT: f64 = NOSE + 250.0;
 
 /// X, Y, Z and B in each head: three linear and two rotary joints with C.
@@ -22,7 +22,7 @@ pub(super) fn xyzb() -> MachineFile {
     x.bodies = vec![block("column", [400.0, 2500.0, 600.0], [-450.0, -350.0, PIVOT + 750.0])];
     let mut y = linear('Y', false, [-800.0, 800.0], LARGE);
     y.bodies = vec![block("saddle", [90.0, 500.0, 560.0], [-190.0, 0.0, PIVOT + 750.0])];
-    let mut z = linear('Z', false, [-1250.0, 250.0], MEDIUM);
+    let mut z = linear('Z', false, [-1500.0, 100.0], MEDIUM);
     z.bodies = [ram(150.0)].into_iter().chain(fork()).collect();
     dual("dual mill, C level, X Y Z B in each head", [x, y, z, tilting()])
 }
@@ -31,7 +31,7 @@ pub(super) fn xyzb() -> MachineFile {
 pub(super) fn xzab() -> MachineFile {
     let mut x = linear('X', false, [-1000.0, 1000.0], LARGE);
     x.bodies = vec![block("column", [400.0, 2000.0, 600.0], [-350.0, -600.0, PIVOT + 950.0])];
-    let mut z = linear('Z', false, [-1250.0, 250.0], MEDIUM);
+    let mut z = linear('Z', false, [-1500.0, 100.0], MEDIUM);
     z.bodies = vec![ram(350.0)];
     let mut a = rotary('A', false, [[1.0, 0.0, 0.0], [0.0, 0.0, PIVOT + 250.0]], Some([-45.0, 45.0]), ROTARY);
     a.bodies = fork().into_iter().chain([block("swivel", [160.0, 340.0, 140.0], [0.0, 0.0, PIVOT + 250.0])]).collect();
@@ -80,7 +80,7 @@ fn dual(name: &str, head: [AxisLine; 4]) -> MachineFile {
     made.tool_chains = place.into_iter().enumerate().map(tool_chain).collect();
     let bed = [
         block("headstock", [220.0, 1780.0, 300.0], [0.0, -780.0, -780.0]),
-        block("bed", [3200.0, 150.0, 5200.0], [0.0, -1755.0, CENTRE]),
+        block("bed", [3200.0, 150.0, 6400.0], [0.0, -1755.0, CENTRE]),
     ];
     made.bed_bodies = bed.into_iter().map(|b| moved_body(b, &bed_from_table)).collect();
     assuming(made, &UNKNOWN, &[])
