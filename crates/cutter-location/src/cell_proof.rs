@@ -7,13 +7,13 @@
 
 use facemill_cl_data::{CcPoint, ClPoint, Posture, Solid};
 use facemill_interference::{Interference, SweepVerdict, TurnRange, Verdict, penetration};
-use facemill_inverse_kinematics::PoseSet;
+use facemill_inverse_kinematics::{AxisValues, PoseSet};
 use facemill_tool_model::cl_from_cc;
 use nalgebra::{Isometry3, Point3};
 
 use crate::machine_proof::OnMachine;
 use crate::spun_bodies::SpunBody;
-use crate::{Hints, Infeasible, PoseTest, angle_between, tool_frame};
+use crate::{Configuration, Hints, Infeasible, PoseTest, angle_between, tool_frame};
 
 /// What is proven of a range of postures.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,6 +43,8 @@ pub(crate) struct PostureCell<'t, 'a> {
     pub(crate) cl: ClPoint,
     /// The fixed point of all turns, r above the contact.
     center: Point3<f64>,
+    /// Where axes that do not move the tool stand.
+    pub(crate) others: AxisValues,
 }
 
 impl<'t, 'a> PostureCell<'t, 'a> {
@@ -56,7 +58,13 @@ impl<'t, 'a> PostureCell<'t, 'a> {
             half,
             cl: cl_from_cc(cutter, cc, middle),
             center: cc.position + cc.normal.into_inner() * cutter.corner_radius(),
+            others: test.cell.machine.home(),
         }
+    }
+
+    /// The same where axes that do not move the tool stand as in `near`, at home without it.
+    pub(crate) fn near(self, near: Option<&Configuration>) -> Self {
+        Self { others: near.map_or(self.others, |near| near.axes), ..self }
     }
 
     /// What can be proven, starting from the verdict on the middle.

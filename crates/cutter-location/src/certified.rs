@@ -166,6 +166,6 @@ impl Walk<'_, '_> {
             let at = of(&center);
             (of(&start) - at).abs().max((of(&end) - at).abs()) + 4.0 * f64::EPSILON * (1.0 + at.abs())
         };
-        PostureCell::new(self.test, self.cc, center, [half(|p| p.tilt), half(|p| p.rotate)])
+        PostureCell::new(self.test, self.cc, center, [half(|p| p.tilt), half(|p| p.rotate)]).near(self.near)
     }
 }

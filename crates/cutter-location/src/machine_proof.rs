@@ -30,7 +30,14 @@ struct Pair<'p> {
 impl<'t, 'a> OnMachine<'t, 'a> {
     pub(crate) fn new(cell: &PostureCell<'t, 'a>, max_lift: f64) -> Self {
         let set = cell.pose_set(max_lift);
-        let ranges = cell.test.cell.machine.axis_ranges(&set, cell.test.cell.tool.gauge_length());
+        let machine = cell.test.cell.machine;
+        let mut ranges = machine.axis_ranges(&set, cell.test.cell.tool.gauge_length());
+        // The other head stands still where it is.
+        if let AxisRanges::Both(branches) = &mut ranges {
+            for k in (0..machine.axes().len()).filter(|&k| !machine.moves_tool(k)) {
+                branches.iter_mut().for_each(|range| range.middle[k] = cell.others.get_or_zero(k));
+            }
+        }
         Self { test: cell.test, set, ranges }
     }
 

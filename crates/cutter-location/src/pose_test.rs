@@ -6,7 +6,7 @@ use facemill_z_map::certainly_free;
 use nalgebra::{Isometry3, Point3, Unit, Vector3};
 
 use crate::certified::{Widened, Widths};
-use crate::machine_obstacles::{MachineObstacle, Meetings};
+use crate::machine_obstacles::{Ball, MachineObstacle, Meetings, is_moved_along};
 use crate::spun_bodies::{SpunBody, spun_bodies};
 use crate::{Body, Configuration, FeasiblePose, Hints, Infeasible, Workcell, angle_between, tool_frame};
 
@@ -21,6 +21,9 @@ pub struct PoseTest<'a> {
     pub(crate) work_from_table: Isometry3<f64>,
     pub(crate) machine_obstacles: Vec<MachineObstacle>,
     pub(crate) meetings: Meetings,
+    /// Around the bodies that are tested for collision, in their order, and around the cutter.
+    balls: Vec<Ball>,
+    cutter_ball: Ball,
     pub(crate) spun_bodies: Vec<SpunBody>,
     pub(crate) widths: Widths,
 }
@@ -36,12 +39,16 @@ impl<'a> PoseTest<'a> {
     /// Prepares the bodies of the workcell.
     pub fn new(cell: &'a Workcell<'a>) -> Self {
         let tool_bodies = cell.tool.collision_bodies();
+        let cutter = test_bodies(cell.tool.cutter(), 0.0);
+        let of_machine = cell.machine.bodies().iter().filter(|b| is_moved_along(b)).map(|b| &b.body.solid);
         let machine_obstacles = MachineObstacle::all(cell.machine);
         Self {
             cell,
             spun_bodies: spun_bodies(cell, &tool_bodies),
             test_bodies: test_bodies(cell.tool.cutter(), cell.gouge_tolerance),
-            cutter: test_bodies(cell.tool.cutter(), 0.0),
+            balls: tool_bodies.iter().map(|b| &b.solid).chain(of_machine).map(Ball::around).collect(),
+            cutter_ball: Ball::around_all(&cutter),
+            cutter,
             meetings: Meetings::new(cell, &machine_obstacles),
             tool_bodies,
             work_from_table: cell.table_from_work.inverse(),
@@ -274,7 +281,7 @@ impl<'a> PoseTest<'a> {
             work_from_body: work_from_tool * b.frame_from_solid,
         });
         let machine = self.cell.machine.body_poses(axes).enumerate();
-        let moving = machine.filter(|(_, pose)| pose.body.joints_from_table() > 0).map(|(k, pose)| Placed {
+        let moving = machine.filter(|(_, pose)| is_moved_along(pose.body)).map(|(k, pose)| Placed {
             body: Body::Machine(k),
             solid: &pose.body.body.solid,
             work_from_body: self.work_from_table * pose.table_from_solid,
@@ -294,6 +301,9 @@ impl<'a> PoseTest<'a> {
                 }
                 let (mesh, allowance) = self.obstacle(k);
                 let pose = self.seen_from_obstacle(k, &frames, &placed.work_from_body);
+                if self.is_beyond(k, &self.balls[slot], &pose) {
+                    continue;
+                }
                 let hint = hint_at(&mut hints.collision, slot * self.n_obstacles() + k);
                 if let Verdict::Hit(witness) = mesh.verdict(&placed.solid.dilated(allowance), &pose, *hint) {
                     *hint = Some(witness.triangle);
@@ -311,6 +321,9 @@ impl<'a> PoseTest<'a> {
         for k in self.cell.obstacles.len()..self.n_obstacles() {
             let (mesh, allowance) = self.obstacle(k);
             let pose = self.seen_from_obstacle(k, frames, &work_from_tool);
+            if self.is_beyond(k, &self.cutter_ball, &pose) {
+                continue;
+            }
             for solid in self.cutter.iter().filter(|_| self.meetings.cutter[k]) {
                 if let Verdict::Hit(witness) = mesh.verdict(&solid.dilated(allowance), &pose, None) {
                     let place = self.at_work(k, frames, &witness.point);
@@ -319,6 +332,13 @@ impl<'a> PoseTest<'a> {
             }
         }
         None
+    }
+
+    /// Whether balls alone tell that a body, which is there in the frame of the obstacle, does not touch it. Of the
+    /// workcell's obstacles they tell nothing.
+    fn is_beyond(&self, obstacle: usize, ball: &Ball, obstacle_from_body: &Isometry3<f64>) -> bool {
+        let own = obstacle.checked_sub(self.cell.obstacles.len());
+        own.is_some_and(|own| ball.is_beyond(&self.machine_obstacles[own].ball, obstacle_from_body, 0.0))
     }
 
     /// Obstacles of the workcell, then of the machine.

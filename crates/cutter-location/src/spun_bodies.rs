@@ -3,7 +3,7 @@
 use facemill_cl_data::{PlacedSolid, Solid};
 use nalgebra::{Isometry3, Vector3};
 
-use crate::{Body, Workcell};
+use crate::{Body, Workcell, machine_obstacles::is_moved_along};
 
 /// A body of revolution about the tool's axis that is fixed to the tool: where it is depends on the tool pose alone.
 pub(crate) struct SpunBody {
@@ -20,10 +20,9 @@ pub(crate) fn spun_bodies(cell: &Workcell<'_>, tool_bodies: &[PlacedSolid]) -> V
     let home = machine.home();
     let tool_from_table = machine.forward(&home, cell.tool.gauge_length()).inverse();
     let of_tool = tool_bodies.iter().enumerate().map(|(k, b)| (Body::Tool(k), b.solid, b.frame_from_solid, true));
-    let n_axes = machine.axes().len();
-    let moving = machine.body_poses(&home).enumerate().filter(|(_, p)| p.body.joints_from_table() > 0);
+    let moving = machine.body_poses(&home).enumerate().filter(|(_, p)| is_moved_along(p.body));
     let of_machine = moving.map(|(k, p)| {
-        let fixed = p.body.joints_from_table() == n_axes;
+        let fixed = machine.joints_to_tool(k) == 0;
         (Body::Machine(k), p.body.body.solid, tool_from_table * p.table_from_solid, fixed)
     });
     of_tool

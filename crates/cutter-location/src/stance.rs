@@ -1,18 +1,24 @@
 //! Where tool and machine are at a pose, and how far they move to another.
 
 use facemill_cl_data::{ClPoint, Solid};
+use facemill_inverse_kinematics::{AxisValues, Carrier, Machine};
 use nalgebra::{Isometry3, Point3, UnitQuaternion};
 
-use crate::{Configuration, PoseTest, angle_between};
+use crate::{Configuration, PoseTest, angle_between, machine_obstacles::is_moved_along};
 
 /// Where tool and machine are at one pose.
-pub(crate) struct Stance {
+pub(crate) struct Stance<'m> {
+    machine: &'m Machine,
+    tool_length: f64,
+    axes: AxisValues,
     cl: ClPoint,
     tool_reach: f64,
-    /// Of the machine, those that move against the workpiece.
+    /// Of the machine, those that this head brings near the workpiece.
     bodies: Vec<PlacedBody>,
     /// Of these, the obstacles.
     obstacles: Vec<PlacedBody>,
+    /// Indices of the bodies of this head, and of those of the other one; empty where there is no other.
+    heads: [Vec<usize>; 2],
 }
 
 /// A body seen from the tool tip.
@@ -39,9 +45,9 @@ impl PlacedBody {
     }
 }
 
-impl Stance {
+impl<'m> Stance<'m> {
     /// Where tool and machine are when the machine stands so.
-    pub(crate) fn new(test: &PoseTest<'_>, configuration: &Configuration) -> Self {
+    pub(crate) fn new(test: &PoseTest<'m>, configuration: &Configuration) -> Self {
         let machine = test.cell.machine;
         let axes = &configuration.axes;
         let work_from_table = test.work_from_table();
@@ -50,10 +56,18 @@ impl Stance {
         let placed = |k: usize| {
             PlacedBody::new(&poses[k].body.body.solid, &(work_from_table * poses[k].table_from_solid), &cl.tip)
         };
-        let moving = (0..poses.len()).filter(|&k| poses[k].body.joints_from_table() > 0);
+        let moving = (0..poses.len()).filter(|&k| is_moved_along(poses[k].body));
+        let of_bed = test.machine_obstacles.iter().filter(|o| !o.is_other_head);
+        let of_other: Vec<usize> = test.machine_obstacles.iter().filter(|o| o.is_other_head).map(|o| o.body).collect();
+        let of_own =
+            (0..poses.len()).filter(|&k| poses[k].body.carrier() == Some(Carrier::Head) && !of_other.is_empty());
         Self {
+            machine,
+            tool_length: test.cell.tool.gauge_length(),
+            axes: *axes,
             bodies: moving.map(placed).collect(),
-            obstacles: test.machine_obstacles.iter().map(|o| placed(o.body)).collect(),
+            obstacles: of_bed.map(|o| placed(o.body)).collect(),
+            heads: [of_own.collect(), of_other],
             tool_reach: test.reach(),
             cl,
         }
@@ -64,7 +78,8 @@ impl Stance {
     ///
     /// A point moves with the tip, turns about it with its body, and moves as the body does against the tip (a ram that does
     /// not tilt with the tool). The tool is round: turning about its own axis moves nothing. What moves on the other side
-    /// (a column, seen from the workpiece) adds to it.
+    /// (a column, seen from the workpiece) adds to it. Against the other head, which moves on its own, counts what either
+    /// does on the bed, by all that its axes do.
     pub(crate) fn motion_to(&self, other: &Self) -> f64 {
         let largest = |a: &[PlacedBody], b: &[PlacedBody], least: f64| {
             a.iter().zip(b).map(|(a, b)| a.motion_to(b)).fold(least, f64::max)
@@ -72,6 +87,146 @@ impl Stance {
         let tip = (other.cl.tip - self.cl.tip).norm();
         let of_tool = angle_between(&self.cl.axis, &other.cl.axis) * self.tool_reach;
         let own = tip + largest(&self.bodies, &other.bodies, of_tool);
-        if self.obstacles.is_empty() { own } else { own + tip + largest(&self.obstacles, &other.obstacles, 0.0) }
+        let against_bed =
+            if self.obstacles.is_empty() { own } else { own + tip + largest(&self.obstacles, &other.obstacles, 0.0) };
+        against_bed.max(self.of_both_heads_to(other))
+    }
+
+    /// The same for tool and bodies of this head against the bodies of the other head; 0 without one.
+    fn of_both_heads_to(&self, other: &Self) -> f64 {
+        let [own, others] = &self.heads;
+        if others.is_empty() {
+            return 0.0;
+        }
+        let way = |bodies: &[usize]| {
+            let ways = bodies.iter().map(|&k| self.machine.body_way_on_bed(k, &self.axes, &other.axes));
+            ways.fold(0.0, f64::max)
+        };
+        let of_tool = self.machine.tool_way_on_bed(&self.axes, &other.axes, self.tool_length, self.tool_reach);
+        of_tool.max(way(own)) + way(others)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use facemill_inverse_kinematics::{Branch, BranchPreference};
+    use facemill_tool_model::{FormatTag, Section, SpindleRotation, Stack, ToolAssembly, ToolFile};
+
+    use super::*;
+    use crate::Workcell;
+
+    /// Deterministic random numbers.
+    struct Lcg(u64);
+
+    impl Lcg {
+        fn between(&mut self, low: f64, high: f64) -> f64 {
+            self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            low + (high - low) * (self.0 >> 11) as f64 / (1u64 << 53) as f64
+        }
+    }
+
+    fn tool() -> ToolAssembly {
+        let section =
+            |length_mm, diameter_mm| Section { length_mm, diameter_low_mm: diameter_mm, diameter_high_mm: diameter_mm };
+        ToolAssembly::new(ToolFile {
+            format: FormatTag::V1,
+            name: "mill".to_owned(),
+            number: 1,
+            length_register: None,
+            radius_mm: 30.0,
+            corner_radius_mm: 4.0,
+            n_inserts: 4,
+            flute_length_mm: 30.0,
+            dead_core_radius_mm: 0.0,
+            max_ramp_angle_deg: 3.0,
+            spindle_rotation: SpindleRotation::Clockwise,
+            cutting_edge_angle_deg: None,
+            stick_out_mm: 70.0,
+            gauge_length_mm: 170.0,
+            body: Stack { clearance_mm: 1.0, sections: vec![section(40.0, 40.0)] },
+            holder: Stack { clearance_mm: 2.0, sections: vec![section(100.0, 60.0)] },
+        })
+        .unwrap()
+    }
+
+    /// Some point of a solid, table frame, as a function of the axes.
+    fn corner(machine: &Machine, body: usize, corner: [f64; 3], axes: &AxisValues) -> Option<Point3<f64>> {
+        let pose = machine.body_poses(axes).nth(body)?;
+        let bounds = pose.body.body.solid.aabb();
+        let part = |k: usize| bounds.min[k] + (bounds.max[k] - bounds.min[k]) * corner[k];
+        Some(pose.table_from_solid * Point3::new(part(0), part(1), part(2)))
+    }
+
+    #[test]
+    fn points_of_both_heads_come_no_nearer_than_the_motion_says_while_both_move() {
+        let mut random = Lcg(61);
+        let (mut tight, tool) = (0, tool());
+        for name in ["dual-c-horizontal-xyzb", "dual-c-horizontal-xzab"] {
+            let path = format!("{}/../../assets/machines/{name}.json", env!("CARGO_MANIFEST_DIR"));
+            for machine in Machine::heads_from_json(&std::fs::read(path).unwrap()).unwrap() {
+                let cell = Workcell {
+                    machine: &machine,
+                    table_from_work: Isometry3::identity(),
+                    tool: &tool,
+                    obstacles: Vec::new(),
+                    preferred_branch: BranchPreference::Positive,
+                    axis_cone: None,
+                    gouge_tolerance: 0.02,
+                    max_lift: 0.06,
+                    lift_resolution: 1e-3,
+                    z_map: None,
+                };
+                let test = PoseTest::new(&cell);
+                let of = |c| {
+                    let all = machine.bodies().iter().enumerate().filter(move |(_, b)| b.carrier() == Some(c));
+                    all.map(|(k, _)| k).collect::<Vec<_>>()
+                };
+                let (ours, theirs) = (of(Carrier::Head), of(Carrier::OtherHead));
+                let stance = |axes| Stance::new(&test, &Configuration { axes, branch: Branch::Positive });
+                // Head on: the bound is what they do.
+                let zero = AxisValues::zeros(machine.axes().len());
+                let mut nearer = zero;
+                for (k, axis) in machine.axes().iter().enumerate() {
+                    nearer[k] = if axis.letter.as_str().starts_with('Z') { -300.0 } else { 0.0 };
+                }
+                assert!((stance(zero).of_both_heads_to(&stance(nearer)) - 600.0).abs() < 1e-9);
+                for _ in 0..60 {
+                    let size = 10f64.powf(random.between(-1.5, 0.0));
+                    let from = AxisValues::from_fn(machine.axes().len(), |k| {
+                        let a = &machine.axes()[k];
+                        if a.endless { random.between(-3.0, 3.0) } else { random.between(a.min, a.max) }
+                    });
+                    let to = AxisValues::from_fn(from.len(), |k| {
+                        let is_linear = machine.axes()[k].kind == facemill_inverse_kinematics::AxisKind::Linear;
+                        from[k] + size * random.between(-1.0, 1.0) * if is_linear { 400.0 } else { 1.2 }
+                    });
+                    let motion = stance(from).of_both_heads_to(&stance(to));
+                    assert!(stance(from).motion_to(&stance(to)) >= motion);
+                    for _ in 0..12 {
+                        let mut part = || [0; 3].map(|_| random.between(0.0, 1.0));
+                        let (a, b) = (part(), part());
+                        let pick = random.between(0.0, 1.0);
+                        // A point of the tool, or of a body of this head.
+                        let own = (pick * (ours.len() + 1) as f64) as usize;
+                        let on_tool = Point3::new(30.0 * a[0], 0.0, 170.0 * a[1]);
+                        let at = |axes: &AxisValues| match ours.get(own) {
+                            Some(&k) => corner(&machine, k, a, axes).unwrap(),
+                            None => machine.forward(axes, tool.gauge_length()) * on_tool,
+                        };
+                        let other = theirs[(random.between(0.0, 1.0) * theirs.len() as f64) as usize];
+                        let distance =
+                            |axes: &AxisValues| (at(axes) - corner(&machine, other, b, axes).unwrap()).norm();
+                        let start = distance(&from);
+                        let mut nearest = start;
+                        for k in 1..=20 {
+                            nearest = nearest.min(distance(&from.lerp(&to, f64::from(k) / 20.0)));
+                        }
+                        assert!(start - nearest <= motion + 1e-9, "{} beyond {motion}", start - nearest);
+                        tight += usize::from(start - nearest > 0.1 * motion);
+                    }
+                }
+            }
+        }
+        assert!(tight > 30, "{tight}");
     }
 }

@@ -4,6 +4,7 @@ mod approach;
 mod band;
 mod branch;
 mod certified;
+mod heads;
 mod kit;
 mod link;
 mod machine_bodies;
