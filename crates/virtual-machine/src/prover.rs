@@ -2,7 +2,7 @@
 
 use facemill_cl_data::{ControlTolerance, CuttingLaw, RapidLaw, Solid};
 use facemill_interference::{MotionInterval, SweepVerdict};
-use facemill_inverse_kinematics::{AxisValues, BlockLaw, Motion};
+use facemill_inverse_kinematics::{AxisValues, BlockLaw, Carrier, Motion};
 use nalgebra::{Isometry3, Point3};
 
 use crate::cutter_depth::CutterTrack;
@@ -263,7 +263,14 @@ impl<'s, 'a> Prover<'s, 'a> {
     /// A point whose acceleration is at most A is by at most A/8 farther than its velocity in the middle tells, half
     /// an interval from it; the mean velocity over a short piece around the middle is by at most A times its half
     /// length another.
+    ///
+    /// Nothing is proven against the other head, whose axes the bound does not know.
     fn interval(&self, pair: &Pair<'_>, from: f64, to: f64) -> Option<MotionInterval> {
+        if let Frame::Machine(k) = pair.frame
+            && self.scene.setup.machine.bodies()[k].carrier() == Some(Carrier::OtherHead)
+        {
+            return None;
+        }
         let start = self.motion.at(from).ok()?;
         let tip = self.pose(pair.mount, pair.frame, &start).inverse()
             * self.pose(Mount::Tool(Isometry3::identity()), pair.frame, &start)
@@ -348,7 +355,7 @@ impl<'s, 'a> Prover<'s, 'a> {
         let machine = self.scene.setup.machine;
         let is_tool = match pair.mount {
             Mount::Tool(_) => true,
-            Mount::Machine(k) => machine.bodies()[k].joints_from_table() == machine.axes().len(),
+            Mount::Machine(k) => machine.joints_to_tool(k) == 0,
         };
         is_tool && pair.frame == Frame::Work
     }

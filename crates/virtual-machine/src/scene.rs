@@ -17,7 +17,7 @@ pub(crate) struct Scene<'a> {
     pub(crate) cutter: CutterDepth,
     /// Non-cutting bodies: of the tool assembly, then of the machine.
     pub(crate) bodies: Vec<SceneBody>,
-    /// The meshes of the setup, then the bodies of the machine's bed and table.
+    /// The meshes of the setup, then the bodies of the machine's bed and table and of the other head.
     pub(crate) obstacles: Vec<SceneObstacle<'a>>,
 }
 
@@ -76,7 +76,7 @@ pub(crate) enum Frame {
 pub(crate) enum Role {
     /// As the setup says.
     Work(ObstacleKind),
-    /// A body of the machine's bed or table: not to be touched by anything.
+    /// A body of the machine's bed or table, or of the other head: not to be touched by anything.
     Machine,
 }
 
@@ -112,7 +112,9 @@ impl<'a> Scene<'a> {
             let mount = Mount::Tool(b.frame_from_solid);
             SceneBody::new(b.name, FindingKind::HolderCollision, &b.solid, clearance, mount)
         });
-        let moving = machine.filter(|(k, _)| links.between(Link::Work, Link::Body(*k)) > 0).map(|(k, b)| {
+        let is_moving = |k: usize| links.between(Link::Work, Link::Body(k)) > 0;
+        let own = machine.filter(|(_, b)| b.carrier() != Some(Carrier::OtherHead));
+        let moving = own.filter(|(k, _)| is_moving(*k)).map(|(k, b)| {
             let name = b.name().to_owned();
             SceneBody::new(name, FindingKind::Collision, &b.body.solid, b.clearance, Mount::Machine(k))
         });
@@ -173,7 +175,8 @@ impl<'a> Scene<'a> {
 /// Whether a body is tested against an obstacle.
 ///
 /// Bodies of the machine are tested against what stands on the table where they move against it, and those of the head
-/// against those of bed and table. Two bodies of the machine that one joint joins lie within each other by construction
+/// against those of bed and table and of the other head, as are tool and cutter. Bodies of the other head are nothing but
+/// obstacles here: against workpiece, table and bed they are tested in that head's own view. Two bodies of the machine that one joint joins lie within each other by construction
 /// (a ram in its guide, a table in its cradle), and those without a joint between them never move against each other:
 /// both are left out.
 fn may_meet(machine: &Machine, links: &Links, mount: Mount, obstacle: &SceneObstacle<'_>) -> bool {
@@ -218,8 +221,8 @@ impl Links {
         Self { moved: moved.collect() }
     }
 
-    /// Joints between two parts: those that move one of the two against the table and not the other, because the parts
-    /// stand one behind the other in one chain from the table to the tool.
+    /// Joints between two parts: those that move one of the two against the table and not the other. The parts stand one
+    /// behind the other in a chain from the table, or, on two heads, each in a chain that begins with the same joints.
     fn between(&self, a: Link, b: Link) -> usize {
         let moves = |axis: &[bool], link: Link| match link {
             Link::Work => false,
