@@ -128,8 +128,8 @@ pub(crate) struct Timed {
     pub(crate) limit: FeedLimit,
 }
 
-/// The shortest time of a block that is not below `tip_time` (s) and takes no axis beyond its largest speed, with the F word
-/// in the control's range; `None` where no axis moves.
+/// The shortest time of a block that is not below `tip_time` (s) and takes no axis beyond its largest speed, with the F
+/// word in the control's range; `None` where no axis moves.
 pub(crate) fn timed(
     axes: &[Axis],
     start: &AxisValues,

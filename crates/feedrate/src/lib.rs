@@ -18,8 +18,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! Where two heads cut at once one block has one time: [`feed_for_pair`] and [`plan_pair_feeds`] give the largest feed that
-//! exceeds neither tip's speed nor that of any axis.
+//! Where two heads cut at once one block has one time: [`feed_for_pair`] and [`plan_pair_feeds`] give the largest feed
+//! that exceeds neither tip's speed nor that of any axis.
 //!
 //! Speeds are constant within a block: no acceleration is counted, so times are lower bounds. Feeds are mm/min, times s.
 //!

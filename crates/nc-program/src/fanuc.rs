@@ -14,6 +14,8 @@ mod text;
 use std::collections::BTreeSet;
 
 pub use reader::{FanucReader, read_fanuc};
+pub(crate) use template::{coolant_code, spindle_code, spindle_speed};
+pub(crate) use text::clean_comment;
 
 use crate::{HeadSpec, PostSettings, ProgramSpec, WriteError, WrittenProgram};
 use body::BodyWriter;

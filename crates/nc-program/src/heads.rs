@@ -1,4 +1,4 @@
-use crate::{AxisKind, AxisLetter, AxisSpec, MappedAxis, SpindleSpec, ToolSpec};
+use crate::{AxisKind, AxisLetter, AxisSpec, MappedAxis, ProgramSpec, SpindleSpec, ToolSpec, WriteError};
 
 /// One head of a machine that has several, as its control knows it.
 #[derive(Clone, Debug, PartialEq)]
@@ -107,8 +107,8 @@ pub(crate) const MAX_HEADS: usize = 4;
 /// Largest number of a register, tool or spindle.
 const LARGEST_NUMBER: u32 = 99_999_999;
 
-/// By how much an axis may fail to be parallel to a spindle, mm per mm of tool length. A larger one takes an inclined axis
-/// for a parallel one; a smaller one refuses chains for their rounding.
+/// By how much an axis may fail to be parallel to a spindle, mm per mm of tool length. A larger one takes an inclined
+/// axis for a parallel one; a smaller one refuses chains for their rounding.
 const PARALLEL: f64 = 1e-9;
 
 /// Checks heads by themselves.
@@ -152,8 +152,23 @@ pub(crate) fn check_axes(heads: &[MappedHead], axes: &[MappedAxis]) -> Result<()
     }
 }
 
+/// Checks that these are the heads of a program.
+pub(crate) fn check_program(spec: &ProgramSpec, heads: &[HeadSpec]) -> Result<(), WriteError> {
+    check(&heads.iter().map(HeadSpec::mapped).collect::<Vec<_>>())?;
+    // There are two at least.
+    let first = &heads[0];
+    let other = |what| Err(WriteError::OtherFirstHead { head: first.name.clone(), what });
+    if spec.tool != first.tool {
+        return other("tool");
+    }
+    if spec.spindle != first.spindle {
+        return other("spindle");
+    }
+    Ok(check_retracted(heads, &spec.axes)?)
+}
+
 /// Checks that a program's axes along a spindle, which go home first, are the spindle axes of its heads.
-pub(crate) fn check_retracted(heads: &[HeadSpec], axes: &[AxisSpec]) -> Result<(), HeadError> {
+fn check_retracted(heads: &[HeadSpec], axes: &[AxisSpec]) -> Result<(), HeadError> {
     for head in heads {
         if !axes.iter().any(|a| a.letter == head.spindle_axis && a.along_spindle) {
             return Err(HeadError::NotAlongSpindle { head: head.name.clone(), axis: head.spindle_axis });

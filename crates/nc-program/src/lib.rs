@@ -72,6 +72,7 @@ mod program_spec;
 mod read_error;
 mod read_position;
 mod read_program;
+mod siemens;
 mod word_map;
 mod write_error;
 
@@ -93,6 +94,10 @@ pub use read_position::{AxisAt, ReadPosition};
 pub use read_program::{
     ArcWords, Compensation, Feed, MacroKind, MotionKind, NoteKind, Plane, ReadBlock, ReadCommand, ReadMotion, ReadNote,
     ReadProgram, ToolLengthNote,
+};
+pub use siemens::{
+    ReadPair, ReadPairBlock, SiemensFault, SiemensFeed, SiemensPair, SiemensReadError, SiemensSettings,
+    read_siemens_pair, write_siemens_pair,
 };
 pub use word_map::{MappedAxis, WordMap, WordMapError};
 pub use write_error::WriteError;
@@ -132,11 +137,11 @@ pub fn write_program_with_lines(spec: &ProgramSpec, settings: &PostSettings) -> 
     }
 }
 
-/// [`write_program_with_lines`] for a machine of several heads, whose axes all stand in one block: `heads` are all of them,
-/// and the tool and spindle of `spec` those of the first. The template has them as `heads`.
+/// [`write_program_with_lines`] for a machine of several heads, whose axes all stand in one block: `heads` are all of
+/// them, and the tool and spindle of `spec` those of the first. The template has them as `heads`.
 ///
-/// FANUC: the length of each head is switched on in a block of its own, for its spindle axis (tool length offset type C),
-/// and S, M3, M4 and M5 of each spindle have its number as P.
+/// FANUC: the length of each head is switched on in a block of its own, for its spindle axis (tool length offset type
+/// C), and S, M3, M4 and M5 of each spindle have its number as P.
 ///
 /// # Errors
 /// As [`write_program`]; when the heads share a number or an axis, there are not 2 to 4 of them, the first motion says

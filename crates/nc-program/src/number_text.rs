@@ -53,6 +53,20 @@ pub(crate) fn number(value: f64, decimals: u8, trailing_zeros: bool) -> Option<S
     Some(text)
 }
 
+/// Longest number: twice what any control takes.
+const MAX_DIGITS: usize = 30;
+
+/// `-12.5`, `.5`, `5.`: at least one digit, at most one point, a sign only in front.
+pub(crate) fn parse(text: &[u8]) -> Option<f64> {
+    let unsigned = text.strip_prefix(b"-").or_else(|| text.strip_prefix(b"+")).unwrap_or(text);
+    let points = unsigned.iter().filter(|b| **b == b'.').count();
+    let digits = unsigned.iter().filter(|b| b.is_ascii_digit()).count();
+    if points > 1 || !(1..=MAX_DIGITS).contains(&digits) || points + digits != unsigned.len() {
+        return None;
+    }
+    str::from_utf8(text).ok()?.parse().ok()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -19,8 +19,9 @@ pub struct MappedAxis {
 /// work offset and one tool length, or that of each head.
 ///
 /// word = joint − offset, and with length compensation (G43 H) along the axis parallel to the spindle less the tool
-/// length: in FEED (9) the programmed Z is the tip's Z at B = 0. On a machine of several heads ([`WordMap::with_heads`])
-/// each head has a length and a register of its own, which acts on its spindle axis alone (tool length offset type C).
+/// length: in FEED (9) the programmed Z is the tip's Z at B = 0. On a machine of several heads
+/// ([`WordMap::with_heads`]) each head has a length and a register of its own, which acts on its spindle axis alone
+/// (tool length offset type C).
 #[derive(Clone, Debug, PartialEq)]
 pub struct WordMap {
     axes: Vec<MappedAxis>,
@@ -109,8 +110,8 @@ impl WordMap {
         Ok(Self { axes, work_offset, tool_length, lengths, heads: Vec::new() })
     }
 
-    /// A map for a machine of several heads. The length of a head acts on its spindle axis alone, so every other axis has
-    /// to have an [`MappedAxis::along_spindle`] of 0, and a spindle axis 1 or −1 with its own head's spindle.
+    /// A map for a machine of several heads. The length of a head acts on its spindle axis alone, so every other axis
+    /// has to have an [`MappedAxis::along_spindle`] of 0, and a spindle axis 1 or −1 with its own head's spindle.
     ///
     /// # Errors
     /// As [`WordMap::new`], and when the heads are not as [`HeadError`](crate::HeadError) says.
@@ -210,8 +211,8 @@ impl WordMap {
     ///
     /// # Errors
     /// When the place of an axis is not known, the program names an axis that the machine does not have, the move uses
-    /// another work offset or RTCP, `reference` has not one value for each axis, or, with several heads, an axis has the
-    /// length of another register than its head's.
+    /// another work offset or RTCP, `reference` has not one value for each axis, or, with several heads, an axis has
+    /// the length of another register than its head's.
     pub fn joints_at(&self, motion: &ReadMotion, reference: &[f64]) -> Result<Vec<f64>, WordMapError> {
         self.check_count(reference)?;
         self.check_frame(motion)?;

@@ -57,6 +57,14 @@ pub enum WriteError {
         /// What is missing.
         why: String,
     },
+    /// Something that two channel programs cannot say.
+    #[error("{place}: {why}")]
+    NotInChannels {
+        /// Block, such as `block 12`, axis or setting.
+        place: String,
+        /// Why not.
+        why: &'static str,
+    },
     /// Two axes of the machine have the same name.
     #[error("two axes are named {0}")]
     TwoAxes(AxisLetter),

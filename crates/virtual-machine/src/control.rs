@@ -61,8 +61,8 @@ impl<'a> Control<'a> {
         }
     }
 
-    /// Compares the lengths that comments of the program name with that of the tool: with several heads, of the head whose
-    /// register the comment names.
+    /// Compares the lengths that comments of the program name with that of the tool: with several heads, of the head
+    /// whose register the comment names.
     pub(crate) fn tool_lengths(&mut self, program: &ReadProgram) {
         for note in &program.tool_lengths {
             let index = program.blocks.partition_point(|b| b.line < note.line);
@@ -133,8 +133,8 @@ impl<'a> Control<'a> {
         }
     }
 
-    /// T calls a tool, in the block of M6 or before, and M6 puts it into the spindle: of several heads into that whose tool
-    /// it is. Whether the tool of this head is changed.
+    /// T calls a tool, in the block of M6 or before, and M6 puts it into the spindle: of several heads into that whose
+    /// tool it is. Whether the tool of this head is changed.
     fn tool(&mut self, index: usize, block: &ReadBlock, is_home: bool) -> bool {
         let number = self.setup.tool.number();
         let heads = self.setup.words.heads();

@@ -231,8 +231,8 @@ impl<'a> State<'a> {
         self.is_known.iter().all(|&known| known).then_some(self.axes)
     }
 
-    /// Whether a feed move from `before` to here may cut. Of several heads one may stand while the other cuts, or be away
-    /// from the work while the table turns: then its spindle need not turn.
+    /// Whether a feed move from `before` to here may cut. Of several heads one may stand while the other cuts, or be
+    /// away from the work while the table turns: then its spindle need not turn.
     fn may_cut(&self, is_home: bool, before: Option<&AxisValues>) -> bool {
         let (Some(before), Some(here)) = (before, self.known_axes()) else { return true };
         let moves = (0..before.len()).any(|k| self.is_own[k] && before[k] != here[k]);

@@ -9,9 +9,10 @@ use crate::{control::own_head, own_axes::own_axes};
 
 /// The machine as it stands when the program is started: what turns words into motion, and what is in the way.
 ///
-/// Of a machine of several heads it is that of one of them, and a program is run once for each: [`VirtualSetup::machine`] is
-/// the head's view, with the axes of all heads, [`VirtualSetup::words`] a map with heads, which is the same for all, and tool
-/// and length register are the head's own. Bodies of the other head, and of its tool, are bodies of the view.
+/// Of a machine of several heads it is that of one of them, and a program is run once for each:
+/// [`VirtualSetup::machine`] is the head's view, with the axes of all heads, [`VirtualSetup::words`] a map with heads,
+/// which is the same for all, and tool and length register are the head's own. Bodies of the other head, and of its
+/// tool, are bodies of the view.
 #[derive(Clone)]
 pub struct VirtualSetup<'a> {
     /// The machine; its motion laws, limits and bodies count.

@@ -1,6 +1,6 @@
 //! From a line to words: comments apart, blanks gone (they may stand anywhere), columns kept.
 
-use crate::{ReadError, ReadFault};
+use crate::{ReadError, ReadFault, number_text};
 
 /// A letter and its number.
 #[derive(Clone, Copy, Debug)]
@@ -29,9 +29,6 @@ pub(super) struct Line {
     pub(super) words: Vec<Word>,
     number: u32,
 }
-
-/// Longest number: twice what any control takes.
-const MAX_DIGITS: usize = 30;
 
 impl Line {
     /// Takes `bytes` apart into code and comments. Words follow with [`Line::split_words`].
@@ -97,7 +94,7 @@ impl Line {
             self.error(start, if is_word { ReadFault::UnknownWord(text) } else { ReadFault::Number(text) })
         };
         let has_point = text.contains(&b'.');
-        let value = parse_number(text).ok_or_else(fault)?;
+        let value = number_text::parse(text).ok_or_else(fault)?;
         Ok(Word { letter, index, value, has_point, start, end, is_used: false })
     }
 
@@ -136,15 +133,4 @@ impl Line {
 
 fn is_number_byte(byte: u8) -> bool {
     byte.is_ascii_digit() || matches!(byte, b'+' | b'-' | b'.')
-}
-
-/// `-12.5`, `.5`, `5.`: at least one digit, at most one point, a sign only in front.
-fn parse_number(text: &[u8]) -> Option<f64> {
-    let unsigned = text.strip_prefix(b"-").or_else(|| text.strip_prefix(b"+")).unwrap_or(text);
-    let points = unsigned.iter().filter(|b| **b == b'.').count();
-    let digits = unsigned.iter().filter(|b| b.is_ascii_digit()).count();
-    if points > 1 || !(1..=MAX_DIGITS).contains(&digits) || points + digits != unsigned.len() {
-        return None;
-    }
-    str::from_utf8(text).ok()?.parse().ok()
 }

@@ -4,8 +4,8 @@ use serde::Serialize;
 
 use super::text::{clean_comment, push_axis_word};
 use crate::{
-    AxisKind, AxisLetter, AxisSpec, AxisWords, Coolant, FeedMode, HeadSpec, MappedHead, PostSettings, ProgramSpec,
-    SpindleSpec, ToolSpec, WriteError, heads, number_text,
+    AxisKind, AxisLetter, AxisSpec, AxisWords, Coolant, FeedMode, HeadSpec, PostSettings, ProgramSpec, SpindleSpec,
+    ToolSpec, WriteError, heads, number_text,
 };
 
 /// Stands for the motions while the template is rendered, because they can be longer than all the rest together.
@@ -189,19 +189,11 @@ fn check_axes(axes: &[AxisSpec]) -> Result<(), WriteError> {
 
 /// Heads that one program can be written for.
 fn check_heads(spec: &ProgramSpec, all: &[HeadSpec], settings: &PostSettings) -> Result<(), WriteError> {
-    let Some(first) = all.first() else { return Ok(()) };
-    heads::check(&all.iter().map(HeadSpec::mapped).collect::<Vec<MappedHead>>())?;
-    let other = |what| Err(WriteError::OtherFirstHead { head: first.name.clone(), what });
-    if spec.tool != first.tool {
-        return other("tool");
+    if all.is_empty() {
+        return Ok(());
     }
-    if spec.spindle != first.spindle {
-        return other("spindle");
-    }
-    if settings.feed_mode == FeedMode::Rtcp {
-        return Err(WriteError::RtcpOfHeads);
-    }
-    Ok(heads::check_retracted(all, &spec.axes)?)
+    heads::check_program(spec, all)?;
+    if settings.feed_mode == FeedMode::Rtcp { Err(WriteError::RtcpOfHeads) } else { Ok(()) }
 }
 
 fn head_context(head: &HeadSpec, first: &AxisWords, settings: &PostSettings) -> Result<HeadContext, WriteError> {
@@ -246,16 +238,16 @@ fn spindle(spindle: &SpindleSpec, place: &str) -> Result<SpindleContext, WriteEr
 }
 
 /// Whole revolutions per minute; controls take no decimals there.
-pub(super) fn spindle_speed(rpm: f64, place: &str) -> Result<i64, WriteError> {
+pub(crate) fn spindle_speed(rpm: f64, place: &str) -> Result<i64, WriteError> {
     let speed = number_text::units(rpm, 0).filter(|speed| *speed > 0);
     speed.ok_or_else(|| WriteError::Number { place: place.to_owned(), what: "a spindle speed", value: rpm })
 }
 
-pub(super) fn spindle_code(clockwise: bool) -> &'static str {
+pub(crate) fn spindle_code(clockwise: bool) -> &'static str {
     if clockwise { "M3" } else { "M4" }
 }
 
-pub(super) fn coolant_code(coolant: Coolant) -> &'static str {
+pub(crate) fn coolant_code(coolant: Coolant) -> &'static str {
     match coolant {
         Coolant::Off => "M9",
         Coolant::Flood => "M8",

@@ -3,7 +3,7 @@ use crate::{AxisLetter, PostSettings, number_text};
 /// Text for a comment in the control's characters: upper-case ASCII letters, digits and ` +-*/=.,:#&'?[]`. Parentheses
 /// become brackets, German umlauts two letters, line ends and tabs blanks, everything else `?`. Never longer lines: no
 /// line end is left.
-pub(super) fn clean_comment(text: &str) -> String {
+pub(crate) fn clean_comment(text: &str) -> String {
     let mut clean = String::with_capacity(text.len());
     for c in text.chars() {
         match c {

@@ -8,15 +8,15 @@ const HALF_UNIT: f64 = 0.0005 + 1e-9;
 
 const LENGTHS: [f64; 2] = [420.125, 231.5];
 
-fn axis(name: &str) -> AxisLetter {
+pub(crate) fn axis(name: &str) -> AxisLetter {
     name.parse().unwrap()
 }
 
-fn letters() -> Vec<AxisLetter> {
+pub(crate) fn letters() -> Vec<AxisLetter> {
     ["C", "X1", "Y1", "Z1", "B1", "X2", "Y2", "Z2", "B2"].map(axis).to_vec()
 }
 
-fn heads() -> Vec<HeadSpec> {
+pub(crate) fn heads() -> Vec<HeadSpec> {
     let one = spec(Vec::new());
     let second = ToolSpec {
         number: 12,
@@ -38,7 +38,7 @@ fn heads() -> Vec<HeadSpec> {
     ]
 }
 
-fn map() -> WordMap {
+pub(crate) fn map() -> WordMap {
     map_of(&heads()).unwrap()
 }
 
@@ -55,7 +55,7 @@ fn map_of(heads: &[HeadSpec]) -> Result<WordMap, WordMapError> {
     WordMap::with_heads(axes.collect(), WorkOffset::default(), heads.iter().map(HeadSpec::mapped).collect())
 }
 
-fn nine_axis_spec(blocks: Vec<Block>) -> ProgramSpec {
+pub(crate) fn nine_axis_spec(blocks: Vec<Block>) -> ProgramSpec {
     let heads = heads();
     let one = spec(blocks);
     let is_z = |l: &AxisLetter| l.letter() == 'Z';
@@ -78,7 +78,7 @@ fn write(blocks: Vec<Block>) -> Result<String, WriteError> {
 }
 
 /// Joint values (mm, rad) of a start and `n` positions, in which axes often stand still.
-fn random_joints(random: &mut Random, n: usize) -> Vec<Vec<f64>> {
+pub(crate) fn random_joints(random: &mut Random, n: usize) -> Vec<Vec<f64>> {
     let value = |random: &mut Random, k: usize| {
         let span = if letters()[k].kind() == AxisKind::Linear { 900.0 } else { 3.0 };
         (random.unit() - 0.5) * span
@@ -174,7 +174,8 @@ fn header_and_end_are_those_of_two_heads() {
     assert_eq!(spindles[1], [Spindle(2), SpindleOn { clockwise: false }, SpindleSpeed(512.0)]);
     assert_eq!(spindles[2..], [[Spindle(1), SpindleOff], [Spindle(2), SpindleOff]]);
 
-    // Both spindle axes are home before any other axis moves, before a length is taken off, and before a tool is changed.
+    // Both spindle axes are home before any other axis moves, before a length is taken off, and before a tool is
+    // changed.
     let homes: Vec<_> = read.motions().filter(|(_, m)| m.kind == MotionKind::ReferenceReturn).collect();
     for home in [homes[0], homes[3]] {
         for letter in letters() {
@@ -254,7 +255,7 @@ fn faults_of_heads_are_named() {
     assert!(write_program_of_heads(&spec, &[], &rtcp).is_err());
 }
 
-fn words_of(values: &[(&str, f64)]) -> AxisWords {
+pub(crate) fn words_of(values: &[(&str, f64)]) -> AxisWords {
     words(&values.iter().map(|(name, value)| (axis(name), *value)).collect::<Vec<_>>())
 }
 

@@ -7,3 +7,4 @@ mod fanuc_reader;
 mod heads;
 mod kit;
 mod post_file;
+mod siemens;
