@@ -70,7 +70,6 @@ mod doubts;
 mod episodes;
 mod finding;
 mod moves;
-mod own_axes;
 mod proof;
 mod prover;
 mod ramp;

@@ -1,6 +1,6 @@
 //! From the text that was read to motions of the axes.
 use facemill_cl_data::{CuttingLaw, MotionLaw};
-use facemill_inverse_kinematics::{AxisValues, BlockLaw, Carrier};
+use facemill_inverse_kinematics::{AxisValues, BlockLaw, Carrier, Machine};
 use facemill_nc_program::{
     AxisAt, AxisKind, AxisLengths, AxisLetter, AxisWords, Compensation, Feed, MacroKind, MotionKind, ReadBlock,
     ReadCommand, ReadMotion, ReadProgram,
@@ -9,7 +9,6 @@ use facemill_nc_program::{
 use crate::{
     FindingKind, VerifySettings, VirtualSetup,
     control::{Control, own_head},
-    own_axes::own_axes,
     rtcp,
 };
 
@@ -25,11 +24,18 @@ pub(crate) struct Move {
     pub(crate) end: AxisValues,
     /// `None` for rapids and where the program gives none.
     pub(crate) feed: Option<Feed>,
+    /// Whether the tool moves against the work; it stands where the other head alone moves.
+    pub(crate) moves_tool: bool,
 }
 
 impl Move {
     pub(crate) fn is_rapid(&self) -> bool {
         matches!(self.law, BlockLaw::Rapid(_))
+    }
+
+    /// Whether the tool goes at rapid rate: nothing is cut then. Where it stands, it stands where it has cut.
+    pub(crate) fn is_rapid_of_tool(&self) -> bool {
+        self.is_rapid() && self.moves_tool
     }
 }
 
@@ -88,8 +94,6 @@ struct State<'a> {
     lengths: AxisLengths,
     /// Index of the axis along the spindle of the setup's head; `None` on a machine of one head.
     spindle_axis: Option<usize>,
-    /// Whether each axis moves the tool against the work.
-    is_own: Vec<bool>,
     section: usize,
     out: Moves,
 }
@@ -117,7 +121,6 @@ impl<'a> State<'a> {
             compensation: Compensation::Off,
             lengths: AxisLengths::default(),
             spindle_axis: setup.words.axes().iter().position(|a| Some(a.letter) == own),
-            is_own: own_axes(setup.machine),
             section: 0,
             out: Moves::default(),
         }
@@ -235,8 +238,7 @@ impl<'a> State<'a> {
     /// away from the work while the table turns: then its spindle need not turn.
     fn may_cut(&self, is_home: bool, before: Option<&AxisValues>) -> bool {
         let (Some(before), Some(here)) = (before, self.known_axes()) else { return true };
-        let moves = (0..before.len()).any(|k| self.is_own[k] && before[k] != here[k]);
-        self.spindle_axis.is_none() || moves && !is_home
+        self.spindle_axis.is_none() || moves_tool(self.setup.machine, before, &here) && !is_home
     }
 
     /// Indices of the axes whose words hold the tool's length: those along the spindle, or all linear ones with RTCP.
@@ -357,7 +359,9 @@ impl<'a> State<'a> {
         } else if is_simulated && start != end {
             let law = self.law(motion);
             let section = self.section;
-            self.out.moves.push(Move { block: index, section, law, start, end, feed: motion.feed });
+            // A motion of no axis is as it always was: one of the tool.
+            let moves_tool = start == end || moves_tool(self.setup.machine, &start, &end);
+            self.out.moves.push(Move { block: index, section, law, start, end, feed: motion.feed, moves_tool });
         }
     }
 
@@ -403,6 +407,11 @@ impl<'a> State<'a> {
     fn fault(&mut self, kind: FindingKind, block: usize, axis: Option<AxisLetter>, note: String) {
         self.out.faults.push(TextFault { kind, block, last: block, axis, note });
     }
+}
+
+/// Whether an axis moves that is not the other head's.
+fn moves_tool(machine: &Machine, start: &AxisValues, end: &AxisValues) -> bool {
+    (0..start.len()).any(|k| machine.moves_tool(k) && start[k] != end[k])
 }
 
 fn joint_unit(letter: AxisLetter, word: f64) -> f64 {

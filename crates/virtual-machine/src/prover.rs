@@ -2,13 +2,13 @@
 
 use facemill_cl_data::{ControlTolerance, CuttingLaw, RapidLaw, Solid};
 use facemill_interference::{MotionInterval, SweepVerdict};
-use facemill_inverse_kinematics::{AxisValues, BlockLaw, Carrier, Motion};
+use facemill_inverse_kinematics::{AxisValues, BlockLaw, Motion};
 use nalgebra::{Isometry3, Point3};
 
 use crate::cutter_depth::CutterTrack;
 use crate::moves::Move;
 use crate::proof::{Depth, Nearest, Open, Proof};
-use crate::rates::{RateBounds, Rates};
+use crate::rates::{Parts, RateBounds, Rates};
 use crate::scene::{Frame, Mount, Role, Scene, SceneObstacle};
 use crate::stepping::{MAX_TURN, stops};
 
@@ -94,7 +94,8 @@ impl<'s, 'a> Prover<'s, 'a> {
             scene,
             m,
             motion,
-            rates: RateBounds::new(machine, motion, m.law, [&m.start, &m.end], scene.tool_length),
+            rates: RateBounds::new(machine, motion, m.law, [&m.start, &m.end], scene.tool_length)
+                .with_other(scene.other.as_ref().map(|(view, length)| (view, *length))),
             breaks,
             tracks: vec![CutterTrack::default(); scene.obstacles.len()],
             intervals: 0,
@@ -127,11 +128,11 @@ impl<'s, 'a> Prover<'s, 'a> {
         let mut deepest = Depth { programmed: 0.0, with_control: 0.0 };
         for (k, obstacle) in scene.obstacles.iter().enumerate().filter(|(_, o)| o.meets_cutter) {
             let Some(limit) = scene.cutter_limit(obstacle, self.m) else { continue };
-            let cuts = !self.m.is_rapid() && obstacle.role != Role::Machine;
+            let cuts = !self.m.is_rapid_of_tool() && obstacle.role != Role::Machine;
             let largest = match obstacle.role {
                 Role::Machine => limit.depth.max(FIRST_LACK),
                 // Nothing is cut in rapid.
-                Role::Work(_) if self.m.is_rapid() => 0.0,
+                Role::Work(_) if self.m.is_rapid_of_tool() => 0.0,
                 Role::Work(_) => limit.depth.max(FIRST_LACK),
             };
             let sampled = [0.0, 0.5, 1.0].map(|t| self.sampled_depth(t, k, limit.thickness));
@@ -139,7 +140,7 @@ impl<'s, 'a> Prover<'s, 'a> {
             // What is nowhere near is proven not to be touched at all.
             depth += if depth > 0.0 { FIRST_LACK } else { 0.0 };
             let body = CutterBody { obstacle: k, thickness: limit.thickness, is_charged: !cuts };
-            let open = Open::Cutter { obstacle: k, limit: largest, is_rapid: self.m.is_rapid() };
+            let open = Open::Cutter { obstacle: k, limit: largest, is_rapid: self.m.is_rapid_of_tool() };
             let proven = self.depth_against(&body, depth, largest).ok_or(open)?;
             let control = if cuts { scene.cutter_control() } else { 0.0 };
             deepest = deepest.max(Depth { programmed: proven, with_control: proven + control });
@@ -263,14 +264,7 @@ impl<'s, 'a> Prover<'s, 'a> {
     /// A point whose acceleration is at most A is by at most A/8 farther than its velocity in the middle tells, half
     /// an interval from it; the mean velocity over a short piece around the middle is by at most A times its half
     /// length another.
-    ///
-    /// Nothing is proven against the other head, whose axes the bound does not know.
     fn interval(&self, pair: &Pair<'_>, from: f64, to: f64) -> Option<MotionInterval> {
-        if let Frame::Machine(k) = pair.frame
-            && self.scene.setup.machine.bodies()[k].carrier() == Some(Carrier::OtherHead)
-        {
-            return None;
-        }
         let start = self.motion.at(from).ok()?;
         let tip = self.pose(pair.mount, pair.frame, &start).inverse()
             * self.pose(Mount::Tool(Isometry3::identity()), pair.frame, &start)
@@ -282,7 +276,8 @@ impl<'s, 'a> Prover<'s, 'a> {
             let control = self.control(pair, &start, None, reach)?;
             return self.turned_interval(pair, from, to, reach, control);
         }
-        let rates = self.rates.over(from, to)?;
+        let parts = self.parts(pair);
+        let rates = self.rates.over(from, to, parts)?;
         let control = self.control(pair, &start, Some(&rates), reach)?;
         let follows = self.m.law == BlockLaw::Cutting(CuttingLaw::TipAndRotariesLinear);
         let acceleration = if follows && self.is_tool_against_work(pair) {
@@ -347,7 +342,13 @@ impl<'s, 'a> Prover<'s, 'a> {
         if self.is_tool_against_work(pair) {
             return Some(tolerance.path + self.rates.n_rotaries() * tolerance.orientation * reach);
         }
-        self.rates.strayed(tolerance, start, rates?, reach)
+        self.rates.strayed(tolerance, start, rates?, reach, self.parts(pair))
+    }
+
+    /// Which axes lie between the moving part and its obstacle.
+    fn parts(&self, pair: &Pair<'_>) -> Parts {
+        let obstacle = &self.scene.obstacles[pair.obstacle];
+        if self.scene.is_on_other_head(obstacle) { Parts::BothHeads } else { Parts::OneHead }
     }
 
     /// Whether the moving part is as fixed to the tool as the obstacle to the work.

@@ -1,11 +1,11 @@
 //! Rates and accelerations against finite differences: random machines, places, blocks and intervals.
 
-use facemill_cl_data::{CuttingLaw, RapidLaw};
-use facemill_inverse_kinematics::{AxisKind, AxisValues, BlockLaw, BodyFile, Machine, Motion, ShapeFile};
+use facemill_cl_data::{ClPoint, ControlTolerance, CuttingLaw, RapidLaw};
+use facemill_inverse_kinematics::{AxisKind, AxisValues, BlockLaw, BodyFile, Carrier, Machine, Motion, ShapeFile};
 use nalgebra::{Isometry3, Point3};
 
 use self::common::Random;
-use crate::rates::{RateBounds, Rates};
+use crate::rates::{Parts, RateBounds, Rates};
 use crate::stepping::stops;
 
 #[path = "../../inverse-kinematics/tests/common/mod.rs"]
@@ -151,7 +151,7 @@ fn judged(law: BlockLaw, mm: f64, rad: f64) -> (f64, f64) {
             let [from, to] = interval_in(&breaks, &mut r);
             n += 1;
             let bounds = RateBounds::new(machine, motion, law, [&start, &end], LENGTH);
-            let Some(rates) = bounds.over(from, to) else { continue };
+            let Some(rates) = bounds.over(from, to, Parts::OneHead) else { continue };
             let samples = (0..=10).map(|k| motion.at(from + (to - from) * f64::from(k) * STEP).unwrap()).collect();
             let sampled = Sampled { machine, samples, rates };
             let what = format!("machine {index}, block {block}, {law:?}");
@@ -192,7 +192,7 @@ fn axes_that_stand_still_turn_nothing_and_a_pole_on_the_way_is_not_told_of() {
     let rates = |start: [f64; 5], end: [f64; 5]| {
         let [start, end] = [start, end].map(AxisValues::from);
         let motion = Motion::new(&machine, law, &start, &end, LENGTH).unwrap();
-        RateBounds::new(&machine, motion, law, [&start, &end], LENGTH).over(0.0, 1.0)
+        RateBounds::new(&machine, motion, law, [&start, &end], LENGTH).over(0.0, 1.0, Parts::OneHead)
     };
     // Upright, where the table's turn is free: it stands still all the same.
     let upright = rates([100.0, 50.0, 300.0, 0.0, 0.4], [180.0, -20.0, 310.0, 0.0, 0.4]).unwrap();
@@ -242,7 +242,7 @@ fn no_rates_are_told_where_the_control_changes_branches() {
                 let bounds = RateBounds::new(machine, motion, law, [&start, &end], LENGTH);
                 for k in 0..8 {
                     let at = |n: u32| (f64::from(k) + f64::from(n) * STEP) / 8.0;
-                    let Some(rates) = bounds.over(at(0), at(10)) else { continue };
+                    let Some(rates) = bounds.over(at(0), at(10), Parts::OneHead) else { continue };
                     let samples = (0..=10).map(|n| motion.at(at(n)).unwrap()).collect();
                     Sampled { machine, samples, rates }.check_axes(&format!("machine {index}, block {block}"));
                     told += 1;
@@ -251,4 +251,102 @@ fn no_rates_are_told_where_the_control_changes_branches() {
         }
     }
     assert!(told > 500 && changes > 100, "{told} told, {changes} change");
+}
+
+/// Both views of a mill with two heads.
+fn two_heads() -> Vec<Machine> {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../assets/machines/dual-c-horizontal-xyzb.json");
+    Machine::heads_from_json(&std::fs::read(path).unwrap()).unwrap()
+}
+
+#[test]
+fn parts_of_two_heads_are_no_more_accelerated_against_each_other_than_told() {
+    let views = two_heads();
+    let mut r = Random(902);
+    let (mut shares, mut exceeded) = (Vec::new(), 0);
+    for law in [BlockLaw::Cutting(CuttingLaw::AxesLinear), BlockLaw::Rapid(RapidLaw::Linear)] {
+        for block in 0..60 {
+            let (mm, rad) = [(2.0, 0.004), (50.0, 0.05), (0.0, 0.08)][block % 3];
+            let [start, end] = random_ends(&views[0], &mut r, mm, rad);
+            for (machine, other) in [(&views[0], &views[1]), (&views[1], &views[0])] {
+                let motion = Motion::new(machine, law, &start, &end, LENGTH).unwrap();
+                let [from, to] = interval_in(&[0.0, 1.0], &mut r);
+                let bounds = RateBounds::new(machine, motion, law, [&start, &end], LENGTH);
+                let bounds = bounds.with_other(Some((other, 90.0)));
+                let samples =
+                    || (0..=10).map(|k| motion.at(from + (to - from) * f64::from(k) * STEP).unwrap()).collect();
+                let what = format!("block {block}, {law:?}");
+                let both = bounds.over(from, to, Parts::BothHeads).unwrap();
+                let sampled = Sampled { machine, samples: samples(), rates: both };
+                sampled.check_axes(&what);
+                shares.push(sampled.check_parts(&mut r, &what));
+                // Without the other head's axes the bounds are none for its parts.
+                let one = bounds.over(from, to, Parts::OneHead).unwrap();
+                exceeded += u32::from(one.turn < both.turn && one.acceleration(1e3) < both.acceleration(1e3));
+            }
+        }
+    }
+    shares.sort_by(f64::total_cmp);
+    assert!(
+        shares[shares.len() / 2] > 0.03 && exceeded > 200,
+        "{} of the bounds, {exceeded}",
+        shares[shares.len() / 2]
+    );
+}
+
+/// The control leaves both tips' ways and every rotary axis by its tolerance: parts of one head stray against those of the
+/// other by no more than told.
+#[test]
+fn parts_of_two_heads_stray_against_each_other_by_no_more_than_told() {
+    let views = two_heads();
+    let mut r = Random(903);
+    let tolerance = ControlTolerance { path: 0.05, orientation: 1e-3 };
+    let lengths = [LENGTH, 90.0];
+    let mut largest = 0.0_f64;
+    for _ in 0..300 {
+        let [q, _] = random_ends(&views[0], &mut r, 0.0, 0.0);
+        let rotary = |k: usize| views[0].axes()[k].kind == AxisKind::Rotary;
+        // Within the limits, and not near the pole, where the inverse solution does not give the table's turn back.
+        let q = AxisValues::from_fn(q.len(), |k| match views[0].axes()[k].letter.as_str() {
+            "C" => q[k],
+            "B1" | "B2" => q[k].signum() * (0.3 + q[k].abs() / 2.0),
+            "Z1" | "Z2" => 0.5 * q[k] - 400.0,
+            _ => 0.5 * q[k],
+        });
+        let turned = AxisValues::from_fn(q.len(), |k| {
+            q[k] + if rotary(k) { r.within(-1.0, 1.0) * tolerance.orientation } else { 0.0 }
+        });
+        let mut strayed = turned;
+        for (head, view) in views.iter().enumerate() {
+            let off = r.direction().into_inner() * r.within(0.0, tolerance.path);
+            let axis = view.cl_point(&turned, lengths[head]).axis;
+            let cl = ClPoint { tip: view.cl_point(&q, lengths[head]).tip + off, axis };
+            let is_same = |found: &AxisValues| (0..q.len()).all(|k| !rotary(k) || (found[k] - turned[k]).abs() < 1e-7);
+            let all = view.inverse_near(&cl, lengths[head], &turned).unwrap();
+            let found = all.iter().map(|s| s.values).find(is_same).unwrap();
+            for k in (0..q.len()).filter(|&k| view.moves_tool(k) && !rotary(k)) {
+                strayed[k] = found[k];
+            }
+        }
+        let law = BlockLaw::Cutting(CuttingLaw::AxesLinear);
+        let motion = Motion::new(&views[0], law, &q, &q, LENGTH).unwrap();
+        let bounds =
+            RateBounds::new(&views[0], motion, law, [&q, &q], LENGTH).with_other(Some((&views[1], lengths[1])));
+        let rates = bounds.over(0.0, 1.0, Parts::BothHeads).unwrap();
+        let [before, after] = [&q, &strayed].map(|q| parts(&views[0], q));
+        let tip = Point3::from(before[1].translation.vector);
+        let is_other = |k: usize| k > 1 && views[0].bodies()[k - 2].carrier() == Some(Carrier::OtherHead);
+        for moving in (1..before.len()).filter(|&k| !is_other(k)) {
+            for against in (0..before.len()).filter(|&k| is_other(k)) {
+                let point = Point3::from(r.direction().into_inner() * r.within(0.0, 400.0));
+                let reach = (before[moving] * point - tip).norm();
+                let bound = bounds.strayed(tolerance, &q, &rates, reach, Parts::BothHeads).unwrap();
+                let at = |poses: &[Isometry3<f64>]| poses[against].inv_mul(&poses[moving]) * point;
+                let way = (at(&after) - at(&before)).norm();
+                assert!(way <= bound, "{moving} on {against}: {way}, bound {bound}");
+                largest = largest.max(way / bound);
+            }
+        }
+    }
+    assert!(largest > 0.05, "{largest} of the bound at most");
 }

@@ -1,6 +1,6 @@
 use facemill_cl_data::Solid;
 use facemill_interference::{Interference, MeshTree, solid_mesh};
-use facemill_inverse_kinematics::{AxisValues, Carrier, Machine};
+use facemill_inverse_kinematics::{AxisValues, Carrier, Machine, MachineBody};
 use nalgebra::Isometry3;
 
 use crate::{
@@ -17,8 +17,10 @@ pub(crate) struct Scene<'a> {
     pub(crate) cutter: CutterDepth,
     /// Non-cutting bodies: of the tool assembly, then of the machine.
     pub(crate) bodies: Vec<SceneBody>,
-    /// The meshes of the setup, then the bodies of the machine's bed and table and of the other head.
+    /// The meshes of the setup, then the bodies of the machine's bed, table and other head.
     pub(crate) obstacles: Vec<SceneObstacle<'a>>,
+    /// The machine as the other head sees it, where there is one, and the length of its tool, mm.
+    pub(crate) other: Option<(Machine, f64)>,
 }
 
 /// A non-cutting body.
@@ -112,9 +114,10 @@ impl<'a> Scene<'a> {
             let mount = Mount::Tool(b.frame_from_solid);
             SceneBody::new(b.name, FindingKind::HolderCollision, &b.solid, clearance, mount)
         });
-        let is_moving = |k: usize| links.between(Link::Work, Link::Body(k)) > 0;
-        let own = machine.filter(|(_, b)| b.carrier() != Some(Carrier::OtherHead));
-        let moving = own.filter(|(k, _)| is_moving(*k)).map(|(k, b)| {
+        // The other head's are held against the rest when the program is run for that head.
+        let moves = |k: usize| links.between(Link::Work, Link::Body(k)) > 0;
+        let is_own = |b: &MachineBody| b.carrier() != Some(Carrier::OtherHead);
+        let moving = machine.filter(|(k, b)| moves(*k) && is_own(b)).map(|(k, b)| {
             let name = b.name().to_owned();
             SceneBody::new(name, FindingKind::Collision, &b.body.solid, b.clearance, Mount::Machine(k))
         });
@@ -130,12 +133,19 @@ impl<'a> Scene<'a> {
             cutter: CutterDepth::new(setup.tool.cutter()),
             bodies,
             obstacles,
+            other: other_view(setup),
         })
+    }
+
+    /// Whether an obstacle moves with the other head.
+    pub(crate) fn is_on_other_head(&self, obstacle: &SceneObstacle<'_>) -> bool {
+        let body = obstacle.body.map(|k| &self.setup.machine.bodies()[k]);
+        body.is_some_and(|b| b.carrier() == Some(Carrier::OtherHead))
     }
 
     /// What the cutter keeps of an obstacle in a move; `None` where it may enter.
     pub(crate) fn cutter_limit(&self, obstacle: &SceneObstacle<'_>, m: &Move) -> Option<CutterLimit> {
-        let (depth, is_rapid) = (self.settings.gouge_limit_in(m.section), m.is_rapid());
+        let (depth, is_rapid) = (self.settings.gouge_limit_in(m.section), m.is_rapid_of_tool());
         match (is_rapid, obstacle.role) {
             (_, Role::Machine) => {
                 let kind = if is_rapid { FindingKind::RapidCollision } else { FindingKind::Collision };
@@ -172,11 +182,24 @@ impl<'a> Scene<'a> {
     }
 }
 
+/// The view of the other head, and the length of its tool.
+fn other_view(setup: &VirtualSetup<'_>) -> Option<(Machine, f64)> {
+    if setup.machine.head_count() < 2 {
+        return None;
+    }
+    // The views of a machine that there is a view of; its axes are the words'.
+    let views = Machine::heads(setup.machine.to_file()).ok()?;
+    let other = views.into_iter().find(|view| view.head() != setup.machine.head())?;
+    let axis = |letter| setup.words.axes().iter().position(|a| a.letter == letter);
+    let head = setup.words.heads().iter().find(|h| axis(h.spindle_axis).is_some_and(|k| other.moves_tool(k)))?;
+    Some((other, head.tool_length))
+}
+
 /// Whether a body is tested against an obstacle.
 ///
 /// Bodies of the machine are tested against what stands on the table where they move against it, and those of the head
-/// against those of bed and table and of the other head, as are tool and cutter. Bodies of the other head are nothing but
-/// obstacles here: against workpiece, table and bed they are tested in that head's own view. Two bodies of the machine that one joint joins lie within each other by construction
+/// against those of bed, table and other head, as are tool and cutter. Bodies of the other head are nothing but obstacles
+/// here: against workpiece, table and bed they are tested in that head's own view. Two bodies of the machine that one joint joins lie within each other by construction
 /// (a ram in its guide, a table in its cradle), and those without a joint between them never move against each other:
 /// both are left out.
 fn may_meet(machine: &Machine, links: &Links, mount: Mount, obstacle: &SceneObstacle<'_>) -> bool {

@@ -5,7 +5,7 @@ use facemill_nc_program::WordMap;
 use facemill_tool_model::ToolAssembly;
 use nalgebra::Isometry3;
 
-use crate::{control::own_head, own_axes::own_axes};
+use crate::control::own_head;
 
 /// The machine as it stands when the program is started: what turns words into motion, and what is in the way.
 ///
@@ -138,6 +138,14 @@ pub enum VerifyError {
         /// Axes of the machine.
         machine: String,
     },
+    /// The machine has more or fewer heads than the word map.
+    #[error("the word map has {words} head(s), the machine {machine}")]
+    HeadCount {
+        /// Heads of the word map.
+        words: usize,
+        /// Heads of the machine.
+        machine: usize,
+    },
     /// None of several heads has the setup's length register.
     #[error("length_register is H{register}, which is none of the heads' of the word map")]
     NoHead {
@@ -245,7 +253,10 @@ const SAME_LENGTH: f64 = 1e-6;
 
 /// Of a machine of several heads: the setup has the tool of one of them, and the machine is the view of that one.
 fn check_head(setup: &VirtualSetup<'_>) -> Result<(), VerifyError> {
-    let heads = setup.words.heads();
+    let (heads, n_views) = (setup.words.heads(), setup.machine.head_count());
+    if heads.len().max(1) != n_views {
+        return Err(VerifyError::HeadCount { words: heads.len().max(1), machine: n_views });
+    }
     if heads.is_empty() {
         return Ok(());
     }
@@ -258,10 +269,9 @@ fn check_head(setup: &VirtualSetup<'_>) -> Result<(), VerifyError> {
     if (own.tool_length - length).abs() > SAME_LENGTH {
         return other("the tool length", own.tool_length, length);
     }
-    let moves_tool = own_axes(setup.machine);
     for head in heads {
         let axis = setup.words.axes().iter().position(|a| a.letter == head.spindle_axis);
-        let problem = match (head == own, axis.is_some_and(|k| moves_tool[k])) {
+        let problem = match (head == own, axis.is_some_and(|k| setup.machine.moves_tool(k))) {
             (true, false) => "does not move its tool",
             (false, true) => "of another head moves its tool",
             _ => continue,

@@ -95,7 +95,7 @@ pub(crate) const MAX_TURN: f64 = 0.25;
 
 /// Positions of the motion from `start` to `end` under `law` such that neither tip nor rim move farther, nor the tool axis
 /// turns farther, than `spacing` allows from one position to the next, relative to the table (and so to the workpiece);
-/// nor all rotary axes together more than ten times as far.
+/// nor all rotary axes together more than ten times as far, nor the linear axes of the other head together farther.
 ///
 /// The motion is cut into parts with a bound on the speed in each, in longest steps per time; the positions lie evenly on
 /// the sum of the steps, so that from one to the next it is at most one.
@@ -154,7 +154,10 @@ impl Walk<'_> {
         let b = bound.unwrap_or_else(|| Bound { tip: 0.0, turn: ways(self.machine, &start, &end)[1], slack: 0.0 });
         // A table that turns about the tool moves neither tip nor tool axis, but clamps and cheeks past the head.
         let turn = b.turn.max(ways(self.machine, &start, &end)[1]);
-        let steps = ((b.tip + self.spacing.reach * b.turn) / self.spacing.max_step).max(turn / self.spacing.max_turn);
+        // So does the other head, which moves neither.
+        let [other_way, _] = ways_of(self.machine, &start, &end, |k| !self.machine.moves_tool(k));
+        let steps = ((b.tip + self.spacing.reach * b.turn).max(other_way) / self.spacing.max_step)
+            .max(turn / self.spacing.max_turn);
         parts.push(Part { from, to, steps });
     }
 
@@ -177,8 +180,18 @@ impl Walk<'_> {
 
 /// Sum of the ways of the linear axes (mm) and of the rotary axes (rad).
 pub(crate) fn ways(machine: &Machine, start: &AxisValues, end: &AxisValues) -> [f64; 2] {
+    ways_of(machine, start, end, |_| true)
+}
+
+/// The same of some axes.
+pub(crate) fn ways_of(
+    machine: &Machine,
+    start: &AxisValues,
+    end: &AxisValues,
+    counts: impl Fn(usize) -> bool,
+) -> [f64; 2] {
     let way = |kind: AxisKind| -> f64 {
-        let of_kind = machine.axes().iter().enumerate().filter(|(_, a)| a.kind == kind);
+        let of_kind = machine.axes().iter().enumerate().filter(|(k, a)| a.kind == kind && counts(*k));
         of_kind.map(|(k, _)| (end[k] - start[k]).abs()).sum()
     };
     [way(AxisKind::Linear), way(AxisKind::Rotary)]
@@ -193,7 +206,7 @@ pub(crate) fn ways(machine: &Machine, start: &AxisValues, end: &AxisValues) -> [
 /// (L at the start + S) / (1 − D).
 fn joint_bound(machine: &Machine, start: &AxisValues, end: &AxisValues, tool_length: f64) -> Option<Bound> {
     let axes = machine.axes();
-    let [linear, turn] = ways(machine, start, end);
+    let [linear, turn] = ways_of(machine, start, end, |k| machine.moves_tool(k));
     // Written so that NaN is refused, too.
     if !(turn <= MAX_TURN && linear.is_finite()) {
         return None;
