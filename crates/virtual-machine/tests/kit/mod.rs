@@ -2,6 +2,7 @@
 #![allow(dead_code, unreachable_pub, reason = "every test program uses a part of it")]
 
 pub mod depth;
+pub mod dual;
 
 use std::fmt::Write;
 
