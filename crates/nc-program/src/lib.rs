@@ -56,6 +56,10 @@
 //! smaller word says it; leaving out modal words changes no position, feed or mode; no text makes a reader
 //! panic. Not guaranteed: that a control accepts the text of an edited template.
 //!
+//! Machines of several heads: [`write_program_of_heads`] writes the words of all of them into one block, with a length, tool
+//! and spindle for each ([`HeadSpec`]), and [`WordMap::with_heads`] takes them back. [`write_siemens_pair`] writes the same
+//! blocks as two channel programs, as an estimate.
+//!
 //! [`write_apt`] and [`read_apt`] do the same for tip and tool axis, before any machine.
 //!
 //! It must not know surfaces, and of machines only axis letters, offsets and the tool length.

@@ -127,7 +127,10 @@ impl<'a> Control<'a> {
             ReadCommand::SpindleSpeed(_) | ReadCommand::SpindleOn { .. } => {
                 spindle.map_or(self.head.is_none(), |n| n == own)
             }
-            ReadCommand::SpindleOff => spindle.is_none_or(|n| n == own),
+            // One that is nobody's may be any.
+            ReadCommand::SpindleOff => {
+                spindle.is_none_or(|n| n == own || self.head_with(|h| h.spindle_number == n).is_none())
+            }
             ReadCommand::ToolChange => is_changed,
             _ => true,
         }

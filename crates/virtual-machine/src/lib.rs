@@ -56,6 +56,8 @@
 //! the text. A position is tested exactly; between two positions, which are at most a proven distance apart, nothing is
 //! claimed. Stock is a thickness on a mesh or the raw solid: nothing is cut yet.
 //!
+//! A program of a machine with several heads is run once for each ([`VirtualSetup`]); findings name the head in their note.
+//!
 //! It must not know how the path was planned.
 
 #[cfg(test)]

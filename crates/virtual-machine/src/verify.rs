@@ -36,6 +36,9 @@ const MOVES_PER_SAMPLE: usize = 16;
 /// Of two bodies of the machine those that never move against each other are left out, and those that one joint joins
 /// directly: a ram in its guide, a table in its cradle lie within each other by construction.
 ///
+/// Of two heads it is the run of one: the other one's axes are checked too, and its bodies are obstacles that move by them. Of
+/// its cutter only what the view has as a body is known.
+///
 /// Between the positions nothing is claimed. Stock is only known as a thickness on a mesh, or as it was before cutting.
 /// Control tolerance is not added: it is part of the error
 /// budget. A ramp is steep when all of the bottom goes down more steeply than the tool may while the cutter is in stock.

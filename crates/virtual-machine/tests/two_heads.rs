@@ -2,12 +2,13 @@
 
 mod kit;
 
-use facemill_cl_data::Silent;
+use facemill_cl_data::{PlacedSolid, RoundFrustum, Silent, Solid};
 use facemill_nc_program::{WordMap, WorkOffset, read_fanuc};
 use facemill_virtual_machine::{
     Finding, FindingKind, Measure, Verification, VerifyError, VerifySettings, VirtualSetup, certify, verify,
 };
 use kit::dual::{FACES, LENGTHS, Program, Shop};
+use nalgebra::Isometry3;
 
 fn front(x: f64, y: f64, above: f64) -> Option<[f64; 3]> {
     Some([x, y, FACES[0] + above])
@@ -139,6 +140,57 @@ fn heads_that_meet_collide_in_both_views() {
         assert!(n_open > 0);
         let (found, n_open) = run(&apart);
         assert!(found.is_empty() && n_open == 0, "{found:#?} {n_open}");
+    }
+}
+
+/// The heads pass each other in the middle of one block, tips `gap` apart along the table's axis; one or both move.
+#[test]
+fn heads_that_pass_each_other_within_a_block_are_seen_and_proven() {
+    let shop = Shop::new();
+    let other_tool = |head: usize| {
+        let (radius, height) = (kit::RADIUS, kit::CUTTER.height);
+        let cutter =
+            RoundFrustum { z_low: 0.0, z_high: height, radius_low: radius, radius_high: radius, rounding: 0.0 };
+        let cutter = PlacedSolid {
+            name: "other cutter".into(),
+            solid: Solid::Frustum(cutter),
+            frame_from_solid: Isometry3::identity(),
+        };
+        [vec![cutter], shop.tools[1 - head].collision_bodies()].concat()
+    };
+    let views = [0, 1].map(|head| shop.views[head].with_tool_in_other_head(&other_tool(head), LENGTHS[1 - head]));
+    // The control may leave their ways by some tenths of a mm.
+    for (gap, is_free) in [(10.0, true), (1.5, true), (-1.0, false)] {
+        for stands in [None, Some(0), Some(1)] {
+            let at = |side: f64| {
+                let x = |head: usize| if stands == Some(head) { 400.0 } else { 400.0 + side * [-130.0, 130.0][head] };
+                [Some([x(0), 400.0, 150.0 + gap / 2.0]), Some([x(1), 400.0, 150.0 - gap / 2.0])]
+            };
+            let away = |tips: [Option<[f64; 3]>; 2]| {
+                let [Some(a), Some(b)] = tips else { panic!("both are given") };
+                [Some([a[0], a[1], a[2] + 200.0]), Some([b[0], b[1], b[2] - 200.0])]
+            };
+            let text = Program::new(&shop)
+                .rapid(0.1, away(at(1.0)))
+                .rapid(0.1, at(1.0))
+                .cut(0.1, at(-1.0), 3.0)
+                .rapid(0.1, away(at(-1.0)))
+                .text();
+            let program = read_fanuc(&text).unwrap();
+            let line = program.blocks.iter().find(|b| b.text.contains(" G1 ")).unwrap().line;
+            for (head, machine) in views.iter().enumerate() {
+                let setup = VirtualSetup { machine, ..shop.setup(head) };
+                let settings = VerifySettings::default();
+                let v = verify(&program, &setup, &settings, &Silent).unwrap();
+                let certificates = certify(&program, &setup, &settings, &Silent).unwrap().certificates;
+                let passing = certificates.iter().find(|c| c.line == line).unwrap();
+                assert_eq!((v.findings.is_empty(), passing.certified), (is_free, is_free), "{:#?}", v.findings);
+                // From the body behind one cutter, 12 mm high, to the other cutter as they pass.
+                let distance = gap + kit::CUTTER.height;
+                let proven = passing.clearance_mm.unwrap();
+                assert!(proven <= distance && proven > 0.75 * distance - 0.5, "{proven} of {distance}");
+            }
+        }
     }
 }
 
