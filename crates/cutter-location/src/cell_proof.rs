@@ -83,7 +83,11 @@ impl<'t, 'a> PostureCell<'t, 'a> {
             Infeasible::Unreachable(_) => OnMachine::new(self, self.max_lift()).beyond_limits(),
             Infeasible::Gouge { .. } => self.gouged().or_else(|| self.hit_by_tool()),
             Infeasible::Collision { .. } => self.hit_by_tool().or_else(|| OnMachine::new(self, self.max_lift()).hit()),
-            Infeasible::FromBelow | Infeasible::OtherBranch(_) | Infeasible::TooLong | Infeasible::Ramp { .. } => None,
+            Infeasible::FromBelow
+            | Infeasible::OtherBranch(_)
+            | Infeasible::TooLong
+            | Infeasible::Rewind { .. }
+            | Infeasible::Ramp { .. } => None,
         }
     }
 

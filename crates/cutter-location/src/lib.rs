@@ -33,6 +33,7 @@ mod pass_graph;
 mod pass_plan;
 mod pose_test;
 mod relief;
+mod rewind;
 mod search;
 mod shared_axis;
 mod smooth_band;
@@ -49,6 +50,7 @@ pub use pass_plan::{
 };
 pub use pose_test::PoseTest;
 pub use relief::{Relief, reliefs};
+pub use rewind::{limited_rotaries, rewound_axis};
 pub use search::{Found, SearchSettings, search};
 pub use shared_axis::PostureRange;
 pub use workcell::{

@@ -4,6 +4,7 @@ use facemill_cl_data::ClPoint;
 use facemill_inverse_kinematics::{AxisKind, AxisValues, BlockLaw, Motion};
 use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
 
+use crate::rewind::{Height, rewound_axis};
 use crate::stance::Stance;
 use crate::{Configuration, Hints, Infeasible, PoseTest, angle_between};
 
@@ -175,8 +176,8 @@ pub struct Waypoint {
 /// differs from it by the linearisation tolerance. Where a leg leads through the pole of the rotary axes, the head's turn about the
 /// tool at the pole itself is not tested.
 pub struct Linker<'t, 'a> {
-    test: &'t PoseTest<'a>,
-    settings: &'t LinkSettings,
+    pub(crate) test: &'t PoseTest<'a>,
+    pub(crate) settings: &'t LinkSettings,
     hints: Hints,
 }
 
@@ -192,7 +193,9 @@ impl<'t, 'a> Linker<'t, 'a> {
     ///
     /// Where the two ends are on different branches, the way leads over the clearance surface, and has there one pose twice,
     /// on the first branch and on the second: all axes go over together. That motion is for
-    /// [`Linker::rapid_block`] to test, when it is known which turns the axes come with.
+    /// [`Linker::rapid_block`] to test, when it is known which turns the axes come with. So it is where a limited rotary axis
+    /// has to turn back: a pose that stands twice, at two windings, outside the clearance surface, see
+    /// [`rewound_axis`](crate::rewound_axis).
     ///
     /// # Errors
     /// When even the way over the clearance surface is blocked.
@@ -204,7 +207,11 @@ impl<'t, 'a> Linker<'t, 'a> {
         for lift in LIFTS {
             let way = if lift == 0.0 { vec![] } else { vec![raised(from, lift), raised(to, lift)] };
             if let Ok(mut poses) = self.way(from, way.into_iter().chain([to.cl])) {
-                poses.pop();
+                let arrived = poses.pop();
+                if arrived.is_some_and(|w| self.rewinds(&w, to)) {
+                    // The axis is elsewhere however high the way is lifted.
+                    break;
+                }
                 return Ok(poses);
             }
         }
@@ -213,14 +220,37 @@ impl<'t, 'a> Linker<'t, 'a> {
 
     /// From `from` out to the clearance surface, along it, and back to `to`, by the first free way out at each end.
     fn over_clearance(&mut self, from: &Waypoint, to: &Waypoint) -> Result<Vec<Waypoint>, LinkBlocked> {
-        let mut way = self.way_out(from)?;
-        let mut back = self.way_out(to)?;
+        let margin = self.test.clearance_margin();
+        let mut first = None;
+        for height in self.heights() {
+            match self.over(from, to, margin, height) {
+                Ok(way) => return Ok(way),
+                Err(blocked) => first = first.or(Some(blocked)),
+            }
+        }
+        Err(first.expect("at least one height is tried"))
+    }
+
+    /// The same at a height above the clearance surface besides the margin.
+    fn over(
+        &mut self,
+        from: &Waypoint,
+        to: &Waypoint,
+        margin: f64,
+        height: Height,
+    ) -> Result<Vec<Waypoint>, LinkBlocked> {
+        let mut way = self.way_out_to(from, margin + height.above)?;
+        let mut back = self.way_out_to(to, margin + height.above)?;
         back.reverse();
         let out = *way.last().unwrap_or(from);
         let over = *back.first().unwrap_or(to);
-        let across = along_clearance(&self.settings.clearance, self.test.clearance_margin(), &out.cl, &over.cl);
-        way.extend(self.way(&out, across.into_iter().chain([over.cl]))?);
-        if from.configuration.branch == to.configuration.branch {
+        let across = along_clearance(&self.settings.clearance, margin + height.above, &out.cl, &over.cl);
+        let poses: Vec<ClPoint> = across.into_iter().chain([over.cl]).collect();
+        way.extend(self.across(&out, &over, &poses, height)?);
+        if way
+            .last()
+            .is_some_and(|last| last.configuration.branch == to.configuration.branch && !self.rewinds(last, &over))
+        {
             // The last pose across is the first one back.
             way.pop();
         }
@@ -237,8 +267,13 @@ impl<'t, 'a> Linker<'t, 'a> {
     /// # Errors
     /// When none is free: where the first one, along the tool axis, is blocked.
     pub fn way_out(&mut self, from: &Waypoint) -> Result<Vec<Waypoint>, LinkBlocked> {
+        self.way_out_to(from, self.test.clearance_margin())
+    }
+
+    /// The same up to a margin above the surface.
+    fn way_out_to(&mut self, from: &Waypoint, margin: f64) -> Result<Vec<Waypoint>, LinkBlocked> {
         let mut first = None;
-        for way in self.settings.clearance.ways_out(&from.cl, self.test.clearance_margin()) {
+        for way in self.settings.clearance.ways_out(&from.cl, margin) {
             match self.way(from, way) {
                 Ok(poses) => return Ok(poses),
                 Err(blocked) => first = first.or(Some(blocked)),
@@ -248,7 +283,11 @@ impl<'t, 'a> Linker<'t, 'a> {
     }
 
     /// Walks a way through poses; what the machine stands like at each of them.
-    fn way(&mut self, from: &Waypoint, poses: impl IntoIterator<Item = ClPoint>) -> Result<Vec<Waypoint>, LinkBlocked> {
+    pub(crate) fn way(
+        &mut self,
+        from: &Waypoint,
+        poses: impl IntoIterator<Item = ClPoint>,
+    ) -> Result<Vec<Waypoint>, LinkBlocked> {
         let mut at = *from;
         poses
             .into_iter()
@@ -267,7 +306,11 @@ impl<'t, 'a> Linker<'t, 'a> {
         for _ in 0..MAX_STEPS {
             let pose = between(&from.cl, to, walk.t);
             let blocked = |why: Infeasible| LinkBlocked { pose, why };
-            configuration = test.configuration_like(&pose, &configuration).map_err(blocked)?;
+            let next = test.configuration_like(&pose, &configuration).map_err(blocked)?;
+            if let Some(axis) = rewound_axis(test.cell.machine, &configuration.axes, &next.axes) {
+                return Err(blocked(Infeasible::Rewind { axis }));
+            }
+            configuration = next;
             let (distance, nearest) = test.rapid_distance(&configuration.axes, clearance + FAR, &mut self.hints);
             if let Some(why) = nearest.filter(|_| distance < clearance) {
                 return Err(blocked(why));

@@ -93,6 +93,9 @@ impl<'a> PoseTest<'a> {
             Infeasible::OtherBranch(_) => {
                 "the pose can only be reached with the head turned to its other side".to_owned()
             }
+            Infeasible::Rewind { axis } => {
+                format!("axis {} would have to turn back at its limit", self.cell.machine.axes()[*axis].letter)
+            }
             Infeasible::FromBelow => "the tool axis does not point out of the surface there".to_owned(),
             Infeasible::TooLong => "the way is too long to be tested".to_owned(),
             Infeasible::Gouge { obstacle, place } => format!("cutter gouges {}", self.obstacle_name(*obstacle, place)),

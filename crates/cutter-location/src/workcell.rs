@@ -109,6 +109,11 @@ pub enum Infeasible {
     },
     /// A way has more steps than can be tested.
     TooLong,
+    /// A limited rotary axis would have to turn back on the way.
+    Rewind {
+        /// Index of the axis.
+        axis: usize,
+    },
     /// An entry goes down into the stock more steeply than the tool may.
     Ramp {
         /// Angle below the cutter's bottom plane, rad.

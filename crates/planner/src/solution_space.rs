@@ -163,11 +163,12 @@ fn reason(test: &PoseTest<'_>, why: &Infeasible) -> ReasonFile {
             (ReasonKind::Collision, Some(*body), Some((*obstacle, place)))
         }
         Infeasible::OutsideCone { .. } => (ReasonKind::Cone, None, None),
-        // The last three are reasons of ways, not of postures.
+        // The last four are reasons of ways, not of postures.
         Infeasible::Unreachable(_)
         | Infeasible::OtherBranch(_)
         | Infeasible::FromBelow
         | Infeasible::TooLong
+        | Infeasible::Rewind { .. }
         | Infeasible::Ramp { .. } => (ReasonKind::AxisLimit, None, None),
     };
     ReasonFile {

@@ -30,11 +30,12 @@ impl Kind {
             None => Self::Feasible,
             Some(Infeasible::Gouge { .. }) => Self::Gouge,
             Some(Infeasible::Collision { .. }) => Self::Collision,
-            // The last three are reasons of ways, not of postures.
+            // The last four are reasons of ways, not of postures.
             Some(
                 Infeasible::Unreachable(_)
                 | Infeasible::OtherBranch(_)
                 | Infeasible::TooLong
+                | Infeasible::Rewind { .. }
                 | Infeasible::FromBelow
                 | Infeasible::Ramp { .. },
             ) => Self::Limits,
