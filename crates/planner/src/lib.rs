@@ -55,6 +55,9 @@ mod solution_svg;
 mod stock;
 mod summary;
 mod validate;
+mod winding;
+#[cfg(test)]
+mod winding_laws;
 
 pub use check::describe_setup;
 pub use dual::{PairReport, PairSplit};

@@ -1,7 +1,7 @@
 //! How far the control strays from the meant motion between two blocks.
 
 use facemill_cl_data::CuttingLaw;
-use facemill_cutter_location::PoseTest;
+use facemill_cutter_location::{PoseTest, limited_rotaries};
 use facemill_inverse_kinematics::{AxisKind, AxisValues, deviation_bound};
 use facemill_nc_program::RoundingBound;
 
@@ -57,6 +57,16 @@ pub(crate) fn turned_near(test: &PoseTest<'_>, axes: &AxisValues, reference: &Ax
             let turns = (reference.get_or_zero(k) - axes.get_or_zero(k)) / std::f64::consts::TAU;
             turned[k] += turns.round() * std::f64::consts::TAU;
         }
+    }
+    turned
+}
+
+/// Axis values with every endless rotary axis at the full turn that is nearest to a reference; limited ones stand where they were
+/// put, because their windings are chosen for the whole operation.
+pub(crate) fn endless_near(test: &PoseTest<'_>, axes: &AxisValues, reference: &AxisValues) -> AxisValues {
+    let mut turned = turned_near(test, axes, reference);
+    for k in limited_rotaries(test.cell.machine) {
+        turned[k] = axes[k];
     }
     turned
 }

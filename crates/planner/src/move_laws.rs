@@ -18,7 +18,7 @@ use crate::linearity::Linearity;
 use crate::moves::{Move, MoveKind, MoveSettings, operation_moves};
 use crate::pieces::{Cut, LaidTask, Piece, filled, split};
 
-fn tool() -> ToolAssembly {
+pub(crate) fn tool() -> ToolAssembly {
     let section = |length_mm, d| Section { length_mm, diameter_low_mm: d, diameter_high_mm: d };
     ToolAssembly::new(ToolFile {
         format: FormatTag::V1,
@@ -42,14 +42,14 @@ fn tool() -> ToolAssembly {
 }
 
 /// The plane z = 0 with a ball on it that stands out by `out`.
-fn plane_with_bump(place: Point3<f64>, out: f64) -> TriMesh {
+pub(crate) fn plane_with_bump(place: Point3<f64>, out: f64) -> TriMesh {
     let plane = AnalyticPart::new(AnalyticShape::Plane { size: [600.0; 2] }).unwrap().mesh(8).unwrap();
     let shape = AnalyticShape::Sphere { radius: 1.0, material: MaterialSide::Inside };
     let ball = AnalyticPart::new(shape).unwrap().mesh(24).unwrap();
     plane.joined(&ball.transformed(&Isometry3::translation(place.x, place.y, out - 1.0)))
 }
 
-fn cell<'a>(machine: &'a Machine, tool: &'a ToolAssembly, tree: &'a MeshTree) -> Workcell<'a> {
+pub(crate) fn cell<'a>(machine: &'a Machine, tool: &'a ToolAssembly, tree: &'a MeshTree) -> Workcell<'a> {
     Workcell {
         machine,
         // Far from the table's axis, so that a turn of the table moves the part a lot.
@@ -91,16 +91,16 @@ fn posture_deg(tilt: f64, rotate: f64) -> Posture {
 }
 
 /// Uniform numbers, always the same.
-struct Random(u64);
+pub(crate) struct Random(pub(crate) u64);
 
 impl Random {
-    fn between(&mut self, low: f64, high: f64) -> f64 {
+    pub(crate) fn between(&mut self, low: f64, high: f64) -> f64 {
         self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         low + (high - low) * (self.0 >> 11) as f64 / (1u64 << 53) as f64
     }
 }
 
-fn curve() -> SearchCurve {
+pub(crate) fn curve() -> SearchCurve {
     let up = Posture { tilt: 0.0, rotate: 0.0 };
     SearchCurve::new(up, Posture { tilt: 0.4, rotate: 1.0 }, SearchOrder::TiltFirst, 1.0).unwrap()
 }
@@ -128,7 +128,7 @@ fn a_pass_is_split_where_the_branch_changes_and_not_at_the_border() {
 
 const ROUNDING: RoundingBound = RoundingBound { linear: 0.0005, rotary: 1e-5 };
 
-fn linearity(tolerance: f64) -> Linearity {
+pub(crate) fn linearity(tolerance: f64) -> Linearity {
     Linearity { tolerance, rounding: ROUNDING, law: CuttingLaw::AxesLinear }
 }
 
@@ -145,7 +145,7 @@ fn filled_over(out: f64, branch: Branch) -> (usize, usize) {
     let end = cuts[0].pose.posture;
     let start = Posture { tilt: end.tilt, rotate: 0.0 };
     let curve = SearchCurve::new(start, end, SearchOrder::TiltFirst, 1.0).unwrap();
-    let piece = Piece { copy: 0, pass: 0, cuts, uncut_left: true, curve };
+    let piece = Piece { copy: 0, pass: 0, cuts, uncut_left: true, curve, part: None };
     let settings = SearchSettings { u_step: 1.0, u_tolerance: 0.01, certified: None };
     let mut left_out = Vec::new();
     let pieces = filled(&test, &linearity(0.05), Some(&settings), vec![piece], &mut left_out, &Silent).unwrap();
@@ -213,7 +213,7 @@ fn between_postures_far_apart_either_the_control_stays_near_or_the_piece_ends() 
         let Some(cuts) = cuts else { continue };
         scenes += 1;
         let curve = SearchCurve::new(posture_deg(5.0, 0.0), posture_deg(25.0, -170.0), SearchOrder::RotateFirst, 1.0);
-        let piece = Piece { copy: 0, pass: 0, cuts, uncut_left: true, curve: curve.unwrap() };
+        let piece = Piece { copy: 0, pass: 0, cuts, uncut_left: true, curve: curve.unwrap(), part: None };
         let (limit, settings, mut left_out) = (linearity(0.01), SearchSettings::default(), Vec::new());
         let pieces = filled(&test, &limit, Some(&settings), vec![piece], &mut left_out, &Silent).unwrap();
         for pair in pieces.iter().flat_map(|p| p.cuts.windows(2)) {
@@ -227,7 +227,7 @@ fn between_postures_far_apart_either_the_control_stays_near_or_the_piece_ends() 
     assert!(ended >= 5 && whole >= 5, "{ended} end, {whole} do not");
 }
 
-fn move_settings() -> MoveSettings {
+pub(crate) fn move_settings() -> MoveSettings {
     let shape = ApproachShape::TangentialArc { radius: 60.0, angle: 0.3 };
     let approach = ApproachSettings { shape, step: 2.0, test_step: 0.5, rapid_clearance: 5.0, max_retract: 300.0 };
     let clearance = ClearanceSurface::Plane { origin: Point3::new(0.0, 0.0, 60.0), normal: Vector3::z_axis() };
@@ -250,7 +250,7 @@ fn every_move_is_driven_where_it_was_tested_and_a_branch_changes_above_the_clear
     let pieces = |branches: [Branch; 4]| -> Vec<Piece> {
         let piece = |(pass, branch): (usize, &Branch)| {
             let at = |k: i32| cut(&test, -60.0 + 20.0 * f64::from(k), -60.0 + 5.0 * f64::from(k), *branch);
-            Piece { copy: 0, pass, cuts: (0..6).map(at).collect(), uncut_left: true, curve: curve() }
+            Piece { copy: 0, pass, cuts: (0..6).map(at).collect(), uncut_left: true, curve: curve(), part: None }
         };
         branches.iter().enumerate().map(piece).collect()
     };

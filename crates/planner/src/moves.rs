@@ -3,7 +3,7 @@
 use facemill_cl_data::{ClPoint, Monitor};
 use facemill_cutter_location::approach::{Approach, ApproachSettings, ApproachShape, PassEnd, PassEndPose, approach};
 use facemill_cutter_location::link::{LinkBlocked, LinkSettings, Linker, Waypoint};
-use facemill_cutter_location::{Configuration, Hints, PoseTest};
+use facemill_cutter_location::{Configuration, Hints, Infeasible, PoseTest, rewound_axis};
 use facemill_inverse_kinematics::AxisValues;
 use facemill_tool_model::Cutter;
 use rayon::prelude::*;
@@ -221,7 +221,8 @@ fn reach(test: &PoseTest<'_>, settings: &MoveSettings, mut piece: Piece) -> (Opt
         cut.map(|cut| {
             let FeasibleEnd { cl, configuration } = FeasibleEnd::of(cut);
             let at = PassEndPose { end, cc: &cut.cc, cl, configuration, uncut_left: piece.uncut_left };
-            approach(test, settings, &at, &mut hints)
+            let way = approach(test, settings, &at, &mut hints)?;
+            on_winding(test, cut, &way).map(|()| way)
         })
     };
     let lose = |cut: Cut, end: PassEnd, why: String, lost: &mut Vec<LeftOut>| {
@@ -248,13 +249,31 @@ fn reach(test: &PoseTest<'_>, settings: &MoveSettings, mut piece: Piece) -> (Opt
         }
     }
     let [Some(entry), Some(exit)] = ways else { return (None, lost) };
-    if piece.points() < 2 {
+    let enough = if piece.part.is_some() { piece.cuts.len() >= 2 } else { piece.points() >= 2 };
+    if !enough {
         for cut in piece.cuts {
             lose(cut, PassEnd::Entry, "alone between an entry and an exit".to_owned(), &mut lost);
         }
         return (None, lost);
     }
     (Some(Reached { piece, entry, exit }), lost)
+}
+
+/// That no limited axis comes to its end on the way between a cut and where rapids begin: with three rotary axes they go on
+/// turning there.
+fn on_winding(test: &PoseTest<'_>, cut: &Cut, way: &Approach) -> Result<(), Infeasible> {
+    let mut at = cut.pose.configuration;
+    for cl in &way.outward {
+        let next = test.configuration_like(cl, &at)?;
+        if let Some(axis) = rewound_axis(test.cell.machine, &at.axes, &next.axes) {
+            return Err(Infeasible::Rewind { axis });
+        }
+        at = next;
+    }
+    match rewound_axis(test.cell.machine, &at.axes, &way.outer.axes) {
+        Some(axis) => Err(Infeasible::Rewind { axis }),
+        None => Ok(()),
+    }
 }
 
 /// Pose of a cut by reference.

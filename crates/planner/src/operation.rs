@@ -26,6 +26,7 @@ use crate::pieces::{LaidTask, LeftOut, Piece, copy_outcomes, filled, places, spl
 use crate::plan::Clock;
 use crate::solution_space::mapped_range;
 use crate::solution_svg::map_svg;
+use crate::winding::wound;
 use crate::{Failure, Stages};
 
 /// What all operations of a setup stand on.
@@ -94,6 +95,7 @@ impl<'a> PlannedOperation<'a> {
         let monitor = stages.start("between points", cc_points);
         let pieces = filled(&test, &settings.linearity, passes.fallback(), pieces, &mut left_out, &*monitor)?;
         drop(monitor);
+        let pieces = wound(&test, passes.fallback(), pieces, from.map(|m| m.axes));
         clock.lap("search");
         let picture = if picture { picture_of(&test, operation, &laid.tasks)? } else { None };
         let monitor = stages.start("entries and links", 2 * pieces.len());

@@ -37,6 +37,9 @@ pub(crate) struct Piece {
     pub uncut_left: bool,
     /// Search curve of the pass.
     pub curve: SearchCurve,
+    /// Which part of a piece that was ended for a rotary axis to turn back, from 0; `None` of a whole one. The first cut of a
+    /// part behind the first stands in the one before, too, and counts as inserted.
+    pub part: Option<u32>,
 }
 
 impl Piece {
@@ -93,7 +96,8 @@ pub(crate) fn split(
         let mut close = |cuts: &mut Vec<Cut>, left_out: &mut Vec<LeftOut>| {
             let cuts = std::mem::take(cuts);
             if cuts.len() >= 2 {
-                pieces.push(Piece { copy, pass, cuts, uncut_left: task.uncut_left, curve: task.curve });
+                let (uncut_left, curve) = (task.uncut_left, task.curve);
+                pieces.push(Piece { copy, pass, cuts, uncut_left, curve, part: None });
             } else {
                 left_out.extend(cuts.iter().map(|c| LeftOut {
                     place: c.cc.position,
@@ -157,7 +161,7 @@ pub(crate) fn filled(
 }
 
 fn fill(test: &PoseTest<'_>, linearity: &Linearity, fallback: Option<&SearchSettings>, piece: Piece) -> Vec<Piece> {
-    let Piece { copy, pass, uncut_left, curve, cuts } = piece;
+    let Piece { copy, pass, uncut_left, curve, cuts, part } = piece;
     let filler = Filler::new(test, fallback, curve);
     let mut hints = Hints::default();
     let mut runs: Vec<Vec<Cut>> = vec![Vec::new()];
@@ -171,7 +175,7 @@ fn fill(test: &PoseTest<'_>, linearity: &Linearity, fallback: Option<&SearchSett
             }
         }
     }
-    runs.into_iter().map(|cuts| Piece { copy, pass, uncut_left, curve, cuts }).collect()
+    runs.into_iter().map(|cuts| Piece { copy, pass, uncut_left, curve, cuts, part }).collect()
 }
 
 /// Two cuts, one after the other.
@@ -228,16 +232,17 @@ impl<'t, 'a> Filler<'t, 'a> {
         self.halved(linearity, pair, MAX_HALVINGS, hints)
     }
 
-    /// Axis values at a cut, as they are driven to from a position: at the turns nearest to it that the limits allow. `None`
-    /// where they are on another branch.
+    /// Axis values at a cut, as they are driven to from a position: at the turns nearest to it, be they within the limits or
+    /// not, because windings are chosen later. `None` where they are on another branch.
     fn driven(&self, start: &Configuration, to: &Cut) -> Option<AxisValues> {
         let axes = turned_near(self.test, &to.pose.configuration.axes, &start.axes);
-        self.test.configuration_like(&to.pose.cl, &Configuration { axes, ..*start }).ok().map(|reached| reached.axes)
+        let reached = self.test.configuration_like(&to.pose.cl, &Configuration { axes, ..*start }).ok()?;
+        Some(turned_near(self.test, &reached.axes, &start.axes))
     }
 
     /// The tested cut halfway between two, on the branch of the first: the posture between theirs, or else the next feasible one
     /// of the search curve.
-    fn middle(&self, PosePair { from, to }: &PosePair<'_>, hints: &mut Hints) -> Option<Cut> {
+    pub(crate) fn middle(&self, PosePair { from, to }: &PosePair<'_>, hints: &mut Hints) -> Option<Cut> {
         let near = from.pose.configuration;
         let (cc, posture) = middle(from, to)?;
         let pose = self.test.try_posture(&cc, posture, Some(&near), hints).or_else(|why| {

@@ -2,10 +2,10 @@
 
 use facemill_cl_data::ClPoint;
 use facemill_cutter_location::link::{Linker, Waypoint, between};
-use facemill_cutter_location::{Configuration, Hints, Infeasible, PoseTest};
+use facemill_cutter_location::{Configuration, Hints, Infeasible, PoseTest, rewound_axis};
 
 use crate::Failure;
-use crate::linearity::{Linearity, turned_near};
+use crate::linearity::{Linearity, endless_near};
 use crate::moves::{Move, MoveKind, MoveSettings, OperationMoves, PieceMoves, Reached, blocked_way, configuration_of};
 use crate::pieces::Cut;
 
@@ -99,16 +99,23 @@ impl<'t, 'a> Sequencer<'t, 'a> {
         self.go(kind, &Waypoint { cl: *cl, configuration: cut.pose.configuration }, moves)
     }
 
-    /// Goes to a pose on the branch, and at the pole with the rotary values, that it was tested with.
+    /// Goes to a pose on the branch, at the winding, and at the pole with the rotary values, that it was tested with.
     fn go(&mut self, kind: MoveKind, tested: &Waypoint, moves: &mut Vec<Move>) -> Result<(), Failure> {
         let near = self.at.map_or(tested.configuration.axes, |at| at.configuration.axes);
-        let axes = turned_near(self.test, &tested.configuration.axes, &near);
+        let axes = endless_near(self.test, &tested.configuration.axes, &near);
         let reference = Configuration { axes, ..tested.configuration };
         let configuration = self.stand(&tested.cl, &reference)?;
         let to = Waypoint { cl: tested.cl, configuration };
+        let rewound = |at: &Waypoint| rewound_axis(self.test.cell.machine, &at.configuration.axes, &configuration.axes);
         match self.at {
-            Some(at) if at.configuration.branch != configuration.branch => self.swing(&at, &to, kind, moves),
-            _ => self.reach(kind, to, moves),
+            Some(at) if at.configuration.branch != configuration.branch => {
+                self.swing(&at, &to, kind, Infeasible::OtherBranch(at.configuration.branch), moves)
+            }
+            Some(at) => match rewound(&at) {
+                Some(axis) => self.swing(&at, &to, kind, Infeasible::Rewind { axis }, moves),
+                None => self.reach(kind, to, moves),
+            },
+            None => self.reach(kind, to, moves),
         }
     }
 
@@ -121,14 +128,22 @@ impl<'t, 'a> Sequencer<'t, 'a> {
         Failure::Infeasible(format!("a link, entry or inserted pose cannot be reached: {}", self.test.describe(why)))
     }
 
-    /// Goes over to the other branch with all axes together, where links do that: clear of everything.
-    fn swing(&mut self, at: &Waypoint, to: &Waypoint, kind: MoveKind, moves: &mut Vec<Move>) -> Result<(), Failure> {
+    /// Goes over to the other branch, or to another winding, with all axes together, where links do that: clear of everything.
+    /// `why` it has to is told where it must not.
+    fn swing(
+        &mut self,
+        at: &Waypoint,
+        to: &Waypoint,
+        kind: MoveKind,
+        why: Infeasible,
+        moves: &mut Vec<Move>,
+    ) -> Result<(), Failure> {
         if kind != MoveKind::Rapid {
-            return Err(self.lost(&Infeasible::OtherBranch(at.configuration.branch)));
+            return Err(self.lost(&why));
         }
         Linker::new(self.test, &self.settings.link)
             .rapid_block(&at.configuration.axes, &to.configuration.axes, self.settings.link.rapid_clearance)
-            .map_err(|blocked| blocked_way(self.test, "the head cannot turn to its other side", &blocked))?;
+            .map_err(|blocked| blocked_way(self.test, "the rotary axes cannot turn over on a link", &blocked))?;
         moves.push(Move { kind, cl: to.cl, axes: to.configuration.axes });
         self.at = Some(*to);
         Ok(())
@@ -158,7 +173,7 @@ impl<'t, 'a> Sequencer<'t, 'a> {
             let [here, there] = [at, target].map(|w| w.configuration.axes);
             let (deviation, mut too_long) = linearity.judge(self.test, &here, &there);
             let mut blocked = None;
-            if kind == MoveKind::Rapid && !too_long {
+            if kind == MoveKind::Rapid && (!too_long || halvings == MAX_HALVINGS) {
                 blocked = linker.rapid_block(&here, &there, least_clearance).err();
                 too_long = blocked.is_some();
             }
