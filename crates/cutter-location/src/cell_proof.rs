@@ -80,6 +80,7 @@ impl<'t, 'a> PostureCell<'t, 'a> {
     pub(crate) fn blocked_by(&self, why: &Infeasible) -> Option<Infeasible> {
         match why {
             Infeasible::OutsideCone { excess } => (*excess > self.axis_turn() + ANGLE_MARGIN).then_some(*why),
+            Infeasible::Singular { within } => (*within > self.axis_turn() + ANGLE_MARGIN).then_some(*why),
             Infeasible::Unreachable(_) => OnMachine::new(self, self.max_lift()).beyond_limits(),
             Infeasible::Gouge { .. } => self.gouged().or_else(|| self.hit_by_tool()),
             Infeasible::Collision { .. } => self.hit_by_tool().or_else(|| OnMachine::new(self, self.max_lift()).hit()),

@@ -26,6 +26,8 @@ pub struct PoseTest<'a> {
     cutter_ball: Ball,
     pub(crate) spun_bodies: Vec<SpunBody>,
     pub(crate) widths: Widths,
+    /// Half angle of the cone about the singular direction that postures keep out of, rad.
+    pole_cone: f64,
 }
 
 /// A body where it is.
@@ -54,7 +56,21 @@ impl<'a> PoseTest<'a> {
             work_from_table: cell.table_from_work.inverse(),
             machine_obstacles,
             widths: Widths::default(),
+            pole_cone: 0.0,
         }
+    }
+
+    /// The same test for choosing postures away from the pole: one whose tool axis is within this angle (rad) of the rotary axis
+    /// nearest to the workpiece is not feasible. With three rotary axes nothing is avoided. What a path has to do there all the
+    /// same is for a test without it.
+    #[must_use]
+    pub fn avoiding_pole(self, half_angle: f64) -> Self {
+        Self { pole_cone: half_angle, ..self }
+    }
+
+    /// Half angle of the cone about the pole that postures keep out of, rad.
+    pub fn pole_cone(&self) -> f64 {
+        self.pole_cone
     }
 
     /// CC points of all searches with a proof made with this test so far, in which `SearchSettings::certified` was too narrow
@@ -88,6 +104,10 @@ impl<'a> PoseTest<'a> {
         match why {
             Infeasible::OutsideCone { excess } => {
                 format!("tool axis {:.3} deg outside the job's cone", excess.to_degrees())
+            }
+            Infeasible::Singular { within } => {
+                let angle = (self.pole_cone - within).to_degrees();
+                format!("tool axis only {angle:.3} deg from the pole of the rotary axes")
             }
             Infeasible::Unreachable(u) => u.to_string(),
             Infeasible::OtherBranch(_) => {
@@ -175,9 +195,20 @@ impl<'a> PoseTest<'a> {
     }
 
     fn within_cone(&self, cl: &ClPoint) -> Result<(), Infeasible> {
-        let Some(cone) = &self.cell.axis_cone else { return Ok(()) };
-        let excess = angle_between(&cl.axis, &cone.axis) - cone.half_angle;
-        if excess > 0.0 { Err(Infeasible::OutsideCone { excess }) } else { Ok(()) }
+        if let Some(cone) = &self.cell.axis_cone {
+            let excess = angle_between(&cl.axis, &cone.axis) - cone.half_angle;
+            if excess > 0.0 {
+                return Err(Infeasible::OutsideCone { excess });
+            }
+        }
+        if self.pole_cone > 0.0 {
+            let angle = self.cell.machine.angle_to_singular(&cl.transformed(&self.cell.table_from_work));
+            let within = angle.map_or(0.0, |angle| self.pole_cone - angle);
+            if within > 0.0 {
+                return Err(Infeasible::Singular { within });
+            }
+        }
+        Ok(())
     }
 
     fn inverse(&self, cl: &ClPoint, reference: &AxisValues) -> Result<InverseSolutions, Infeasible> {

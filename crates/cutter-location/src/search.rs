@@ -120,6 +120,7 @@ fn same_cause(a: &Infeasible, b: &Infeasible) -> bool {
         | (Infeasible::Ramp { .. }, Infeasible::Ramp { .. })
         | (Infeasible::OtherBranch(_), Infeasible::OtherBranch(_))
         | (Infeasible::FromBelow, Infeasible::FromBelow)
+        | (Infeasible::Singular { .. }, Infeasible::Singular { .. })
         | (Infeasible::Rewind { .. }, Infeasible::Rewind { .. })
         | (Infeasible::TooLong, Infeasible::TooLong) => true,
         (Infeasible::Gouge { obstacle: p, .. }, Infeasible::Gouge { obstacle: q, .. }) => p == q,

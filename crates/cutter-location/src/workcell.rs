@@ -94,6 +94,12 @@ pub enum Infeasible {
         /// Angle outside the cone, rad.
         excess: f64,
     },
+    /// The tool axis is so near to the rotary axis nearest to the workpiece that this one would have to turn fast; only where
+    /// the test avoids that ([`PoseTest::avoiding_pole`](crate::PoseTest::avoiding_pole)).
+    Singular {
+        /// Angle inside the cone to avoid, rad.
+        within: f64,
+    },
     /// The posture asked for has the tool axis 90° or more from the surface's normal, or no direction at all.
     FromBelow,
     /// No axis values within the limits give this pose.

@@ -258,8 +258,10 @@ impl Machine {
         self.with_rotaries(cl, tool_length, rotary, turns).ok()
     }
 
-    /// Angle between the tool axis and the nearer end of the rotary axis nearest to the workpiece.
-    pub(crate) fn angle_to_singular(&self, cl: &ClPoint) -> Option<f64> {
+    /// Angle between the tool axis of a CL point (table frame) and the nearer end of the rotary axis nearest to the workpiece,
+    /// rad: along it that axis may stand anywhere, and near it turns 1/sin of the angle times as fast as the tool axis. `None`
+    /// with three rotary axes, which are singular in poses, not in directions.
+    pub fn angle_to_singular(&self, cl: &ClPoint) -> Option<f64> {
         let Solver::Closed { rotaries, .. } = &self.solver else { return None };
         let w = rotaries.first.direction;
         Some(w.cross(&cl.axis).norm().atan2(w.dot(&cl.axis).abs()))

@@ -162,7 +162,7 @@ fn reason(test: &PoseTest<'_>, why: &Infeasible) -> ReasonFile {
         Infeasible::Collision { body, obstacle, place } => {
             (ReasonKind::Collision, Some(*body), Some((*obstacle, place)))
         }
-        Infeasible::OutsideCone { .. } => (ReasonKind::Cone, None, None),
+        Infeasible::OutsideCone { .. } | Infeasible::Singular { .. } => (ReasonKind::Cone, None, None),
         // The last four are reasons of ways, not of postures.
         Infeasible::Unreachable(_)
         | Infeasible::OtherBranch(_)

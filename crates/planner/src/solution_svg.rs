@@ -39,7 +39,7 @@ impl Kind {
                 | Infeasible::FromBelow
                 | Infeasible::Ramp { .. },
             ) => Self::Limits,
-            Some(Infeasible::OutsideCone { .. }) => Self::Cone,
+            Some(Infeasible::OutsideCone { .. } | Infeasible::Singular { .. }) => Self::Cone,
         }
     }
 
