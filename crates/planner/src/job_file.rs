@@ -514,6 +514,11 @@ pub struct SearchFile {
     /// Directions allowed to the tool axis.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tool_axis_cone: Option<ConeFile>,
+    /// Angle between the tool axis and the rotary axis nearest to the workpiece, below which that axis turns fast for little
+    /// motion of the tool. Postures nearer than this are taken only where no other is feasible, and are told in the report. 0
+    /// avoids nothing.
+    #[serde(default = "default_singular_cone")]
+    pub singular_cone_deg: f64,
     /// Which of the machine's solutions is taken at the start.
     #[serde(default)]
     pub preferred_branch: BranchFile,
@@ -527,6 +532,9 @@ fn default_u_step() -> f64 {
 }
 fn default_u_tolerance() -> f64 {
     0.001
+}
+fn default_singular_cone() -> f64 {
+    1.0
 }
 fn default_turn() -> f64 {
     0.1

@@ -44,6 +44,7 @@ mod output;
 mod path;
 mod pieces;
 mod plan;
+mod pole;
 mod program;
 pub mod report;
 mod reporting;

@@ -17,6 +17,7 @@ use nalgebra::{Isometry3, Point3, Vector3};
 use crate::linearity::Linearity;
 use crate::moves::{Move, MoveKind, MoveSettings, operation_moves};
 use crate::pieces::{Cut, LaidTask, Piece, filled, split};
+use crate::pole::Tests;
 
 pub(crate) fn tool() -> ToolAssembly {
     let section = |length_mm, d| Section { length_mm, diameter_low_mm: d, diameter_high_mm: d };
@@ -148,7 +149,8 @@ fn filled_over(out: f64, branch: Branch) -> (usize, usize) {
     let piece = Piece { copy: 0, pass: 0, cuts, uncut_left: true, curve, part: None };
     let settings = SearchSettings { u_step: 1.0, u_tolerance: 0.01, certified: None };
     let mut left_out = Vec::new();
-    let pieces = filled(&test, &linearity(0.05), Some(&settings), vec![piece], &mut left_out, &Silent).unwrap();
+    let pieces =
+        filled(&Tests::one(&test), &linearity(0.05), Some(&settings), vec![piece], &mut left_out, &Silent).unwrap();
     let mut lifted = 0;
     for cuts in pieces.iter().map(|p| &p.cuts) {
         for pair in cuts.windows(2) {
@@ -215,7 +217,7 @@ fn between_postures_far_apart_either_the_control_stays_near_or_the_piece_ends() 
         let curve = SearchCurve::new(posture_deg(5.0, 0.0), posture_deg(25.0, -170.0), SearchOrder::RotateFirst, 1.0);
         let piece = Piece { copy: 0, pass: 0, cuts, uncut_left: true, curve: curve.unwrap(), part: None };
         let (limit, settings, mut left_out) = (linearity(0.01), SearchSettings::default(), Vec::new());
-        let pieces = filled(&test, &limit, Some(&settings), vec![piece], &mut left_out, &Silent).unwrap();
+        let pieces = filled(&Tests::one(&test), &limit, Some(&settings), vec![piece], &mut left_out, &Silent).unwrap();
         for pair in pieces.iter().flat_map(|p| p.cuts.windows(2)) {
             let [a, b] = [0, 1].map(|k| pair[k].pose.configuration.axes);
             assert!(!limit.judge(&test, &a, &b).1, "scene {scenes}: {postures:?}");
@@ -259,7 +261,8 @@ fn every_move_is_driven_where_it_was_tested_and_a_branch_changes_above_the_clear
     // Cuts as they come from the search are too far apart for the control: as planned, they are filled first.
     let search = SearchSettings::default();
     let pieces = |branches| {
-        filled(&test, &settings.linearity, Some(&search), pieces(branches), &mut Vec::new(), &Silent).unwrap()
+        filled(&Tests::one(&test), &settings.linearity, Some(&search), pieces(branches), &mut Vec::new(), &Silent)
+            .unwrap()
     };
     let done = operation_moves(&test, &settings, pieces(branches), None, &mut left_out, &Silent).unwrap();
     assert!(left_out.is_empty() && done.pieces.len() == 4 && done.linearisation <= settings.linearity.tolerance);

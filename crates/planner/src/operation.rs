@@ -24,6 +24,7 @@ use crate::moves::{Move, MoveSettings, OperationMoves, approach_settings, operat
 use crate::path::lay;
 use crate::pieces::{LaidTask, LeftOut, Piece, copy_outcomes, filled, places, split};
 use crate::plan::Clock;
+use crate::pole::Tests;
 use crate::solution_space::mapped_range;
 use crate::solution_svg::map_svg;
 use crate::winding::wound;
@@ -89,11 +90,15 @@ impl<'a> PlannedOperation<'a> {
         clock.lap("path");
         let mut left_out = Vec::new();
         let settings = move_settings(job, setup, operation);
-        let Placed { pieces, cc_points, optimum } = place_pieces(&test, operation, &laid.tasks, &mut left_out, stages)?;
-        let widened = test.widened();
+        // What looks for postures keeps away from the pole; what is to be tested as it stands does not.
+        let choosing = PoseTest::new(&cell).avoiding_pole(operation.search.singular_cone_deg.to_radians());
+        let tests = Tests { choosing: &choosing, plain: &test };
+        let Placed { pieces, cc_points, optimum } =
+            place_pieces(&tests, operation, &laid.tasks, &mut left_out, stages)?;
+        let widened = tests.widened();
         let passes = pass_settings(operation);
         let monitor = stages.start("between points", cc_points);
-        let pieces = filled(&test, &settings.linearity, passes.fallback(), pieces, &mut left_out, &*monitor)?;
+        let pieces = filled(&tests, &settings.linearity, passes.fallback(), pieces, &mut left_out, &*monitor)?;
         drop(monitor);
         let pieces = wound(&test, passes.fallback(), pieces, from.map(|m| m.axes));
         clock.lap("search");
@@ -198,7 +203,7 @@ struct Placed {
 
 /// Poses in every place of the pattern, as pieces in cutting order.
 fn place_pieces(
-    test: &PoseTest<'_>,
+    tests: &Tests<'_>,
     operation: &OperationFile,
     tasks: &[LaidTask],
     left_out: &mut Vec<LeftOut>,
@@ -208,14 +213,17 @@ fn place_pieces(
     let n_points: usize = tasks.iter().map(|t| t.pass.points.len()).sum();
     let monitor = stages.start("tilt and rotate", n_points * places.len());
     let settings = pass_settings(operation);
+    let test = tests.of(&settings);
     let pass_tasks = pass_tasks(tasks, neighbour_reach(test.cell.tool.cutter(), operation));
     let planned = plan_passes(test, &pass_tasks, &settings, &*monitor)?;
     let optimum = planned.iter().filter_map(|p| p.optimum).reduce(Optimum::plus);
-    let outcomes: Vec<Pass<Outcome>> = planned.into_iter().map(|p| p.outcomes).collect();
-    let mut pieces = split(test, tasks, &outcomes, 0, left_out);
+    let mut outcomes: Vec<Pass<Outcome>> = planned.into_iter().map(|p| p.outcomes).collect();
+    tests.at_pole(tasks, &settings, &mut outcomes);
+    let mut pieces = split(tests.plain, tasks, &outcomes, 0, left_out);
     for (copy, place) in places.iter().enumerate().skip(1) {
-        let (copied, results) = copy_outcomes(test, tasks, &outcomes, place, &settings, &*monitor)?;
-        pieces.extend(split(test, &copied, &results, copy as u32, left_out));
+        let (copied, mut results) = copy_outcomes(test, tasks, &outcomes, place, &settings, &*monitor)?;
+        tests.at_pole(&copied, &settings, &mut results);
+        pieces.extend(split(tests.plain, &copied, &results, copy as u32, left_out));
     }
     Ok(Placed { pieces, cc_points: n_points * places.len(), optimum })
 }

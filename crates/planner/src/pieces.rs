@@ -12,6 +12,7 @@ use rayon::prelude::*;
 use crate::job_file::PatternFile;
 use crate::linearity::{Linearity, turned_near};
 use crate::load::direction;
+use crate::pole::Tests;
 
 /// A CC point with its pose.
 #[derive(Clone, Copy, Debug)]
@@ -129,14 +130,15 @@ pub(crate) fn split(
 
 /// Pieces with tested poses between points where the control would stray too far from one to the next: the CC point between
 /// theirs, with the posture between theirs, seated where it gouges, or else (with `fallback`) the next feasible one of the
-/// search curve: points that were found with the smallest feasible posture stand at the border of what is feasible. Where none
+/// search curve: points that were found with the smallest feasible posture stand at the border of what is feasible; away from the
+/// pole where that is possible. Where none
 /// is, or the control would stray however near to each other they are put, the piece ends and another begins. A point that
 /// then stands alone is left out.
 ///
 /// # Errors
 /// When the monitor cancels.
 pub(crate) fn filled(
-    test: &PoseTest<'_>,
+    tests: &Tests<'_>,
     linearity: &Linearity,
     fallback: Option<&SearchSettings>,
     pieces: Vec<Piece>,
@@ -147,7 +149,7 @@ pub(crate) fn filled(
         .into_par_iter()
         .map(|piece| {
             monitor.checkpoint()?;
-            Ok(fill(test, linearity, fallback, piece))
+            Ok(fill(tests, linearity, fallback, piece))
         })
         .collect::<Result<_, Cancelled>>()?;
     let (kept, alone): (Vec<Piece>, Vec<Piece>) = filled.into_iter().flatten().partition(|p| p.cuts.len() >= 2);
@@ -160,14 +162,19 @@ pub(crate) fn filled(
     Ok(kept)
 }
 
-fn fill(test: &PoseTest<'_>, linearity: &Linearity, fallback: Option<&SearchSettings>, piece: Piece) -> Vec<Piece> {
+fn fill(tests: &Tests<'_>, linearity: &Linearity, fallback: Option<&SearchSettings>, piece: Piece) -> Vec<Piece> {
     let Piece { copy, pass, uncut_left, curve, cuts, part } = piece;
-    let filler = Filler::new(test, fallback, curve);
+    let [away, plain] = [tests.choosing, tests.plain].map(|test| Filler::new(test, fallback, curve));
     let mut hints = Hints::default();
+    let mut between = |from: &Cut, to: &Cut| {
+        let around = fallback.is_some() && tests.leads_by_pole(&from.pose.cl, &to.pose.cl);
+        let away = if around { away.between(linearity, from, to, MAX_HALVINGS, &mut hints) } else { None };
+        away.or_else(|| plain.between(linearity, from, to, MAX_HALVINGS, &mut hints))
+    };
     let mut runs: Vec<Vec<Cut>> = vec![Vec::new()];
     for cut in cuts {
         let run = runs.last_mut().expect("there is always one");
-        match run.last().map(|from| filler.between(linearity, from, &cut, MAX_HALVINGS, &mut hints)) {
+        match run.last().map(|from| between(from, &cut)) {
             Some(None) => runs.push(vec![cut]),
             way => {
                 run.extend(way.flatten().into_iter().flatten());

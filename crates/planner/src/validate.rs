@@ -401,6 +401,7 @@ fn check_search(at: &Field, o: &OperationFile) -> Result<(), String> {
         at.within("search.certified_u_width", width, 1e-6, 0.1)?;
     }
     at.within("search.max_turn_deg_per_mm", s.max_turn_deg_per_mm, 1e-9, 1e6)?;
+    at.within("search.singular_cone_deg", s.singular_cone_deg, 0.0, 10.0)?;
     if let Some(cone) = &s.tool_axis_cone {
         at.direction("search.tool_axis_cone.axis", &cone.axis)?;
         at.within("search.tool_axis_cone.half_angle_deg", cone.half_angle_deg, 0.0, 180.0)?;

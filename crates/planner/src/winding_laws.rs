@@ -11,6 +11,7 @@ use nalgebra::{Point3, Vector3};
 use crate::move_laws::{Random, cell, curve, linearity, move_settings, plane_with_bump, tool};
 use crate::moves::{Move, MoveKind, OperationMoves, operation_moves};
 use crate::pieces::{Cut, Piece, filled};
+use crate::pole::Tests;
 use crate::winding::{windings, wound};
 
 /// The head-B, table-C mill with stops at its table.
@@ -163,7 +164,8 @@ fn a_pass_once_around_is_cut_whole_and_turns_back_as_rarely_as_can_be() {
         let (settings, search, c) = (move_settings(), SearchSettings::default(), c_of(&machine));
         let mut left_out = Vec::new();
         let whole =
-            filled(&test, &linearity(0.05), Some(&search), rings(&test, &passes), &mut left_out, &Silent).unwrap();
+            filled(&Tests::one(&test), &linearity(0.05), Some(&search), rings(&test, &passes), &mut left_out, &Silent)
+                .unwrap();
         assert_eq!(whole.len(), 3, "a limit ends no piece before windings are chosen");
         // A cut every third of a turn is enough to tell where an axis has to turn back, and few enough to try all combinations.
         let travel = |piece: &Piece| -> Vec<f64> {
