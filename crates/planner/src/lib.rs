@@ -47,6 +47,7 @@ mod plan;
 mod pole;
 mod program;
 pub mod report;
+mod report_turning;
 mod reporting;
 mod rotary_motion;
 mod sequencer;
@@ -55,6 +56,7 @@ pub mod solution_space_file;
 mod solution_svg;
 mod stock;
 mod summary;
+mod turning;
 mod validate;
 mod winding;
 #[cfg(test)]

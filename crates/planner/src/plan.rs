@@ -14,6 +14,7 @@ use crate::output::{OwnProgram, Texts, certificates_json, try_template, write_te
 use crate::program::word_map;
 use crate::report::Report;
 use crate::reporting::report;
+use crate::turning::Turning;
 use crate::validate::file_stem;
 use crate::{Failure, Stages};
 
@@ -85,7 +86,8 @@ pub fn plan_setup(job: &Job, index: usize, settings: PlanSettings, stages: &dyn 
         }
         mended += put_in;
     };
-    let mut report = report(job, &setup, &operations, &texts.timed, verification, certificates.as_ref());
+    let turning = Turning::of(job, &operations, &texts);
+    let mut report = report(job, &setup, &operations, &texts.timed, turning, verification, certificates.as_ref());
     report.totals.mended_blocks = mended;
     let (suffix, state) = name_parts(job, &setup, &report);
     let mut files = vec![

@@ -127,6 +127,8 @@ pub(crate) struct Timed {
     pub operation_starts: Vec<usize>,
     /// Blocks along passes.
     pub cut_blocks: Vec<CutBlock>,
+    /// Index among the program's blocks of every move.
+    pub move_blocks: Vec<usize>,
 }
 
 /// Times moves by FEED and turns them into blocks.
@@ -222,6 +224,7 @@ impl<'a> BlockWriter<'a> {
             }
             MoveKind::Approach | MoveKind::Engage | MoveKind::Cut => self.timed_block(operation, m, words)?,
         };
+        self.timed.move_blocks.push(self.timed.program.blocks.len());
         self.timed.program.blocks.push(block);
         self.timed.n_blocks += 1;
         self.at = Some(*m);

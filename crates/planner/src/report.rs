@@ -11,6 +11,7 @@ use serde::Serialize;
 
 use crate::PairReport;
 use crate::job_file::PostureModeFile;
+pub use crate::report_turning::{RewindReport, RewindsReport, SingularBlocks};
 
 /// Value of the key `format` in a report.
 pub const REPORT_FORMAT: &str = "facemill-report/1";
@@ -50,6 +51,10 @@ pub struct Report {
     /// Operations that two heads cut at once.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub pairs: Vec<PairReport>,
+    /// Where limited rotary axes turn back, and how often the machine goes over to its other branch.
+    pub rewinds: RewindsReport,
+    /// Blocks along passes in which the tool axis is so near to the pole of the rotary axes that one of them has to turn fast.
+    pub singular_blocks: Vec<SingularBlocks>,
     /// Error budget of each operation, and what of it the written program uses up.
     pub budgets: Vec<BudgetReport>,
     /// Faults found in the written program, in program order.

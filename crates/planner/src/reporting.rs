@@ -19,6 +19,7 @@ use crate::report::{
     REPORT_FORMAT, Report, SearchProofReport, Totals, Worst,
 };
 use crate::rotary_motion::rotary_report;
+use crate::turning::Turning;
 
 /// Sums, extremes and details of planned operations and of the run of their program.
 pub(crate) fn report(
@@ -26,6 +27,7 @@ pub(crate) fn report(
     setup: &Setup<'_>,
     operations: &[PlannedOperation<'_>],
     timed: &Timed,
+    turning: Turning,
     verification: Option<Verification>,
     certificates: Option<&Certificates>,
 ) -> Report {
@@ -90,6 +92,8 @@ pub(crate) fn report(
         worst,
         postures: operations.iter().map(|o| postures_report(job, o)).collect(),
         pairs: Vec::new(),
+        rewinds: turning.rewinds,
+        singular_blocks: turning.singular_blocks,
         budgets,
         findings: verification.map(|v| v.findings).unwrap_or_default(),
         infeasible: infeasible_report(operations),

@@ -53,6 +53,7 @@ pub fn summary(report: &Report) -> String {
         ));
     }
     lines.extend(report.postures.iter().filter_map(wider_search));
+    lines.extend(turning(report));
     if t.uncut_points > 0 {
         lines.push(format!("  uncut strips      at {} points", t.uncut_points));
     }
@@ -119,6 +120,32 @@ fn wider_search(postures: &PosturesReport) -> Option<String> {
         "  search proof      at {} points only to {} of the curve, not to certified_u_width {}, operation \"{}\"",
         p.wider_points, p.largest_u_width, p.asked_u_width, postures.operation
     ))
+}
+
+/// Lines on axes that turn back, on changes of branch and on the pole, where there are any.
+fn turning(report: &Report) -> Vec<String> {
+    let mut lines = Vec::new();
+    let r = &report.rewinds;
+    if r.count > 0 {
+        let at: Vec<String> =
+            r.rewinds.iter().take(TOLD_RANGES).map(|r| format!("{} line {}", r.axis, r.line)).collect();
+        let more = if r.count > at.len() { ", ..." } else { "" };
+        let places = at.join(", ");
+        lines.push(format!("  rewinds           {}, {} of them end a pass ({places}{more})", r.count, r.inserted));
+    }
+    if r.branch_changes > 0 {
+        lines.push(format!("  branch changes    {}", r.branch_changes));
+    }
+    let blocks: usize = report.singular_blocks.iter().map(|s| s.blocks).sum();
+    if let Some(nearest) =
+        report.singular_blocks.iter().min_by(|a, b| a.smallest_angle_deg.total_cmp(&b.smallest_angle_deg))
+    {
+        lines.push(format!(
+            "  near the pole     {blocks} blocks, {:.2} deg at the nearest, axis {}, from line {}",
+            nearest.smallest_angle_deg, nearest.axis, nearest.first_line
+        ));
+    }
+    lines
 }
 
 /// Hours, minutes and seconds.

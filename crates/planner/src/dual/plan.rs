@@ -1,7 +1,7 @@
 //! The whole way through one setup of a machine with two heads.
 
 use facemill_cutter_location::{PairSettings, PairTest, PoseTest, PostureRange, Workcell};
-use facemill_inverse_kinematics::AxisValues;
+use facemill_inverse_kinematics::{AxisValues, Branch};
 use facemill_z_map::ZMap;
 
 use super::mending::{lines, mend};
@@ -21,6 +21,7 @@ use crate::pieces::{Cut, Piece};
 use crate::plan::{Clock, PlanSettings, Planned, name_parts, planned_files};
 use crate::program::BlockWriter;
 use crate::reporting::report;
+use crate::turning::{Driven, Turning, rewinds_report, singular_blocks};
 use crate::{Failure, Stages};
 
 /// What both heads stand on.
@@ -139,7 +140,9 @@ pub(crate) fn plan_dual_setup(
         operations.into_iter().map(|(head, _, o)| (o, head)).unzip();
     let verification = verifications.map(|v| merged(v, &heads, &parts, &planned));
     let certificates = certificates.as_ref().map(proven_for_both);
-    let mut report = report(jobs[0], setups[0], &planned, &texts.timed, verification, certificates.as_ref());
+    let turning = texts.turning(&parts, &ground);
+    let mut report =
+        report(jobs[0], setups[0], &planned, &texts.timed, turning, verification, certificates.as_ref());
     report.pairs = texts.pair_reports(&parts, &ground);
     report.totals.mended_blocks = mended;
     let (suffix, state) = name_parts(job, setups[0], &report);
@@ -472,6 +475,37 @@ fn splits(causes: Causes) -> Vec<PairSplit> {
 }
 
 impl DualTexts {
+    /// Axes that turn back or race at the pole, of either head.
+    fn turning(&self, parts: &[Part<'_>], ground: &DualGround<'_>) -> Turning {
+        let mut all: Option<Turning> = None;
+        for h in 0..2 {
+            let job = ground.jobs[h];
+            let work_from_table = ground.setups[h].table_from_work.inverse();
+            let mut from = None;
+            let mut driven = Vec::new();
+            for (line, place) in &self.places {
+                let part = &parts[place.part];
+                let m = part.sections[place.section].moves[place.at];
+                let cl = job.machine.cl_point(&m.axes, job.tool.gauge_length()).transformed(&work_from_table);
+                let to = Move { kind: m.kind, cl, axes: m.axes };
+                let before = from.replace(to);
+                if let Some(operation) = part.files[h].filter(|_| m.working[h]) {
+                    driven.push(Driven { operation, goes_on: false, from: before, to, line: *line });
+                }
+            }
+            let branches = driven.iter().filter(|m| m.to.kind == MoveKind::Cut).map(|m| job.machine.branch_of(&m.to.axes));
+            let branches: Vec<Branch> = branches.collect();
+            let changes = branches.windows(2).filter(|w| w[0] != w[1]).count();
+            let rewinds = rewinds_report(job, &driven, changes);
+            let singular_blocks = singular_blocks(job, &driven);
+            match &mut all {
+                None => all = Some(Turning { rewinds, singular_blocks }),
+                Some(all) => all.join(Turning { rewinds, singular_blocks }),
+            }
+        }
+        all.unwrap_or_default()
+    }
+
     /// What the report says of the program's pairs.
     fn pair_reports(&self, parts: &[Part<'_>], ground: &DualGround<'_>) -> Vec<PairReport> {
         parts.iter().zip(&self.times).filter_map(|(part, times)| pair_report(part, times, ground)).collect()
