@@ -87,7 +87,7 @@ pub enum WriteError {
         value: f64,
     },
     /// A line longer than the control takes.
-    #[error("`{text}` is longer than {limit} characters")]
+    #[error("`{text}` is longer than {limit} characters, the largest `max_line_length` allows")]
     LineTooLong {
         /// The line.
         text: String,

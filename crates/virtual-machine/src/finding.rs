@@ -14,7 +14,7 @@ pub struct Verification {
     /// The same for each section of the settings, in their order.
     pub sections: Vec<SectionGouge>,
     /// Nearest that a non-cutting body came to a part, check surface or fixture, or to a body of the machine that stands
-    /// still against the workpiece, over all tested positions.
+    /// still against the workpiece or is the other head's, over all tested positions.
     pub smallest_clearance: Option<ClearancePlace>,
     /// Number of tested positions.
     pub n_positions: usize,

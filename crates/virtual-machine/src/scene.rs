@@ -300,7 +300,7 @@ impl<'a> SceneObstacle<'a> {
             stock: body.clearance,
             role: Role::Machine,
             meets_cutter: links.between(Link::Tool, Link::Body(index)) > 0,
-            counts: stands_still,
+            counts: stands_still || body.carrier() == Some(Carrier::OtherHead),
             body: Some(index),
             mesh: SceneMesh::Own(MeshTree::new(&mesh)),
         })

@@ -189,6 +189,8 @@ fn heads_that_pass_each_other_within_a_block_are_seen_and_proven() {
                 let distance = gap + kit::CUTTER.height;
                 let proven = passing.clearance_mm.unwrap();
                 assert!(proven <= distance && proven > 0.75 * distance - 0.5, "{proven} of {distance}");
+                let seen = v.smallest_clearance.unwrap().distance_mm;
+                assert!((seen - distance).abs() < 0.01 || distance > 15.0, "{seen} at {distance}");
             }
         }
     }
