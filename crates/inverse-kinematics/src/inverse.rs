@@ -61,7 +61,8 @@ impl Machine {
 
     /// As [`Machine::inverse`], with the rotary values within the limits that are nearest to those of `reference`; a
     /// free axis stays where it is there, and so do axes that do not move the tool, whatever their limits (home for a value
-    /// that is not finite).
+    /// that is not finite). With three rotary axes it moves from there if nothing is reached else: with the tool along the
+    /// first of parallel ones to where something is, on another curve of solutions by steps of 2°.
     ///
     /// # Errors
     /// As [`Machine::inverse`].
@@ -79,7 +80,10 @@ impl Machine {
             }
             Solver::Numeric(numeric) => {
                 let all = self.unlimited_numeric(numeric, cl, tool_length, &reference)?;
-                let mut within = self.all_within_limits(all.iter())?;
+                let mut within = match self.all_within_limits(all.iter()) {
+                    Err(beyond) => self.along_curve(numeric, cl, tool_length, &reference, &all).ok_or(beyond)?,
+                    Ok(within) => within,
+                };
                 within.sort_by_measure(|s| self.travel_time(&reference, &s.values));
                 Ok(within)
             }
@@ -87,7 +91,7 @@ impl Machine {
     }
 
     /// The solutions within the limits, or by how much the nearest to them is beyond.
-    fn all_within_limits(
+    pub(crate) fn all_within_limits(
         &self,
         solutions: impl Iterator<Item = InverseSolution>,
     ) -> Result<InverseSolutions, Unreachable> {

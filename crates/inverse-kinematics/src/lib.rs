@@ -47,6 +47,7 @@ mod direction_pair;
 #[cfg(test)]
 mod elimination_laws;
 mod family;
+mod free_plane;
 mod heads;
 mod import;
 mod import_value;

@@ -17,6 +17,9 @@ const CONTINUED: f64 = 5.0 * TAU / 360.0;
 /// Steps of Newton's method on all joints, after which a solution is given up.
 const MOST_REFINEMENTS: usize = 4;
 
+/// Values of a free axis tried over a turn for solutions within the limits.
+const ROW: u32 = 180;
+
 /// Singular value below which joints hardly move the tool.
 const HARDLY: f64 = 1e-8;
 
@@ -43,8 +46,22 @@ impl Machine {
         if by > 1e-12 {
             return Err(self.direction_missed(numeric.rotaries[0], numeric.rotaries[2], by));
         }
+        let at = numeric.rotaries.map(|k| reference.get_or_zero(k));
+        self.numeric_at(numeric, cl, tool_length, reference, at)
+    }
+
+    /// The solutions; of a curve of them those at these values of its free joints. Windings are those nearest to the
+    /// reference.
+    fn numeric_at(
+        &self,
+        numeric: &NumericSolver,
+        cl: &ClPoint,
+        tool_length: f64,
+        reference: &AxisValues,
+        at: [f64; 3],
+    ) -> Result<InverseSolutions, Unreachable> {
         let target = numeric.target(&cl.tip, &cl.axis, tool_length);
-        let triples = numeric.solve(&target, numeric.rotaries.map(|k| reference.get_or_zero(k)));
+        let triples = numeric.solve(&target, at);
         let mut all: Option<InverseSolutions> = None;
         let mut why = None;
         for triple in triples.as_slice() {
@@ -59,6 +76,29 @@ impl Machine {
             (None, Some(e)) => Err(e),
             (None, None) => self.almost(numeric, cl, &target, tool_length, reference),
         }
+    }
+
+    /// Solutions within the limits on a curve of which those at the reference are not: at the nearest of a row of values of a
+    /// free axis. Those between two of the row may be missed.
+    pub(crate) fn along_curve(
+        &self,
+        numeric: &NumericSolver,
+        cl: &ClPoint,
+        tool_length: f64,
+        reference: &AxisValues,
+        beyond: &InverseSolutions,
+    ) -> Option<InverseSolutions> {
+        let free: Vec<usize> =
+            (0..3).filter(|&k| beyond.iter().any(|s| s.free_axis == Some(numeric.rotaries[k]))).collect();
+        let at = numeric.rotaries.map(|k| reference.get_or_zero(k));
+        let offs = (1..=ROW / 2).flat_map(|k| [f64::from(k), -f64::from(k)]).map(|k| k * TAU / f64::from(ROW));
+        let mut tried = offs.flat_map(|off| free.iter().map(move |&k| (k, off)));
+        tried.find_map(|(k, off)| {
+            let mut at = at;
+            at[k] += off;
+            let all = self.numeric_at(numeric, cl, tool_length, reference, at).ok()?;
+            self.all_within_limits(all.iter()).ok()
+        })
     }
 
     /// The solution that a position goes on to, if it is near and within the limits.

@@ -3,6 +3,7 @@ use nalgebra::{Unit, Vector3};
 use crate::{
     Branch,
     direction_pair::{DirectionPair, PairFault, PairSolution},
+    free_plane::FreePlane,
     rotary_triples::{RotaryTriple, Target, Triples},
     tip_condition::{functions, value_and_gradient},
     trig_roots::{SAMPLES, real_roots, sample_angle},
@@ -30,13 +31,13 @@ pub(crate) struct SummedRotaries {
 
 /// Rotary values `base + θ·direction`.
 #[derive(Clone, Copy)]
-struct Line {
-    base: [f64; 3],
-    direction: [f64; 3],
+pub(crate) struct Line {
+    pub(crate) base: [f64; 3],
+    pub(crate) direction: [f64; 3],
     /// The joint that θ is the value of.
-    unknown: usize,
-    branch: Branch,
-    free: Option<usize>,
+    pub(crate) unknown: usize,
+    pub(crate) branch: Branch,
+    pub(crate) free: Option<usize>,
 }
 
 impl SummedRotaries {
@@ -52,9 +53,14 @@ impl SummedRotaries {
         Ok(Self { pair, first_two, sign: w[1].dot(&beside).signum() })
     }
 
-    /// All solutions for a target; where a whole curve of them is, those at the reference value of its free joint.
+    /// All solutions for a target. Where a whole curve of them is, those at the reference value of its free joint; with the
+    /// tool along the first axis those of [`FreePlane::solve`].
     pub(crate) fn solve(&self, target: &Target, reference: [f64; 3]) -> Triples {
         let mut all = Triples::new();
+        if let PairSolution::FirstFree(second) = self.pair.solve(&target.tool_axis) {
+            self.free_plane(second).solve(target, reference, &mut all);
+            return all;
+        }
         for line in self.lines(target, reference).into_iter().flatten() {
             along(target, &line, reference, &mut all);
         }
@@ -82,8 +88,12 @@ impl SummedRotaries {
         }
     }
 
-    /// The rotary values at a value of the unknown on one branch.
+    /// The rotary values at a value of the unknown on one branch; with the tool along the first axis those that meet the tip
+    /// condition best there.
     pub(crate) fn values_at(&self, target: &Target, value: f64, positive: bool) -> Option<[f64; 3]> {
+        if let PairSolution::FirstFree(second) = self.pair.solve(&target.tool_axis) {
+            return Some(self.free_plane(second).best_at(target, value)[usize::from(!positive)]);
+        }
         let lines = self.lines(target, [0.0; 3]);
         let line = if positive { lines[0] } else { lines[1].or(lines[0]) };
         line.map(|l| l.values(value))
@@ -99,7 +109,7 @@ impl SummedRotaries {
                 let line = line(pair, Branch::Positive);
                 [Some(Line { branch: self.branch_of(line.base), ..line }), None]
             }
-            PairSolution::FirstFree(second) => [Some(self.free_line(reference[0], second)), None],
+            PairSolution::FirstFree(second) => [Some(self.free_plane(second).first_at(reference)), None],
             PairSolution::Beyond(_) => [None, None],
         }
     }
@@ -115,20 +125,15 @@ impl SummedRotaries {
         }
     }
 
-    /// The tool axis lies on the first axis: that stays where it is.
-    fn free_line(&self, first: f64, second: f64) -> Line {
-        let line = self.line(first, second, Branch::Positive);
-        let line = if self.first_two {
-            Line { base: [first, 0.0, second], direction: [0.0, 1.0, 0.0], unknown: 1, ..line }
-        } else {
-            line
-        };
-        Line { branch: self.branch_of(line.base), free: Some(0), ..line }
+    /// The tool axis lies on the first axis: that is free, and so is one of the parallel joints.
+    fn free_plane(&self, second: f64) -> FreePlane {
+        let base = if self.first_two { [0.0, 0.0, second] } else { [0.0, second, 0.0] };
+        FreePlane::new(base, self.branch_of(base), self.first_two, self.sign)
     }
 }
 
 /// The solutions on one line.
-fn along(target: &Target, line: &Line, reference: [f64; 3], all: &mut Triples) {
+pub(crate) fn along(target: &Target, line: &Line, reference: [f64; 3], all: &mut Triples) {
     let mut samples = [0.0; SAMPLES];
     for (k, sample) in samples.iter_mut().enumerate() {
         *sample = line.condition(target, sample_angle(k)).0;

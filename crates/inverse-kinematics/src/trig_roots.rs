@@ -62,6 +62,10 @@ impl Seeds {
         &self.angles[..self.n]
     }
 
+    pub(crate) fn as_mut_slice(&mut self) -> &mut [f64] {
+        &mut self.angles[..self.n]
+    }
+
     /// Adds a piece that holds roots; such pieces come in ascending order.
     fn push_piece(&mut self, low: f64, high: f64) {
         match &mut self.stretch {

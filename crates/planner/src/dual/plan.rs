@@ -141,8 +141,7 @@ pub(crate) fn plan_dual_setup(
     let verification = verifications.map(|v| merged(v, &heads, &parts, &planned));
     let certificates = certificates.as_ref().map(proven_for_both);
     let turning = texts.turning(&parts, &ground);
-    let mut report =
-        report(jobs[0], setups[0], &planned, &texts.timed, turning, verification, certificates.as_ref());
+    let mut report = report(jobs[0], setups[0], &planned, &texts.timed, turning, verification, certificates.as_ref());
     report.pairs = texts.pair_reports(&parts, &ground);
     report.totals.mended_blocks = mended;
     let (suffix, state) = name_parts(job, setups[0], &report);
@@ -493,7 +492,8 @@ impl DualTexts {
                     driven.push(Driven { operation, goes_on: false, from: before, to, line: *line });
                 }
             }
-            let branches = driven.iter().filter(|m| m.to.kind == MoveKind::Cut).map(|m| job.machine.branch_of(&m.to.axes));
+            let branches =
+                driven.iter().filter(|m| m.to.kind == MoveKind::Cut).map(|m| job.machine.branch_of(&m.to.axes));
             let branches: Vec<Branch> = branches.collect();
             let changes = branches.windows(2).filter(|w| w[0] != w[1]).count();
             let rewinds = rewinds_report(job, &driven, changes);
