@@ -79,7 +79,7 @@ pub(crate) enum PairFault {
 /// Angle below which two directions count as the same, rad. It has to stay below the accuracy promised for solutions
 /// (1e-12), because at the pole the azimuth of the direction is dropped, and above rounding (1e-15), because there the
 /// azimuth is noise.
-const SAME_DIRECTION: f64 = 4e-13;
+pub(crate) const SAME_DIRECTION: f64 = 4e-13;
 
 /// Sine of the angle below which axes of a machine count as parallel: what a file in degrees with nine digits leaves.
 pub(crate) const PARALLEL_SINE: f64 = 1e-9;

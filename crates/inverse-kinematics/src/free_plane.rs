@@ -41,9 +41,9 @@ impl FreePlane {
     /// The solutions at the reference value of the first joint and of the other free one. If there are none: those at the
     /// ends of the intervals of outer values that have any, nearest to the reference first. So some are told if there are
     /// any.
-    pub(crate) fn solve(&self, target: &Target, reference: [f64; 3], all: &mut Triples) {
+    pub(crate) fn solve(&self, target: &Target<'_>, reference: [f64; 3], all: &mut Triples) {
         for line in [self.first_at(reference), self.other_at(reference)] {
-            along(target, &line, reference, all);
+            along(target, &line, reference, 0.0, all);
         }
         if all.as_slice().is_empty() {
             self.at_edges(target, reference, all);
@@ -74,13 +74,13 @@ impl FreePlane {
     }
 
     /// The tip condition and its derivatives by outer and inner value.
-    fn condition(&self, target: &Target, [outer, inner]: [f64; 2]) -> (f64, [f64; 2]) {
+    fn condition(&self, target: &Target<'_>, [outer, inner]: [f64; 2]) -> (f64, [f64; 2]) {
         let (f, gradient) = value_and_gradient(&target.t, &self.values(outer, inner).map(functions));
         (f, [self.by_outer, self.by_inner].map(|by| gradient.dot(&Vector3::from(by))))
     }
 
     /// A, and amplitude and phase of B·cos + C·sin, at an outer value.
-    fn wave(&self, target: &Target, outer: f64) -> [f64; 3] {
+    fn wave(&self, target: &Target<'_>, outer: f64) -> [f64; 3] {
         // A wave is at the start of its turn, and by its slope there, what B and C make of it.
         let (at_zero, [_, c]) = self.condition(target, [outer, 0.0]);
         let (opposite, _) = self.condition(target, [outer, std::f64::consts::PI]);
@@ -89,7 +89,7 @@ impl FreePlane {
     }
 
     /// The two inner values that meet the tip condition best at an outer one, as rotary values.
-    pub(crate) fn best_at(&self, target: &Target, outer: f64) -> [[f64; 3]; 2] {
+    pub(crate) fn best_at(&self, target: &Target<'_>, outer: f64) -> [[f64; 3]; 2] {
         let [a, amplitude, phase] = self.wave(target, outer);
         // NaN where the condition does not depend on the inner value.
         let off = (-a / amplitude).clamp(-1.0, 1.0).acos();
@@ -97,7 +97,7 @@ impl FreePlane {
         [phase + off, phase - off].map(|inner| self.values(outer, inner))
     }
 
-    fn at_edges(&self, target: &Target, reference: [f64; 3], all: &mut Triples) {
+    fn at_edges(&self, target: &Target<'_>, reference: [f64; 3], all: &mut Triples) {
         let mut samples = [0.0; SAMPLES];
         for (k, sample) in samples.iter_mut().enumerate() {
             let [a, amplitude, _] = self.wave(target, sample_angle(k));
@@ -122,7 +122,7 @@ impl FreePlane {
 
     /// The nearest values that meet the tip condition, by the shortest step to where its tangent does, and what is left of it
     /// over its scale. Where both derivatives are 0 every step halves the distance.
-    fn polished(&self, target: &Target, start: [f64; 2]) -> ([f64; 2], f64) {
+    fn polished(&self, target: &Target<'_>, start: [f64; 2]) -> ([f64; 2], f64) {
         let (mut best, (mut f, mut slope)) = (start, self.condition(target, start));
         for _ in 0..MOST_STEPS {
             let way = -f / (slope[0] * slope[0] + slope[1] * slope[1]);

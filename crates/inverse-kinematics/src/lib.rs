@@ -42,6 +42,7 @@ mod axis_values;
 mod bodies;
 mod build;
 mod check;
+mod degenerate;
 mod deviation;
 mod direction_pair;
 #[cfg(test)]
@@ -58,6 +59,7 @@ mod linear_tables;
 mod linearise;
 mod machine;
 mod machine_file;
+mod middle_rotary;
 mod motion;
 mod numeric_inverse;
 mod path;

@@ -110,6 +110,16 @@ pub enum MachineError {
         /// The linear axes.
         axes: Vec<AxisLetter>,
     },
+    /// In every pose some axes can move together without moving the tool, so that the others do not place and turn it.
+    #[error(
+        "in every pose the axes {} can move together without moving the tool, so that the machine has four degrees of freedom or \
+         less; check the directions of these axes",
+        axes.iter().map(AxisLetter::as_str).collect::<Vec<_>>().join(", ")
+    )]
+    DependentAxes {
+        /// The axes that move together.
+        axes: Vec<AxisLetter>,
+    },
 }
 
 /// What is wrong with a field of a machine file.

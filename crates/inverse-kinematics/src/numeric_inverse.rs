@@ -165,7 +165,7 @@ impl Machine {
         &self,
         numeric: &NumericSolver,
         cl: &ClPoint,
-        target: &Target,
+        target: &Target<'_>,
         tool_length: f64,
         reference: &AxisValues,
     ) -> Result<InverseSolutions, Unreachable> {
@@ -188,7 +188,7 @@ impl Machine {
         &self,
         numeric: &NumericSolver,
         cl: &ClPoint,
-        target: &Target,
+        target: &Target<'_>,
         tool_length: f64,
     ) -> (f64, [f64; 3]) {
         let distance = |value: f64, positive: bool| -> (f64, [f64; 3]) {

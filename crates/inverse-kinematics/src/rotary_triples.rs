@@ -49,7 +49,8 @@ impl Triples {
 
 /// A pose to be reached.
 #[derive(Debug)]
-pub(crate) struct Target {
+pub(crate) struct Target<'a> {
+    pub(crate) condition: &'a TipCondition,
     pub(crate) tool_axis: Vector3<f64>,
     /// Tip condition.
     pub(crate) t: Coefficients,
@@ -57,10 +58,15 @@ pub(crate) struct Target {
     pub(crate) scale: f64,
 }
 
-impl Target {
-    pub(crate) fn new(condition: &TipCondition, tip: &Point3<f64>, tool_axis: &Vector3<f64>, tool_length: f64) -> Self {
+impl<'a> Target<'a> {
+    pub(crate) fn new(
+        condition: &'a TipCondition,
+        tip: &Point3<f64>,
+        tool_axis: &Vector3<f64>,
+        tool_length: f64,
+    ) -> Self {
         let t = condition.at(tip, tool_length);
         let scale = t.iter().fold(f64::MIN_POSITIVE, |m, v| m.max(v.abs()));
-        Self { tool_axis: *tool_axis, t, scale }
+        Self { condition, tool_axis: *tool_axis, t, scale }
     }
 }

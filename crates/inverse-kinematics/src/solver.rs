@@ -2,6 +2,7 @@ use nalgebra::{Point3, Unit, Vector3};
 
 use crate::{
     Axis, AxisKind, Branch, MachineError,
+    degenerate::refuse_degenerate,
     direction_pair::{DirectionPair, PARALLEL_SINE, PairFault},
     linear_tables::LinearTables,
     rotary_triples::{RotaryTriple, Target, Triples},
@@ -82,18 +83,19 @@ impl Solver {
                 (Elimination::Summed(summed), TipCondition::new(chain, rotaries, [0.0; 3]))
             }
         };
+        refuse_degenerate(chain, axes)?;
         let linears = [linear[0], linear[1]];
         Ok(Self::Numeric(Box::new(NumericSolver { rotaries, linears, condition, elimination })))
     }
 }
 
 impl NumericSolver {
-    pub(crate) fn target(&self, tip: &Point3<f64>, tool_axis: &Vector3<f64>, tool_length: f64) -> Target {
+    pub(crate) fn target(&self, tip: &Point3<f64>, tool_axis: &Vector3<f64>, tool_length: f64) -> Target<'_> {
         Target::new(&self.condition, tip, tool_axis, tool_length)
     }
 
     /// The rotary values of all solutions.
-    pub(crate) fn solve(&self, target: &Target, reference: [f64; 3]) -> Triples {
+    pub(crate) fn solve(&self, target: &Target<'_>, reference: [f64; 3]) -> Triples {
         match &self.elimination {
             Elimination::Three(three) => three.solve(target, reference),
             Elimination::Summed(summed) => summed.solve(target, reference),
@@ -101,7 +103,7 @@ impl NumericSolver {
     }
 
     /// The solution that Newton's method gets to from a reference position.
-    pub(crate) fn near(&self, target: &Target, reference: [f64; 3]) -> Option<RotaryTriple> {
+    pub(crate) fn near(&self, target: &Target<'_>, reference: [f64; 3]) -> Option<RotaryTriple> {
         match &self.elimination {
             Elimination::Three(three) => three.near(target, reference),
             Elimination::Summed(summed) => summed.near(target, reference),
@@ -126,7 +128,7 @@ impl NumericSolver {
     }
 
     /// Rotary values that give the tool axis, at one value of what is solved for and on one side.
-    pub(crate) fn values_at(&self, target: &Target, value: f64, positive: bool) -> Option<[f64; 3]> {
+    pub(crate) fn values_at(&self, target: &Target<'_>, value: f64, positive: bool) -> Option<[f64; 3]> {
         match &self.elimination {
             Elimination::Three(three) => three.values_at(target, value, positive),
             Elimination::Summed(summed) => summed.values_at(target, value, positive),

@@ -2,7 +2,7 @@ use nalgebra::{Unit, Vector3};
 
 use crate::{
     Branch,
-    direction_pair::{DirectionPair, PairFault, PairSolution},
+    direction_pair::{DirectionPair, PairFault, PairSolution, SAME_DIRECTION},
     free_plane::FreePlane,
     rotary_triples::{RotaryTriple, Target, Triples},
     tip_condition::{functions, value_and_gradient},
@@ -11,6 +11,12 @@ use crate::{
 
 /// Part of the largest coefficient of the tip condition below which it counts as zero all along a line.
 const NO_CONDITION: f64 = 1e-11;
+
+/// Part of it that is rounding.
+const MET: f64 = 1e-13;
+
+/// Rounding of a direction, rad.
+const DIRECTION_ROUNDING: f64 = 5e-16;
 
 /// Steps of Newton's method.
 const MOST_STEPS: usize = 12;
@@ -53,22 +59,30 @@ impl SummedRotaries {
         Ok(Self { pair, first_two, sign: w[1].dot(&beside).signum() })
     }
 
+    /// Rounding of a direction over the sine of its angle to the first axis: what is left open of the first value. At the pole
+    /// that is free.
+    fn open(&self, tool_axis: &Vector3<f64>) -> f64 {
+        let across = tool_axis.cross(&self.pair.first.direction).norm();
+        DIRECTION_ROUNDING / across.max(SAME_DIRECTION)
+    }
+
     /// All solutions for a target. Where a whole curve of them is, those at the reference value of its free joint; with the
     /// tool along the first axis those of [`FreePlane::solve`].
-    pub(crate) fn solve(&self, target: &Target, reference: [f64; 3]) -> Triples {
+    pub(crate) fn solve(&self, target: &Target<'_>, reference: [f64; 3]) -> Triples {
         let mut all = Triples::new();
         if let PairSolution::FirstFree(second) = self.pair.solve(&target.tool_axis) {
             self.free_plane(second).solve(target, reference, &mut all);
             return all;
         }
+        let open = self.open(&target.tool_axis);
         for line in self.lines(target, reference).into_iter().flatten() {
-            along(target, &line, reference, &mut all);
+            along(target, &line, reference, open, &mut all);
         }
         all
     }
 
     /// The solution nearest to a reference position on its line; `None` where Newton's method does not find one.
-    pub(crate) fn near(&self, target: &Target, reference: [f64; 3]) -> Option<RotaryTriple> {
+    pub(crate) fn near(&self, target: &Target<'_>, reference: [f64; 3]) -> Option<RotaryTriple> {
         let branch = self.branch_of(reference);
         let line = self.lines(target, reference).into_iter().flatten().find(|l| l.branch == branch)?;
         let (value, error) = line.polished(target, reference[line.unknown]);
@@ -90,7 +104,7 @@ impl SummedRotaries {
 
     /// The rotary values at a value of the unknown on one branch; with the tool along the first axis those that meet the tip
     /// condition best there.
-    pub(crate) fn values_at(&self, target: &Target, value: f64, positive: bool) -> Option<[f64; 3]> {
+    pub(crate) fn values_at(&self, target: &Target<'_>, value: f64, positive: bool) -> Option<[f64; 3]> {
         if let PairSolution::FirstFree(second) = self.pair.solve(&target.tool_axis) {
             return Some(self.free_plane(second).best_at(target, value)[usize::from(!positive)]);
         }
@@ -99,7 +113,7 @@ impl SummedRotaries {
         line.map(|l| l.values(value))
     }
 
-    fn lines(&self, target: &Target, reference: [f64; 3]) -> [Option<Line>; 2] {
+    fn lines(&self, target: &Target<'_>, reference: [f64; 3]) -> [Option<Line>; 2] {
         let line = |[first, second]: [f64; 2], branch| self.line(first, second, branch);
         match self.pair.solve(&target.tool_axis) {
             PairSolution::Two { positive, negative } => {
@@ -132,20 +146,23 @@ impl SummedRotaries {
     }
 }
 
-/// The solutions on one line.
-pub(crate) fn along(target: &Target, line: &Line, reference: [f64; 3], all: &mut Triples) {
+/// The solutions on one line, the place of which is known to `open`, rad: two that come so near to each other that they may be
+/// one, or just missed, are told too.
+pub(crate) fn along(target: &Target<'_>, line: &Line, reference: [f64; 3], open: f64, all: &mut Triples) {
     let mut samples = [0.0; SAMPLES];
     for (k, sample) in samples.iter_mut().enumerate() {
         *sample = line.condition(target, sample_angle(k)).0;
     }
     let size = samples.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-    if size < NO_CONDITION * target.scale {
-        all.push(line.triple(reference[line.unknown], line.free.or(Some(line.unknown))));
+    // Beside a curve of solutions there are some that are not where the reference is.
+    let at_reference = reference[line.unknown];
+    if size < NO_CONDITION * target.scale && line.condition(target, at_reference).0.abs() < MET * target.scale {
+        all.push(line.triple(at_reference, line.free.or(Some(line.unknown))));
         return;
     }
-    for &seed in real_roots(&samples, 4e-15 * target.scale).as_slice() {
+    for &seed in real_roots(&samples, (4e-15 + open) * target.scale).as_slice() {
         let (value, error) = line.polished(target, seed);
-        if error < 1e-12 {
+        if error < 1e-12 + 2.0 * open {
             all.push(line.triple(value, line.free));
         }
     }
@@ -161,13 +178,13 @@ impl Line {
     }
 
     /// The tip condition and its derivative along the line.
-    fn condition(&self, target: &Target, value: f64) -> (f64, f64) {
+    fn condition(&self, target: &Target<'_>, value: f64) -> (f64, f64) {
         let (f, gradient) = value_and_gradient(&target.t, &self.values(value).map(functions));
         (f, gradient.dot(&Vector3::from(self.direction)))
     }
 
     /// Newton's method, and what it leaves of the tip condition over its scale.
-    fn polished(&self, target: &Target, start: f64) -> (f64, f64) {
+    fn polished(&self, target: &Target<'_>, start: f64) -> (f64, f64) {
         let (mut best, (mut f, mut slope)) = (start, self.condition(target, start));
         let mut step = -f / slope;
         for _ in 0..MOST_STEPS {

@@ -5,16 +5,27 @@ use nalgebra::{Rotation3, Unit, Vector3};
 use crate::{
     Branch,
     direction_pair::{RotaryAxis, angle},
+    middle_rotary::MiddleRotary,
     rotary_triples::{RotaryTriple, Target, Triples},
     screw_chain::ScrewChain,
     tip_condition::{TipCondition, functions, value_and_gradient},
-    trig_roots::{SAMPLES, Seeds, real_roots, sample_directions},
+    trig_roots::{SAMPLES, real_roots, sample_directions},
 };
 
 /// Rotary values nearer to each other than this are one solution too if those in the middle between them are a solution.
 const MAYBE_SAME: f64 = 1e-2;
 /// How nearly: rad, and the part of the tip condition's scale.
 const STILL_SOLUTION: f64 = 2e-13;
+
+/// First and third values nearer to those of a curve of solutions at the pole than this are on it, rad: a solution beside it is a
+/// double root there, known to the root of the rounding.
+const STILL_ON_CURVE: f64 = 1e-7;
+
+/// Rounding of the tip condition as part of its scale.
+const ROUNDING: f64 = 2e-16;
+
+/// Difference from the target, rad and part of the tip condition's scale, that the forward solution may still accept.
+const MET: f64 = 1e-12;
 
 /// Part of the largest coefficient of the tip condition below which its polynomial counts as zero, so that any value solves it.
 const NO_CONDITION: f64 = 1e-11;
@@ -25,6 +36,10 @@ const BESIDE_POLE: f64 = 0.02;
 
 /// Part of the largest coefficient of the tip condition below which it hardly tells the middle value at its pole.
 const HARDLY_A_CONDITION: f64 = 1e-5;
+
+/// Length of a stretch on which the polynomial is 0 to rounding from which on it is looked at as a curve of solutions, rad. Eight
+/// roots that meet are a stretch of 0.02.
+const CURVE: f64 = 0.1;
 
 /// Steps of Newton's method. From a root of the polynomial two are enough; at a double root every step halves the distance,
 /// from 0.01 rad to what rounding leaves of it in some thirty.
@@ -112,7 +127,7 @@ impl ThreeRotaries {
     }
 
     /// All solutions for a target; where a whole curve of them is, those at the reference value of its free joint.
-    pub(crate) fn solve(&self, target: &Target, reference: [f64; 3]) -> Triples {
+    pub(crate) fn solve(&self, target: &Target<'_>, reference: [f64; 3]) -> Triples {
         let harmonics = self.harmonics(target);
         let mut all = Triples::new();
         let mut samples = [0.0; SAMPLES];
@@ -123,14 +138,20 @@ impl ThreeRotaries {
             *sample = (g_sq - h_sq) / at.d;
             size = size.max((g_sq + h_sq.abs()) / at.d);
         }
+        let is_near_pole = self.beside_pole(target, &harmonics, reference, &mut all);
         if size < (NO_CONDITION * target.scale).powi(2) {
             self.on_curve(target, &harmonics, reference, &mut all);
             return all;
         }
-        self.beside_pole(target, &harmonics, reference, &mut all);
         let seeds = real_roots(&samples, 1e-14 * size);
+        if seeds.widest > CURVE {
+            self.on_curve(target, &harmonics, reference, &mut all);
+        }
         for &phi in seeds.as_slice() {
             self.at_root(target, &harmonics, phi, &mut all);
+        }
+        if is_near_pole || seeds.widest > CURVE {
+            self.by_middle(target, &mut all);
         }
         if seeds.cut_off {
             self.on_curve(target, &harmonics, reference, &mut all);
@@ -139,7 +160,7 @@ impl ThreeRotaries {
     }
 
     /// Newton's method from a reference position; `None` where it does not converge.
-    pub(crate) fn near(&self, target: &Target, reference: [f64; 3]) -> Option<RotaryTriple> {
+    pub(crate) fn near(&self, target: &Target<'_>, reference: [f64; 3]) -> Option<RotaryTriple> {
         let start = [0, 1, 2].map(|k| reference[k] - self.zero[k]);
         let (values, error) = self.polished(target, start);
         (error < 1e-12).then(|| self.triple(values, None))
@@ -160,7 +181,7 @@ impl ThreeRotaries {
     }
 
     /// The rotary values at an angle φ of the first on one side of the third; `None` where there is none.
-    pub(crate) fn values_at(&self, target: &Target, phi: f64, positive: bool) -> Option<[f64; 3]> {
+    pub(crate) fn values_at(&self, target: &Target<'_>, phi: f64, positive: bool) -> Option<[f64; 3]> {
         let harmonics = self.harmonics(target);
         let (sin, cos) = phi.sin_cos();
         let at = self.at(&harmonics, [cos, sin]);
@@ -169,12 +190,12 @@ impl ThreeRotaries {
 
     /// H at an angle φ of the first rotary.
     #[cfg(test)]
-    pub(crate) fn polynomial(&self, target: &Target, phi: f64) -> f64 {
+    pub(crate) fn polynomial(&self, target: &Target<'_>, phi: f64) -> f64 {
         let at = self.at(&self.harmonics(target), [phi.cos(), phi.sin()]);
         (at.g * at.g - at.sin_third_sq * at.h * at.h) / at.d
     }
 
-    fn harmonics(&self, target: &Target) -> Harmonics {
+    fn harmonics(&self, target: &Target<'_>) -> Harmonics {
         let a = &target.tool_axis;
         let (x, y) = (a.dot(&self.first.zero), a.dot(&self.first.quarter));
         let azimuth = y.atan2(x);
@@ -218,7 +239,7 @@ impl ThreeRotaries {
     }
 
     /// The solutions at a root of the polynomial.
-    fn at_root(&self, target: &Target, of: &Harmonics, phi: f64, all: &mut Triples) {
+    fn at_root(&self, target: &Target<'_>, of: &Harmonics, phi: f64, all: &mut Triples) {
         let (sin, cos) = phi.sin_cos();
         let at = self.at(of, [cos, sin]);
         // Roots near the edge of the third's reach are only known to the root of the rounding.
@@ -237,7 +258,7 @@ impl ThreeRotaries {
     }
 
     /// Adds a solution that can be told from those that are there.
-    fn add(&self, target: &Target, values: [f64; 3], error: f64, all: &mut Triples) {
+    fn add(&self, target: &Target<'_>, values: [f64; 3], error: f64, all: &mut Triples) {
         if error > 1e-11 {
             return;
         }
@@ -248,7 +269,10 @@ impl ThreeRotaries {
                 d - 2.0 * PI * (0.5 * d / PI).round()
             });
             let middle = [0, 1, 2].map(|k| values[k] + 0.5 * way[k]);
-            way.iter().all(|d| d.abs() < MAYBE_SAME) && self.error(target, middle).0 < STILL_SOLUTION
+            let is_near = way.iter().all(|d| d.abs() < MAYBE_SAME);
+            // Another one of those that differ in the free value alone.
+            let on_its_curve = other.free == Some(1) && way[0].abs().max(way[2].abs()) < STILL_ON_CURVE;
+            on_its_curve || is_near && self.is_met(target, middle)
         };
         if !all.as_slice().iter().any(one_with) {
             all.push(triple);
@@ -256,13 +280,16 @@ impl ThreeRotaries {
     }
 
     /// At the pole of the middle joint, where b and v lie along it, its value follows from the tip condition alone.
-    fn beside_pole(&self, target: &Target, of: &Harmonics, reference: [f64; 3], all: &mut Triples) {
+    /// Returns whether it is near.
+    fn beside_pole(&self, target: &Target<'_>, of: &Harmonics, reference: [f64; 3], all: &mut Triples) -> bool {
         let to_first = of.across.atan2(of.along);
         let from_second = [(to_first - self.between).abs(), (PI - to_first - self.between).abs()];
+        let mut is_near = false;
         for (k, (phi, third)) in [(0.0, 0.0), (PI, PI)].into_iter().enumerate() {
             if from_second[k].max(self.spindle_from_second[k]) > BESIDE_POLE {
                 continue;
             }
+            is_near = true;
             let first = of.azimuth - phi;
             let [e1, e3] = [functions(first), functions(third)];
             let by_second = |j: usize| {
@@ -270,68 +297,49 @@ impl ThreeRotaries {
             };
             let [p, c, s] = [0, 1, 2].map(by_second);
             let (amplitude, phase) = (c.hypot(s), s.atan2(c));
-            let hardly = amplitude.max(p.abs()) < HARDLY_A_CONDITION * target.scale;
             let here = reference[1] - self.zero[1];
-            if hardly && self.error(target, [first, here, third]).0 < STILL_SOLUTION {
-                all.push(self.triple([first, here, third], Some(1)));
-                continue;
+            if amplitude.max(p.abs()) < HARDLY_A_CONDITION * target.scale {
+                let n_before = all.as_slice().len();
+                for values in self.middle(target).triples(here) {
+                    if self.error(target, values).0 < MET {
+                        all.push(self.triple(values, Some(1)));
+                    }
+                }
+                if all.as_slice().len() > n_before {
+                    continue;
+                }
             }
             let half = (-p / amplitude).clamp(-1.0, 1.0).acos();
             for second in [phase + half, phase - half] {
                 self.add_from(target, [first, second, third], all);
             }
-            for &second in self.seconds_beside_pole(target, of, [first, third]).as_slice() {
-                let [off_first, off_third] = self.off_pole(of, third, second);
-                self.add_from(target, [first + off_first, second, third + off_third], all);
-            }
+        }
+        is_near
+    }
+
+    /// The solutions by the value of the middle joint.
+    fn by_middle(&self, target: &Target<'_>, all: &mut Triples) {
+        let middle = self.middle(target);
+        for start in middle.roots().as_slice().iter().flat_map(|&second| middle.triples(second)) {
+            self.add_from(target, start, all);
         }
     }
 
-    /// Roots of the tip condition times sin q₂ where b and v are put on each other to the first order in the values of first
-    /// and third joint, counted from the pole: a polynomial of degree 2 in q₂.
-    fn seconds_beside_pole(&self, target: &Target, of: &Harmonics, [first, third]: [f64; 2]) -> Seeds {
-        let mut samples = [0.0; SAMPLES];
-        for (sample, &[cos, sin]) in samples.iter_mut().zip(sample_directions()) {
-            let e = [functions(first), [1.0, cos, sin], functions(third)];
-            let (f, gradient) = value_and_gradient(&target.t, &e);
-            let [off_first, off_third] = self.off_pole_times_sine(of, third, cos);
-            *sample = f * sin + gradient.x * off_first + gradient.z * off_third;
-        }
-        real_roots(&samples, 4e-15 * target.scale)
+    pub(crate) fn middle<'a>(&'a self, target: &'a Target<'a>) -> MiddleRotary<'a> {
+        MiddleRotary { w: &self.w, spindle: &self.spindle, target }
     }
 
-    /// Values of first and third joint, counted from the pole with the third at 0 or π, that put b and v on each other at a
-    /// value of the second one; to the first order, no larger than where that holds.
-    fn off_pole(&self, of: &Harmonics, third: f64, second: f64) -> [f64; 2] {
-        let (sin, cos) = second.sin_cos();
-        let most = 2.0 * BESIDE_POLE;
-        self.off_pole_times_sine(of, third, cos).map(|off| {
-            let off = off / sin;
-            if off.is_finite() { off.clamp(-most, most) } else { 0.0 }
-        })
-    }
-
-    fn off_pole_times_sine(&self, of: &Harmonics, third: f64, cos: f64) -> [f64; 2] {
-        let [[cos1, sin1], [cos2, sin2], [cos3, sin3]] = self.sides;
-        let side = if third == 0.0 { 1.0 } else { -1.0 };
-        // Across w₂, to the first order: b = (b, −across·side·Δφ), v = (v, −sin₃·side·Δq₃), and Rot(q₂)·v = b.
-        let b = of.along * sin1 - of.across * cos1 * side;
-        let v = sin2 * cos3 - cos2 * sin3 * side;
-        let off_phi = (b * cos - v) / (of.across * side);
-        let off_third = (b - v * cos) / (sin3 * side);
-        [-off_phi, off_third]
-    }
-
-    fn add_from(&self, target: &Target, start: [f64; 3], all: &mut Triples) {
+    fn add_from(&self, target: &Target<'_>, start: [f64; 3], all: &mut Triples) {
         let (values, error) = self.polished(target, start);
         self.add(target, values, error, all);
     }
 
     /// Where every value of the first joint gives solutions: those at its reference value, or, where the third has none
     /// there, at the nearest of a row of values.
-    fn on_curve(&self, target: &Target, of: &Harmonics, reference: [f64; 3], all: &mut Triples) {
+    fn on_curve(&self, target: &Target<'_>, of: &Harmonics, reference: [f64; 3], all: &mut Triples) {
         let at_reference = of.azimuth - (reference[0] - self.zero[0]);
         let n = 180;
+        let n_before = all.as_slice().len();
         for k in 0..=2 * n {
             // 0, 1, −1, 2, −2, … degrees.
             let off = f64::from((k + 1) / 2) * PI / f64::from(n) * if k % 2 == 1 { 1.0 } else { -1.0 };
@@ -346,10 +354,18 @@ impl ThreeRotaries {
                     all.push(self.triple(values, Some(0)));
                 }
             }
-            if !all.as_slice().is_empty() {
+            if all.as_slice().len() > n_before {
                 return;
             }
         }
+    }
+
+    /// Whether the forward solution at these values cannot be told from the target.
+    fn is_met(&self, target: &Target<'_>, q: [f64; 3]) -> bool {
+        let tip = value_and_gradient(&target.t, &q.map(functions)).0.abs();
+        let sine = target.condition.sine(&q).min(1.0);
+        // Where the linear joints are nearly parallel, a small value of the condition is a long way of theirs.
+        self.error(target, q).0 < STILL_SOLUTION && tip < (STILL_SOLUTION * sine + ROUNDING) * target.scale
     }
 
     fn triple(&self, values: [f64; 3], free: Option<usize>) -> RotaryTriple {
@@ -363,7 +379,7 @@ impl ThreeRotaries {
     }
 
     /// How far values are from the target, rad (the tip condition over its scale), and the Newton step from there.
-    fn error(&self, target: &Target, q: [f64; 3]) -> (f64, Option<Vector3<f64>>) {
+    fn error(&self, target: &Target<'_>, q: [f64; 3]) -> (f64, Option<Vector3<f64>>) {
         let e = q.map(functions);
         let [w1, w2, w3] = &self.w;
         let b = turned(w1, [e[0][1], -e[0][2]], &target.tool_axis);
@@ -387,7 +403,7 @@ impl ThreeRotaries {
 
     /// Newton's method on all three values, which also holds where two roots of the polynomial meet. Returns the best values
     /// and their [error](Self::error).
-    fn polished(&self, target: &Target, start: [f64; 3]) -> ([f64; 3], f64) {
+    fn polished(&self, target: &Target<'_>, start: [f64; 3]) -> ([f64; 3], f64) {
         const LARGEST_STEP: f64 = 0.3;
         let mut best = start;
         let (mut error, mut step) = self.error(target, start);

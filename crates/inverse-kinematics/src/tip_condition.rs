@@ -49,6 +49,13 @@ impl TipCondition {
         Self { parts }
     }
 
+    /// Sine of the angle between the two linear joints: the condition over it is the tip's distance from their plane, mm.
+    pub(crate) fn sine(&self, values: &[f64; 3]) -> f64 {
+        let e = values.map(functions);
+        let [_, x, y, z, _] = &self.parts;
+        Vector3::from([x, y, z].map(|part| value_and_gradient(part, &e).0)).norm()
+    }
+
     /// The condition for one tip.
     pub(crate) fn at(&self, tip: &Point3<f64>, tool_length: f64) -> Coefficients {
         let [constant, x, y, z, length] = &self.parts;

@@ -53,6 +53,8 @@ pub(crate) struct Seeds {
     n: usize,
     /// The stretch that is being put together.
     stretch: Option<[f64; 2]>,
+    /// Length of the longest stretch.
+    pub(crate) widest: f64,
     /// More pieces than are looked at: the polynomial is zero, or nearly so, along an arc.
     pub(crate) cut_off: bool,
 }
@@ -79,6 +81,7 @@ impl Seeds {
 
     fn end_stretch(&mut self) {
         if let Some([low, high]) = self.stretch.take() {
+            self.widest = self.widest.max(high - low);
             let n = if high - low < NARROW { 3 } else { 5 };
             for k in 0..n {
                 self.push(low + (high - low) * f64::from(k) / f64::from(n - 1));
@@ -105,7 +108,7 @@ impl Seeds {
 /// double root is found, and one that rounding has turned into a near miss.
 pub(crate) fn real_roots(samples: &[f64; SAMPLES], noise: f64) -> Seeds {
     let basis: &Basis = &BASIS;
-    let mut seeds = Seeds { angles: [0.0; MOST_SEEDS], n: 0, stretch: None, cut_off: false };
+    let mut seeds = Seeds { angles: [0.0; MOST_SEEDS], n: 0, stretch: None, widest: 0.0, cut_off: false };
     let mut budget = MOST_PIECES;
     for arc in 0..ARCS {
         let mut shifted = [0.0; SAMPLES];

@@ -104,3 +104,30 @@ fn with_the_tool_along_the_first_of_parallel_rotaries_a_pose_is_reached_from_any
     // Poses that neither free joint reaches from where it stands are among them.
     assert!(n_machines >= 6 && far > 20, "{n_machines} machines, {far} far");
 }
+
+/// A table that turns about its z, and a head with Y and X level at a right angle to each other, B and A.
+fn with_head(rotaries: Vec<DhRow>) -> Result<Machine, MachineError> {
+    let table = vec![rotary("C", Sense::Positive, None, row(0.0, 0.0, 0.0, 0.0))];
+    let mut tool = head_yxz();
+    tool[2].joint = None;
+    tool.extend(rotaries);
+    Machine::from_file(file(table, tool))
+}
+
+#[test]
+fn a_machine_that_has_four_degrees_of_freedom_in_every_pose_is_refused_with_the_axes() {
+    let side = |axis, alpha| rotary(axis, Sense::Positive, None, row(30.0, alpha, 50.0, 20.0));
+    let end = |alpha| row(10.0, alpha, -80.0, 15.0);
+    // Axes in general directions.
+    let good = with_head(vec![side("B", 70.0), side("A", 50.0), end(-40.0)]);
+    assert!(good.is_ok(), "{good:?}");
+    // B and C upright: X and Y make up for what a turn of both does, wherever the tool is.
+    let bad = with_head(vec![side("B", 0.0), side("A", 90.0), end(-40.0)]);
+    match bad {
+        Err(MachineError::DependentAxes { axes }) => {
+            let letters: Vec<_> = axes.iter().map(AxisLetter::as_str).collect();
+            assert_eq!(letters, ["X", "Y", "B", "C"]);
+        }
+        other => panic!("{other:?}"),
+    }
+}
