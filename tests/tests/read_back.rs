@@ -1,9 +1,13 @@
 //! The written program, run by an interpreter, kinematics and distances that share nothing with the planner.
 
+use facemill::cl_data::CuttingLaw;
+use facemill::inverse_kinematics::{AxisValues, Machine, deviation_bound};
 use facemill::nc_program::read_apt;
 use facemill_tests::interpreter::{self, Motion};
 use facemill_tests::jobs::{JobFolder, small_patch, small_propeller, text_of};
+use facemill_tests::paper_machine::{PIVOT_TO_FACE, tool_on_table};
 use facemill_tests::read_back::{Ground, ReadBack};
+use nalgebra::{Unit, Vector3};
 
 /// `strides`: of how many motions one is looked at, for the cutter and for the bodies.
 fn check_program(job: &JobFolder, strides: (usize, usize)) {
@@ -36,6 +40,7 @@ fn check_program(job: &JobFolder, strides: (usize, usize)) {
     }
     check_bodies(&back, &motions, strides.1, report.worst.clearance_mm.expect("a clearance"));
     check_apt(&back, &motions, &text_of(&planned, "program.apt"));
+    check_deviation_bounds(job, &back, &motions);
 }
 
 /// No body comes nearer than its clearance allows (0.1 mm of slack between planned points), nor than the report says.
@@ -67,6 +72,49 @@ fn check_apt(back: &ReadBack, motions: &[Motion], apt: &str) {
         assert!((axis.into_inner() - p.cl.axis.into_inner()).norm() < 1e-5, "line {}", m.line);
         assert_eq!(m.rapid, p.kind == facemill::nc_program::AptPointKind::Rapid, "line {}", m.line);
     }
+}
+
+/// Largest distance of the tip (mm) and angle of the tool axis (rad) between a block's motion and what its ends mean: the tip
+/// straight, the axis turning evenly from one to the other.
+fn deviation_by_sampling(m: &Motion, pivot_length: f64) -> [f64; 2] {
+    let angle = |u: &Vector3<f64>, v: &Vector3<f64>| u.cross(v).norm().atan2(u.dot(v));
+    let [(a, u), (b, v)] = [&m.from, &m.to].map(|at| tool_on_table(at, pivot_length));
+    let turn = angle(&u, &v);
+    let n = 60;
+    (1..n).map(|k| f64::from(k) / f64::from(n)).fold([0.0_f64; 2], |[most_tip, most_axis], t| {
+        let (tip, axis) = tool_on_table(&m.from.lerp(&m.to, t), pivot_length);
+        let even = if turn < 1e-9 {
+            u.into_inner()
+        } else {
+            u.into_inner() * ((1.0 - t) * turn).sin() + v.into_inner() * (t * turn).sin()
+        };
+        let off = (tip - (a + (b - a) * t)).norm();
+        [most_tip.max(off), most_axis.max(angle(&axis, &Unit::new_normalize(even)))]
+    })
+}
+
+/// The bound on what a block bends is never below what dense sampling of it finds, and at most a tenth above.
+fn check_deviation_bounds(job: &JobFolder, back: &ReadBack, motions: &[Motion]) {
+    let machine = Machine::from_json(&std::fs::read(job.path("machine.json")).unwrap()).unwrap();
+    let (mut worst, mut n) = ([0.0_f64; 2], [0; 2]);
+    for m in motions {
+        let [from, to] =
+            [&m.from, &m.to].map(|at| AxisValues::from([at.x, at.y, at.z, at.b.to_radians(), at.c.to_radians()]));
+        let length = back.pivot_length - PIVOT_TO_FACE;
+        let bound = deviation_bound(&machine, CuttingLaw::AxesLinear, &from, &to, length);
+        let found = deviation_by_sampling(m, back.pivot_length);
+        // Below a nanometre or 1e-9 rad bounds are not made sharp, and sampling in doubles is rounding.
+        for (k, (bound, negligible)) in [(bound.tip, 1e-6), (bound.axis, 1e-9)].into_iter().enumerate() {
+            assert!(bound >= found[k] - 1e-9, "line {}: {bound} below {}", m.line, found[k]);
+            if found[k] > negligible {
+                assert!(bound <= 1.1 * found[k], "line {}: {bound} for {}", m.line, found[k]);
+                worst[k] = worst[k].max(bound / found[k]);
+                n[k] += 1;
+            }
+        }
+    }
+    println!("bounds up to {worst:?} of what is there, {n:?} of {} blocks", motions.len());
+    assert!(n.iter().all(|n| 2 * n > motions.len()), "{n:?} of {} blocks bend", motions.len());
 }
 
 #[test]
