@@ -315,7 +315,9 @@ impl<'b, 's, 'a> Band<'b, 's, 'a> {
         Configuration { axes, branch }
     }
 
-    /// The posture of a rotary position at a point, brought into the ranges of the search.
+    /// The posture of a rotary position at a point, brought into the ranges of the search. With three rotary axes a position that
+    /// has been smoothed gives the tool axis, but brings the tip to its place only with the rotary values that are solved for
+    /// when the posture is tested.
     fn posture(&self, k: usize, axes: &AxisValues) -> Posture {
         let test = self.pass.test;
         let on_table = test.cell.machine.cl_point(axes, test.cell.tool.gauge_length());
