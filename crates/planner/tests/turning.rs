@@ -101,8 +101,39 @@ fn rings(radii: &[f64]) -> Value {
     json!({ "format": "facemill-path/1", "frame": "work", "passes": passes })
 }
 
-/// Rings on a plane with stops of the table's axis; the report's count of turns back.
-fn turned_back(limits: Option<[f64; 2]>) -> usize {
+/// Rings on a plane with stops of the table's axis.
+fn turned_back(limits: Option<[f64; 2]>) -> Turned {
+    let range = limits.map(|[min, max]| json!({ "limited": { "min_deg": min, "max_deg": max } }));
+    let machine = range.map(|range| ("/workpiece_chain/rows/0/joint/revolute/range", range));
+    rings_on(machine.as_slice(), limits)
+}
+
+/// What the report counts, and the way of C in each pass or part of one.
+struct Turned {
+    count: usize,
+    inserted: usize,
+    ways: Vec<[f64; 2]>,
+}
+
+impl Turned {
+    /// The fewest turns back on links with which whole passes are cut in any windings within limits.
+    fn fewest(&self, [min, max]: [f64; 2]) -> usize {
+        let mut ends: Vec<(f64, usize)> = Vec::new();
+        for (k, [from, to]) in self.ways.iter().enumerate() {
+            let wound = (-4..=4).map(|n| [from + 360.0 * f64::from(n), to + 360.0 * f64::from(n)]);
+            let held = wound.filter(|way| way.iter().all(|c| (min..=max).contains(c)));
+            let after = |[from, to]: [f64; 2]| {
+                let turns = |(end, n): &(f64, usize)| n + usize::from((from - end).abs() > 180.0);
+                (to, if k == 0 { 0 } else { ends.iter().map(turns).min().unwrap() })
+            };
+            ends = held.map(after).collect();
+        }
+        ends.iter().map(|(_, n)| *n).min().unwrap()
+    }
+}
+
+/// Rings on a plane with values of the machine file set, C within these limits.
+fn rings_on(machine: &[(&str, Value)], limits: Option<[f64; 2]>) -> Turned {
     let path = json!({ "file": { "file": "path.json", "max_distance_mm": 0.1, "uncut_side": "right" } });
     let job = [
         ("/operations/0/path", path),
@@ -111,9 +142,7 @@ fn turned_back(limits: Option<[f64; 2]>) -> usize {
         ("/operations/0/search/rotate_deg", json!([0.0, 10.0])),
         ("/operations/0/tolerances/cusp_mm", json!(2.0)),
     ];
-    let range = limits.map(|[min, max]| json!({ "limited": { "min_deg": min, "max_deg": max } }));
-    let machine = range.map(|range| ("/workpiece_chain/rows/0/joint/revolute/range", range));
-    let planned = planned(|_| 0.0, &job, machine.as_slice(), Some(rings(&[30.0, 27.0, 24.0])));
+    let planned = planned(|_| 0.0, &job, machine, Some(rings(&[30.0, 27.0, 24.0])));
     is_clean(&planned);
     let lines = lines(&planned);
     let mut turned = Vec::new();
@@ -132,16 +161,44 @@ fn turned_back(limits: Option<[f64; 2]>) -> usize {
         assert!(told.line == *line && told.axis == "C");
         assert!((told.from_deg - from).abs() < 1e-3 && (told.to_deg - to).abs() < 1e-3, "{told:?}");
     }
-    report.count
+    let cuts = lines.chunk_by(|a, b| a.rapid == b.rapid).filter(|run| !run[0].rapid);
+    let ways = cuts.map(|run| [run[0].c, run[run.len() - 1].c]).collect();
+    Turned { count: report.count, inserted: report.inserted, ways }
 }
 
 #[test]
 fn rings_on_a_table_with_stops_are_cut_whole_and_the_table_turns_back_in_the_air() {
-    assert_eq!(turned_back(None), 0);
-    // Once around asks for all that ±180° has: each ring is ended once, or once between two.
-    assert!(turned_back(Some([-180.0, 180.0])) >= 3);
-    // Three rings in one sense are 1080°: at least two turns back, and no more where the table has a whole turn to spare.
-    assert_eq!(turned_back(Some([-200.0, 560.0])), 2);
+    let endless = turned_back(None);
+    assert!(endless.count == 0 && endless.ways.iter().all(|[from, to]| ((to - from).abs() - 360.0).abs() < 20.0));
+    // Once around asks for all that ±180° has: each ring is ended once, and goes on in a part of its own.
+    let tight = turned_back(Some([-180.0, 180.0]));
+    assert!((tight.inserted, tight.ways.len()) == (3, 6) && tight.count >= 3, "{}", tight.count);
+    for limits in [[-200.0, 560.0], [-540.0, 540.0], [-900.0, 900.0]] {
+        let turned = turned_back(Some(limits));
+        assert_eq!((turned.count, turned.inserted), (turned.fewest(limits), 0), "{limits:?}");
+    }
+}
+
+#[test]
+fn a_head_with_stops_turns_back_above_the_part() {
+    let file = include_str!("../../../assets/machines/head-head-c-a.json");
+    let file: Value = serde_json::from_str(file).unwrap();
+    // The whole file, key by key.
+    let with = |min: f64, max: f64| {
+        let mut file = file.clone();
+        let rows = file.pointer_mut("/tool_chains/0/rows").unwrap().as_array_mut().unwrap();
+        let c = rows.iter_mut().find(|row| row["joint"]["revolute"]["axis"] == "C").unwrap();
+        c["joint"]["revolute"]["range"] = json!({ "limited": { "min_deg": min, "max_deg": max } });
+        let keys = ["workpiece_chain", "tool_chains", "bed_bodies", "motion", "feed"];
+        let values = keys.map(|key| (format!("/{key}"), file[key].clone()));
+        let values: Vec<(&str, Value)> =
+            values.iter().filter(|(_, v)| !v.is_null()).map(|(key, v)| (key.as_str(), v.clone())).collect();
+        rings_on(&values, Some([min, max]))
+    };
+    let as_it_is = with(-370.0, 370.0);
+    assert_eq!((as_it_is.count, as_it_is.inserted), (as_it_is.fewest([-370.0, 370.0]), 0));
+    let tight = with(-180.0, 180.0);
+    assert!((tight.inserted, tight.ways.len()) == (3, 6) && tight.count >= 3, "{}", tight.count);
 }
 
 /// Angle of the tool axis to the table's axis in cuts, smallest, deg: what B shows on this machine.
