@@ -3,7 +3,9 @@
 use facemill_cl_data::{Cancelled, CcPoint, Monitor, Posture};
 use facemill_inverse_kinematics::AxisValues;
 
+use crate::cusp::Strip;
 use crate::pair_values::{ValueNode, ValuePath, ValueState};
+use crate::pass_cost::CuspScale;
 use crate::shared_axis::{PostureRange, SharedAxis, turned_to};
 use crate::{Configuration, FeasiblePose, Hints, Infeasible, PoseTest};
 
@@ -33,6 +35,10 @@ pub struct PairSettings {
     pub ranges: [PostureRange; 2],
     /// Feed of each tip along its path, mm/s.
     pub feeds: [f64; 2],
+    /// Cusp that is allowed on each side, mm.
+    pub cusps: [f64; 2],
+    /// What lies between a pass and its neighbour on each side.
+    pub strips: [Strip; 2],
     /// Largest change of tilt per path length, rad/mm. Larger: less tilt spent on smoothness, but heads that jump.
     pub max_turn_per_mm: f64,
     /// Longest way between stations at which values of the shared axis are compared, mm. Larger: less to test, but what
@@ -142,7 +148,8 @@ impl PairTest<'_, '_> {
                 SharedAxis { test: self.tests[head], axis: self.shared, range: ranges[head], cc: cc[head], near };
             let tilt = middle(from.poses[head].posture.tilt, to.poses[head].posture.tilt);
             let found = axis.feasible(value, tilt, &mut hints[head]);
-            let found = found.or_else(|_| axis.smallest(value, tilt, &mut hints[head]));
+            let by_tilt = |p: Posture| p.tilt;
+            let found = found.or_else(|_| axis.cheapest(value, tilt, &by_tilt, &mut hints[head]).map(|found| found.0));
             found.map_err(|why| PairBlocked::Head { head, why })
         };
         let poses = [pose_of(0)?, pose_of(1)?];
@@ -152,10 +159,11 @@ impl PairTest<'_, '_> {
 
 /// Poses of both heads at every station, or why there are none.
 ///
-/// The values of the shared axis are the cheapest sequence over stations at most `spacing` apart: both tilts against their
-/// largest, and the axis' speed, each squared. Between them they follow a smooth curve. At every station each head has the
-/// smallest feasible tilt of those looked at, raised where that keeps its change within `max_turn_per_mm`, and is tested as
-/// it stands, alone and then with the other head.
+/// The values of the shared axis are the cheapest sequence over stations at most `spacing` apart: cusps on both sides against
+/// the allowed ones, tilts against their largest, and the axis' speed, each squared. Between them they follow a smooth
+/// curve. At every station each head has the cheapest feasible tilt of those looked at, raised where that keeps its change
+/// within `max_turn_per_mm` and where the heads would else be in each other's way, and is tested as it stands, alone and
+/// then with the other head.
 ///
 /// `start` is how the first head stands at the first station; the second one takes the branch on which it needs the nearest
 /// value of the shared axis.
@@ -184,25 +192,91 @@ impl<'p> PairPlan<'p, '_, '_> {
         let nears = self.nears(start);
         let times = self.times();
         let mut hints = [Hints::default(), Hints::default()];
-        let mut nodes = Vec::new();
-        for station in self.node_stations() {
-            self.monitor.checkpoint()?;
-            let (states, blocked) = self.states(station, &nears[station], &mut hints);
-            nodes.push(ValueNode { station, time: times[station], states, blocked });
+        let mut nodes: Vec<ValueNode> = Vec::new();
+        let mut wanted = self.node_stations();
+        loop {
+            for station in wanted {
+                self.monitor.checkpoint()?;
+                let (states, blocked) = self.states(station, &nears[station], &mut hints);
+                nodes.push(ValueNode { station, time: times[station], states, blocked });
+            }
+            nodes.sort_by_key(|n| n.station);
+            let values = self.values(&nodes, &times, &nears, &mut hints);
+            let found = self.apart(&values, &nears, &mut hints)?;
+            // Where the curve between nodes passes what a head can do, its values are looked at, too.
+            let is_node = |k: &usize| nodes.binary_search_by_key(k, |n| n.station).is_ok();
+            wanted = (0..found.len())
+                .filter(|k| matches!(found[*k], Err(PairBlocked::Head { .. })) && !is_node(k))
+                .collect();
+            if wanted.is_empty() {
+                return Ok(found);
+            }
         }
+    }
+
+    /// The value of the shared axis at every station.
+    fn values(
+        &self,
+        nodes: &[ValueNode],
+        times: &[f64],
+        nears: &[[Configuration; 2]],
+        hints: &mut [Hints; 2],
+    ) -> Vec<Result<f64, PairBlocked>> {
         let axis = &self.pair.tests[0].cell.machine.axes()[self.pair.shared];
-        let mut path = ValuePath::cheapest(&nodes, axis.max_velocity);
+        let mut path = ValuePath::cheapest(nodes, axis.max_velocity);
         path.smooth(|station, value| {
-            (0..2)
-                .all(|head| self.axis_at(station, head, &nears[station]).smallest(value, 0.0, &mut hints[head]).is_ok())
+            let mut stands = |head: usize| {
+                let axis = self.axis_at(station, head, &nears[station]);
+                axis.cheapest(value, 0.0, &self.cost(head), &mut hints[head]).is_ok()
+            };
+            stands(0) && stands(1)
         });
-        let values: Vec<Result<f64, PairBlocked>> =
-            times.iter().enumerate().map(|(k, &time)| path.value(k, time)).collect();
-        let first = self.head_poses(0, &values, &nears, &mut hints[0])?;
-        let second = self.head_poses(1, &values, &nears, &mut hints[1])?;
-        let both = first.into_iter().zip(second).zip(values);
+        times.iter().enumerate().map(|(k, &time)| path.value(k, time)).collect()
+    }
+
+    /// Poses of both heads at the values of the shared axis. Where they are in each other's way, both tilts are raised step by
+    /// step: opposite cutters that lean forward part behind their points.
+    fn apart(
+        &self,
+        values: &[Result<f64, PairBlocked>],
+        nears: &[[Configuration; 2]],
+        hints: &mut [Hints; 2],
+    ) -> Result<Vec<PairOutcome>, Cancelled> {
+        let mut least = [vec![0.0_f64; values.len()], vec![0.0_f64; values.len()]];
         let mut together = Hints::default();
-        Ok(both.map(|((a, b), value)| self.pair.together([a?, b?], value?, &mut together)).collect())
+        let mut rounds = 0;
+        loop {
+            let first = self.head_poses(0, values, nears, &least[0], &mut hints[0])?;
+            let second = self.head_poses(1, values, nears, &least[1], &mut hints[1])?;
+            let both = first.into_iter().zip(second).zip(values);
+            let found: Vec<PairOutcome> =
+                both.map(|((a, b), value)| self.pair.together([a?, b?], (*value)?, &mut together)).collect();
+            let mut raised = false;
+            for (k, outcome) in found.iter().enumerate() {
+                if !matches!(outcome, Err(PairBlocked::Together(_))) {
+                    continue;
+                }
+                for (head, least) in least.iter_mut().enumerate() {
+                    let [low, high] = self.settings.ranges[head].tilt;
+                    let wanted = least[k].max(low) + (high - low) / f64::from(RAISES);
+                    if wanted <= high + 1e-12 {
+                        (least[k], raised) = (wanted, true);
+                    }
+                }
+            }
+            rounds += 1;
+            if !raised || rounds > RAISES {
+                return Ok(found);
+            }
+        }
+    }
+
+    /// What a posture of a head costs per second.
+    fn cost(&self, head: usize) -> impl Fn(Posture) -> f64 + use<'p> {
+        let cutter = *self.pair.tests[head].cell.tool.cutter();
+        let scale = CuspScale { cutter, allowed: self.settings.cusps[head] };
+        let (strip, most) = (self.settings.strips[head], self.settings.ranges[head].tilt[1].max(VALUE_STEP));
+        move |posture| scale.rate(posture, &strip) + TILT_SHARE * (posture.tilt / most).powi(2)
     }
 
     /// The shared axis as seen by a head at a station.
@@ -288,6 +362,7 @@ impl<'p> PairPlan<'p, '_, '_> {
     ) -> (Vec<ValueState>, PairBlocked) {
         let axes = [0, 1].map(|head| self.axis_at(station, head, near));
         let values = [axes[0].values(), axes[1].values()];
+        let costs = [self.cost(0), self.cost(1)];
         let none = PairBlocked::NoCommonValue(values);
         let [Some(a), Some(b)] = values else { return (Vec::new(), none) };
         let (low, high) = (a[0].max(b[0]), a[1].min(b[1]));
@@ -296,38 +371,34 @@ impl<'p> PairPlan<'p, '_, '_> {
         let step = VALUE_STEP;
         for index in (low / step).ceil() as i64..=(high / step).floor() as i64 {
             let value = index as f64 * step;
-            let mut tilts = [0.0; 2];
+            let mut cost = 0.0;
             let found = (0..2).try_for_each(|head| {
-                let smallest = axes[head].smallest(value, 0.0, &mut hints[head]);
-                let pose = smallest.map_err(|why| PairBlocked::Head { head, why })?;
-                tilts[head] = pose.posture.tilt;
+                let cheapest = axes[head].cheapest(value, 0.0, &costs[head], &mut hints[head]);
+                cost += cheapest.map_err(|why| PairBlocked::Head { head, why })?.1;
                 Ok(())
             });
             match found {
-                Ok(()) => states.push(ValueState { value, cost: self.tilt_cost(tilts) }),
+                Ok(()) => states.push(ValueState { value, cost }),
                 Err(why) => blocked = blocked.or(Some(why)),
             }
         }
         (states, blocked.unwrap_or(none))
     }
 
-    fn tilt_cost(&self, tilts: [f64; 2]) -> f64 {
-        let share = |head: usize| (tilts[head] / self.settings.ranges[head].tilt[1].max(VALUE_STEP)).powi(2);
-        share(0) + share(1)
-    }
-
-    /// Poses of one head at the values of the shared axis: the smallest tilts, with their rate limited from both sides.
+    /// Poses of one head at the values of the shared axis: the cheapest tilts from the least ones on, with their rate limited
+    /// from both sides.
     fn head_poses(
         &self,
         head: usize,
         values: &[Result<f64, PairBlocked>],
         nears: &[[Configuration; 2]],
+        least: &[f64],
         hints: &mut Hints,
     ) -> Result<Vec<Result<FeasiblePose, PairBlocked>>, Cancelled> {
         let mut found = Vec::with_capacity(values.len());
         for (k, value) in values.iter().enumerate() {
             self.monitor.checkpoint()?;
-            found.push(value.and_then(|value| self.smallest_at(k, head, value, 0.0, nears, hints)));
+            found.push(value.and_then(|value| self.cheapest_at(k, head, value, least[k], nears, hints)));
         }
         for _ in 0..SMOOTHING_ROUNDS {
             let wanted = self.rate_limited(head, &found);
@@ -335,7 +406,7 @@ impl<'p> PairPlan<'p, '_, '_> {
             for k in 0..found.len() {
                 let (Ok(own), Some(wanted), Ok(value)) = (found[k], wanted[k], values[k]) else { continue };
                 if wanted > own.posture.tilt + 1e-9
-                    && let Ok(raised) = self.smallest_at(k, head, value, wanted, nears, hints)
+                    && let Ok(raised) = self.cheapest_at(k, head, value, wanted, nears, hints)
                 {
                     larger |= raised.posture.tilt > wanted + 1e-9;
                     found[k] = Ok(raised);
@@ -348,7 +419,7 @@ impl<'p> PairPlan<'p, '_, '_> {
         Ok(found)
     }
 
-    fn smallest_at(
+    fn cheapest_at(
         &self,
         station: usize,
         head: usize,
@@ -357,8 +428,9 @@ impl<'p> PairPlan<'p, '_, '_> {
         nears: &[[Configuration; 2]],
         hints: &mut Hints,
     ) -> Result<FeasiblePose, PairBlocked> {
-        let smallest = self.axis_at(station, head, &nears[station]).smallest(value, least, hints);
-        smallest.map_err(|why| PairBlocked::Head { head, why })
+        let axis = self.axis_at(station, head, &nears[station]);
+        let cheapest = axis.cheapest(value, least, &self.cost(head), hints);
+        cheapest.map(|found| found.0).map_err(|why| PairBlocked::Head { head, why })
     }
 
     /// Tilts that are nowhere below those found and change by no more than allowed from neighbour to neighbour.
@@ -382,6 +454,13 @@ impl<'p> PairPlan<'p, '_, '_> {
 
 /// Step of the values of the shared axis that are compared, rad.
 const VALUE_STEP: f64 = 1.0 * std::f64::consts::PI / 180.0;
+
+/// What the square of a tilt over its largest costs, where a cusp as high as allowed costs 1: enough to decide between postures
+/// that leave no cusps.
+const TILT_SHARE: f64 = 0.1;
+
+/// Steps in which tilts are raised to keep heads apart.
+const RAISES: u32 = 8;
 
 /// Rounds of raising tilts to their neighbours'.
 const SMOOTHING_ROUNDS: usize = 4;

@@ -77,7 +77,6 @@ impl SharedAxis<'_, '_> {
     }
 
     /// Postures of one tilt with the axis at `value`, the smallest turn from the feed first.
-    #[cfg(test)]
     pub(crate) fn on_tilt(&self, tilt: f64, value: f64) -> Vec<Posture> {
         self.on_tilt_at(&self.cc, tilt, value)
     }
@@ -175,22 +174,29 @@ impl SharedAxis<'_, '_> {
         Err(reason)
     }
 
-    /// The tested pose with the axis at `value` that has the smallest tilt of those looked at, from `least` on.
+    /// The tested pose with the axis at `value` that costs least by its posture, of the tilts that are looked at from `least`
+    /// on, and its cost.
     ///
     /// # Errors
-    /// As [`SharedAxis::feasible`], of the smallest tilt with a posture.
-    pub(crate) fn smallest(
+    /// As [`SharedAxis::feasible`], of the cheapest tilt with a posture.
+    pub(crate) fn cheapest(
         &self,
         value: f64,
         least: f64,
+        cost: &impl Fn(Posture) -> f64,
         hints: &mut Hints,
-    ) -> Result<FeasiblePose, Option<Infeasible>> {
-        let mut reason = None;
+    ) -> Result<(FeasiblePose, f64), Option<Infeasible>> {
         let least = least.max(self.range.tilt[0]);
         let above = self.range.tilts().filter(|t| *t > least);
-        for tilt in std::iter::once(least).chain(above) {
+        let mut rows: Vec<(f64, f64)> = std::iter::once(least)
+            .chain(above)
+            .filter_map(|tilt| Some((cost(*self.on_tilt(tilt, value).first()?), tilt)))
+            .collect();
+        rows.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut reason = None;
+        for (expected, tilt) in rows {
             match self.feasible(value, tilt, hints) {
-                Ok(pose) => return Ok(pose),
+                Ok(pose) => return Ok((pose, expected)),
                 Err(why) => reason = reason.or(why),
             }
         }

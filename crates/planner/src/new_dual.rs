@@ -46,7 +46,7 @@ pub(crate) fn dual_propeller_job(diameter: f64) -> Result<Vec<(String, Vec<u8>)>
         let strategy = json!({
             "cylindrical_sections": {
                 "axis_direction": [0.0, 0.0, 1.0],
-                "from_radius_mm": round_to(0.23 * diameter, 1),
+                "from_radius_mm": round_to(0.3 * diameter, 1),
                 "to_radius_mm": round_to(0.4875 * diameter, 1),
             }
         });
@@ -67,6 +67,8 @@ pub(crate) fn dual_propeller_job(diameter: f64) -> Result<Vec<(String, Vec<u8>)>
     let suction = side("suction side", 1, "blade-1/suction");
     let mut job = job_file(&format!("DTMB 4119, D {diameter} mm, both sides"), setup, suction);
     job["operations"] = json!([job["operations"][0], side("pressure side", 2, "blade-1/pressure")]);
+    // Nine words fill a line.
+    job["post"]["max_line_length"] = json!(200);
     job["second_tool"] = json!("tool-2.json");
     job["pairs"] = json!([{ "first": "suction side", "second": "pressure side" }]);
     let tool = tool_file(radius, 4.0 * radius);

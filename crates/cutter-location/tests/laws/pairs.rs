@@ -1,6 +1,7 @@
 //! Two heads that share an axis.
 
 use facemill_cl_data::{CcPoint, Silent};
+use facemill_cutter_location::cusp::Strip;
 use facemill_cutter_location::{
     Configuration, PairBlocked, PairPose, PairSettings, PairStation, PairTest, PoseTest, PostureRange, Workcell,
     plan_pair,
@@ -17,6 +18,11 @@ use crate::kit::{obstacle, tool, workcell};
 /// Middle of the part above the table frame's origin, along C; and its distance from C, along which the heads' B turns, mm.
 const ALONG: f64 = 150.0;
 const OUT: f64 = 350.0;
+
+/// The plate lies across the heads like a blade at its pitch: along C itself neither head's solution would be regular.
+fn table_from_work() -> Isometry3<f64> {
+    Isometry3::translation(0.0, OUT, ALONG) * Isometry3::rotation(Vector3::y() * 35.0_f64.to_radians())
+}
 
 /// A plate 20 mm thick across C, waves on both sides.
 fn plate() -> (PatchSpec, TriMesh) {
@@ -52,14 +58,21 @@ fn heads(tools: &[ToolAssembly; 2]) -> [Machine; 2] {
 
 fn cells<'a>(machines: &'a [Machine; 2], tools: &'a [ToolAssembly; 2], part: &'a MeshTree) -> [Workcell<'a>; 2] {
     [0, 1].map(|h: usize| Workcell {
-        table_from_work: Isometry3::translation(0.0, OUT, ALONG),
+        table_from_work: table_from_work(),
         ..workcell(&machines[h], &tools[h], vec![obstacle("plate", part)])
     })
 }
 
 fn settings(tilt: [f64; 2], shared_tests: f64) -> PairSettings {
     let range = PostureRange { tilt: tilt.map(f64::to_radians), rotate: [-85.0, 85.0].map(f64::to_radians) };
-    PairSettings { ranges: [range; 2], feeds: [20.0, 25.0], max_turn_per_mm: 0.02, spacing: shared_tests }
+    PairSettings {
+        ranges: [range; 2],
+        feeds: [20.0, 25.0],
+        cusps: [0.1; 2],
+        strips: [Strip { step_over: 5.0, curvature: 0.0 }; 2],
+        max_turn_per_mm: 0.02,
+        spacing: shared_tests,
+    }
 }
 
 /// How the first head stands at the first station, by the machine's own solution.
@@ -105,7 +118,7 @@ fn both_heads_stand_where_they_were_planned() {
         let pose = pose.as_ref().unwrap();
         for h in 0..2 {
             let (machine, tool) = (&planned.machines[h], &planned.tools[h]);
-            let work_from_table = Isometry3::translation(0.0, OUT, ALONG).inverse();
+            let work_from_table = table_from_work().inverse();
             let stands = machine.cl_point(&pose.axes, tool.gauge_length()).transformed(&work_from_table);
             let cc = station.cc[h];
             let lifted = CcPoint { position: cc.position + cc.normal.into_inner() * pose.poses[h].lift, ..cc };

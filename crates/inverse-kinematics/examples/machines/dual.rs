@@ -73,7 +73,7 @@ fn dual(name: &str, head: [AxisLine; 4]) -> MachineFile {
     let tool_chain = |(k, table_from_head): (usize, Isometry3<f64>)| {
         let bed_from_head = bed_from_table * table_from_head;
         let lines: Vec<AxisLine> =
-            head.iter().map(|line| numbered(moved(line.clone(), &bed_from_head), k + 1)).collect();
+            head.iter().map(|line| numbered(at_home(moved(line.clone(), &bed_from_head)), k + 1)).collect();
         let end = bed_from_head * Isometry3::translation(0.0, 0.0, NOSE);
         ToolChain { channel: k as u32 + 1, tool_interface: None, rows: rows_from_axes(&lines, &end) }
     };
@@ -111,6 +111,18 @@ fn moved_body(mut body: BodyFile, to_from: &Isometry3<f64>) -> BodyFile {
 /// To a millionth, without a sign of zero.
 fn rounded(value: f64) -> f64 {
     (value * 1e6).round() / 1e6 + 0.0
+}
+
+/// Homes beside the arbor and the headstock, and as far out as Z goes: behind them there is no room for the second head.
+fn at_home(mut line: AxisLine) -> AxisLine {
+    if let Joint::Prismatic(j) = &mut line.joint {
+        j.home_mm = match j.axis.as_str() {
+            "X" => 700.0,
+            "Z" => j.max_mm,
+            _ => 0.0,
+        };
+    }
+    line
 }
 
 /// The axis of head `head`: X1, X2. Its bodies are called by it too.

@@ -1,5 +1,6 @@
 //! The whole way through one setup of a machine with two heads.
 
+use facemill_cutter_location::cusp::Strip;
 use facemill_cutter_location::{PairSettings, PairTest, PoseTest, PostureRange, Workcell};
 use facemill_inverse_kinematics::{AxisValues, Branch};
 use facemill_z_map::ZMap;
@@ -420,6 +421,8 @@ pub(crate) fn run_planner<'r, 'a>(
         settings: PairSettings {
             ranges,
             feeds: files.map(|f| f.feeds.cutting_mm_min / 60.0),
+            cusps: files.map(|f| f.tolerances.cusp_mm),
+            strips: files.map(|f| Strip { step_over: f.tolerances.max_step_over_mm, curvature: 0.0 }),
             max_turn_per_mm: turn(files[0]).min(turn(files[1])),
             spacing: SPACING * radius,
         },
