@@ -23,7 +23,7 @@ pub struct MachineFile {
     pub assumed: Vec<AssumedFile>,
     /// From the bed to the table, on which the workpiece lies.
     pub workpiece_chain: WorkpieceChain,
-    /// From the bed to the spindle nose, one chain for each head.
+    /// From the bed to the spindle nose, one chain for each head: one, or two that share the axes of the workpiece chain.
     pub tool_chains: Vec<ToolChain>,
     /// Bodies that do not move.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]

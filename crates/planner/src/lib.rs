@@ -66,7 +66,7 @@ pub use check::describe_setup;
 pub use dual::{PairReport, PairSplit};
 pub use failure::Failure;
 pub use load::{Job, read_mesh};
-pub use machine_check::{MachineCheck, describe_machine};
+pub use machine_check::{MachineCheck, describe_heads, describe_machine};
 pub use plan::{PlanSettings, Planned, REJECTED, plan_setup};
 pub use solution_space::{SolutionSpace, SolutionSpaceRequest, solution_space};
 pub use summary::summary;

@@ -3,7 +3,7 @@
 use facemill_inverse_kinematics::{
     AssumedValue, Axis, AxisKind, AxisReach, AxisValues, Carrier, DhRow, LinkId, Machine, MachineFile,
 };
-use nalgebra::Vector3;
+use nalgebra::{Point3, Vector3};
 
 /// A machine in lines, and whether its inverse solution gave back every pose that was tried.
 pub struct MachineCheck {
@@ -30,7 +30,7 @@ pub fn describe_machine(machine: &Machine) -> Result<MachineCheck, facemill_inve
     let mut lines = vec![format!("machine \"{}\": {}", machine.name(), machine.family())];
     lines.extend(file.source.iter().map(|s| format!("  numbers from: {s}")));
     lines.extend(linear_axes(machine));
-    lines.extend(rows_of(&file));
+    lines.extend(rows_of(machine, &file));
     lines.push("axes at 0, from the table to the tool, in the table frame (* assumed)".to_owned());
     lines.extend(axis_table(machine, &file));
     lines.extend(zero_pose(machine, &file));
@@ -52,6 +52,78 @@ pub fn describe_machine(machine: &Machine) -> Result<MachineCheck, facemill_inve
         )
     };
     Ok(MachineCheck { lines, fault: (!closed).then(fault) })
+}
+
+/// The same for a machine as each of its heads sees it: every head in turn, then what they share and whether the views
+/// agree on where everything is.
+///
+/// # Errors
+/// As [`describe_machine`].
+pub fn describe_heads(views: &[Machine]) -> Result<MachineCheck, facemill_inverse_kinematics::MachineError> {
+    let [first, second] = views else {
+        return views.first().map_or(Ok(MachineCheck { lines: Vec::new(), fault: None }), describe_machine);
+    };
+    let (mut lines, mut fault) = (Vec::new(), None);
+    for view in views {
+        let checked = describe_machine(view)?;
+        let (number, chain, channel) = (view.head() + 1, view.head(), view.channel());
+        lines.push(format!("HEAD {number} of {}: tool_chains[{chain}], channel {channel}", views.len()));
+        lines.extend(checked.lines);
+        lines.push(String::new());
+        fault = fault.or(checked.fault.map(|f| format!("head {number}: {f}")));
+    }
+    let letters = |wanted: &dyn Fn(usize) -> bool| {
+        let all = (0..first.axes().len()).filter(|&k| wanted(k)).map(|k| first.axes()[k].letter.to_string());
+        all.collect::<Vec<_>>().join(" ")
+    };
+    lines.push("BOTH HEADS".to_owned());
+    lines.push(format!("axes in the order of words: {}", letters(&|_| true)));
+    lines.push(format!("shared, so that both heads need the same value: {}", letters(&|k| first.is_shared(k))));
+    let off = views_differ_by(first, second);
+    lines.push(format!(
+        "views of both heads over {POSES} positions: bodies of bed, table and both heads at the same places to {off:.1e} mm"
+    ));
+    if off > CLOSED[0] {
+        fault = fault.or(Some(format!("the views of both heads differ by {off:.1e} mm in where a body is")));
+    }
+    let common = first
+        .joint_lines()
+        .iter()
+        .zip(&second.joint_lines())
+        .all(|(a, b)| !first.is_shared(a.axis) || (a.axis, a.direction, a.point) == (b.axis, b.direction, b.point));
+    if common {
+        lines.push("views of both heads have the shared axes on the same lines".to_owned());
+    } else {
+        fault = fault.or(Some("the views of both heads have a shared axis on different lines".to_owned()));
+    }
+    Ok(MachineCheck { lines, fault })
+}
+
+/// Largest distance between the places that two views give a body's own origin and corners, mm.
+fn views_differ_by(first: &Machine, second: &Machine) -> f64 {
+    // What is of this head in one view is of the other head in the other.
+    let groups = [
+        (None, None),
+        (Some(Carrier::Table), Some(Carrier::Table)),
+        (Some(Carrier::Head), Some(Carrier::OtherHead)),
+        (Some(Carrier::OtherHead), Some(Carrier::Head)),
+    ];
+    let mut seed = 2_u64;
+    let mut worst = 0.0_f64;
+    for _ in 0..POSES {
+        let q = within_limits(first, &mut seed);
+        for (of_first, of_second) in groups {
+            let a = first.body_poses(&q).filter(|p| p.body.carrier() == of_first);
+            let b = second.body_poses(&q).filter(|p| p.body.carrier() == of_second);
+            for (a, b) in a.zip(b) {
+                let corner = a.body.body.solid.aabb().max;
+                let apart =
+                    [Point3::origin(), corner].map(|p| (a.table_from_solid * p - b.table_from_solid * p).norm());
+                worst = apart.into_iter().fold(worst, f64::max);
+            }
+        }
+    }
+    worst
 }
 
 /// Numbers without trailing zeros, and 0 without a sign.
@@ -78,7 +150,7 @@ fn linear_axes(machine: &Machine) -> Vec<String> {
     )]
 }
 
-fn rows_of(file: &MachineFile) -> Vec<String> {
+fn rows_of(machine: &Machine, file: &MachineFile) -> Vec<String> {
     let mut lines = vec!["rows (a mm, alpha deg, d mm, theta deg)".to_owned()];
     let mut chain = |name: String, rows: &[DhRow]| {
         for (k, row) in rows.iter().enumerate() {
@@ -89,7 +161,7 @@ fn rows_of(file: &MachineFile) -> Vec<String> {
         }
     };
     chain("workpiece_chain".to_owned(), &file.workpiece_chain.rows);
-    for (k, c) in file.tool_chains.iter().enumerate() {
+    for (k, c) in file.tool_chains.iter().enumerate().filter(|(k, _)| *k == machine.head()) {
         chain(format!("tool_chains[{k}]"), &c.rows);
     }
     lines
@@ -151,7 +223,7 @@ fn zero_pose(machine: &Machine, file: &MachineFile) -> Vec<String> {
     if let Some(k) = machine.first_beyond_limit(&zero) {
         lines.push(format!("  (axis {} cannot stand at 0)", machine.axes()[k].letter));
     }
-    let takes = file.tool_chains.iter().filter_map(|c| c.tool_interface.as_ref());
+    let takes = file.tool_chains.get(machine.head()).and_then(|c| c.tool_interface.as_ref()).into_iter();
     lines.extend(takes.map(|t| format!("  the nose takes {t}")));
     lines
 }
@@ -166,7 +238,8 @@ fn bodies_of(machine: &Machine) -> Vec<String> {
         LinkId::Row { carrier: Carrier::OtherHead, row } => format!("other head, row {row}"),
         LinkId::Row { carrier: Carrier::Table, row } => format!("table, row {row}"),
     };
-    let each = machine.bodies().iter().map(|b| format!("{} ({}; {} mm)", b.name(), on(b.link), short(b.clearance)));
+    let own = machine.bodies().iter().filter(|b| b.carrier() != Some(Carrier::OtherHead));
+    let each = own.map(|b| format!("{} ({}; {} mm)", b.name(), on(b.link), short(b.clearance)));
     vec![format!("bodies (link; clearance): {}", each.collect::<Vec<_>>().join(", "))]
 }
 
@@ -217,11 +290,7 @@ fn round_trip(machine: &Machine) -> RoundTrip {
     let mut seed = 1_u64;
     let mut trip = RoundTrip { worst: [0.0; 2], lost: 0 };
     for _ in 0..POSES {
-        let q = AxisValues::from_fn(machine.axes().len(), |k| {
-            let axis = &machine.axes()[k];
-            let (min, max) = if axis.endless { (-3.0, 3.0) } else { (axis.min, axis.max) };
-            min + (max - min) * random(&mut seed)
-        });
+        let q = within_limits(machine, &mut seed);
         let cl = machine.cl_point(&q, TOOL_LENGTH);
         let Ok(solutions) = machine.inverse_near(&cl, TOOL_LENGTH, &q) else {
             trip.lost += 1;
@@ -242,6 +311,14 @@ fn round_trip(machine: &Machine) -> RoundTrip {
         trip.lost += usize::from(!found);
     }
     trip
+}
+
+fn within_limits(machine: &Machine, seed: &mut u64) -> AxisValues {
+    AxisValues::from_fn(machine.axes().len(), |k| {
+        let axis = &machine.axes()[k];
+        let (min, max) = if axis.endless { (-3.0, 3.0) } else { (axis.min, axis.max) };
+        min + (max - min) * random(seed)
+    })
 }
 
 /// A number from 0 to 1 (splitmix64).

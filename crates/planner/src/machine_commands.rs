@@ -5,13 +5,13 @@ use std::process::ExitCode;
 
 use clap::Subcommand;
 use facemill::inverse_kinematics::{Machine, import_autodesk_machine};
-use facemill::{Failure, describe_machine, files};
+use facemill::{Failure, describe_heads, files};
 
 use crate::cli::say;
 
 #[derive(Subcommand)]
 pub(crate) enum MachineCommand {
-    /// Tells a machine's chain, axes, family, reach and assumed values, and tries poses there and back
+    /// Tells a machine's chain, axes, family, reach and assumed values, head by head, and tries poses there and back
     Check {
         /// Machine file
         file: PathBuf,
@@ -34,8 +34,8 @@ pub(crate) fn run(command: MachineCommand) -> Result<ExitCode, Failure> {
 }
 
 fn check(path: &Path) -> Result<ExitCode, Failure> {
-    let machine = Machine::from_json(&files::read(path)?).map_err(|e| Failure::input(path, e))?;
-    let checked = describe_machine(&machine).map_err(|e| Failure::input(path, e))?;
+    let heads = Machine::heads_from_json(&files::read(path)?).map_err(|e| Failure::input(path, e))?;
+    let checked = describe_heads(&heads).map_err(|e| Failure::input(path, e))?;
     say(&format!("{}\n", checked.lines.join("\n")))?;
     match checked.fault {
         Some(fault) => Err(Failure::input(path, fault)),

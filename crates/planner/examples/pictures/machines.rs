@@ -9,7 +9,7 @@ use nalgebra::{Isometry3, Point3, Vector3};
 use crate::figure::{Figure, GRAY, GREEN, INK, Mm, RED};
 
 /// Machines and the Z they are drawn at, mm: low enough that the tool is near the table.
-const MACHINES: [(&str, f64); 10] = [
+const MACHINES: [(&str, f64); 12] = [
     ("head-b-table-c", 1100.0),
     ("table-table-a-c", -250.0),
     ("table-table-b-c", -250.0),
@@ -20,6 +20,8 @@ const MACHINES: [(&str, f64); 10] = [
     ("table-y-x-a-c-head-z", -250.0),
     ("bridge-head-head-a-b", -700.0),
     ("head-b-a-table-c-two-linear", -250.0),
+    ("dual-c-horizontal-xyzb", -700.0),
+    ("dual-c-horizontal-xzab", -700.0),
 ];
 const WIDTH: f64 = 720.0;
 const HEIGHT: f64 = 640.0;
@@ -35,8 +37,8 @@ type Files = Vec<(String, Vec<u8>)>;
 pub(crate) fn machines() -> Result<Files, Box<dyn std::error::Error>> {
     let draw = |&(name, z): &(&str, f64)| {
         let text = std::fs::read(Path::new("assets/machines").join(format!("{name}.json")))?;
-        let machine = Machine::from_json(&text)?;
-        Ok((format!("machine-{name}.svg"), picture(&machine, z).into_bytes()))
+        let heads = Machine::heads_from_json(&text)?;
+        Ok((format!("machine-{name}.svg"), picture(&heads, z).into_bytes()))
     };
     MACHINES.iter().map(draw).collect()
 }
@@ -49,10 +51,12 @@ struct View {
 }
 
 impl View {
-    fn new() -> Self {
+    fn new(machine: &Machine) -> Self {
+        let upright = |v: Vector3<f64>| if machine.head_count() > 1 { level(&v) } else { v };
         let toward_eye = Vector3::new(0.75, -1.2, 0.75).normalize();
         let right = Vector3::z().cross(&toward_eye).normalize();
-        Self { right, up: toward_eye.cross(&right), toward_eye }
+        let up = toward_eye.cross(&right);
+        Self { right: upright(right), up: upright(up), toward_eye: upright(toward_eye) }
     }
 
     fn at(&self, p: &Point3<f64>) -> Mm {
@@ -60,26 +64,37 @@ impl View {
     }
 }
 
+/// In the frame of a table that turns about a level axis: that is drawn along x, and the table's y up.
+fn level(v: &Vector3<f64>) -> Vector3<f64> {
+    Vector3::new(v.y, v.z, v.x)
+}
+
 /// A flat side of a body: corners and outward normal.
 type Side = (Vec<Point3<f64>>, Vector3<f64>);
 
-fn picture(machine: &Machine, z: f64) -> String {
-    let view = View::new();
+fn picture(heads: &[Machine], z: f64) -> String {
+    let machine = &heads[0];
+    let view = View::new(machine);
     let mut q = AxisValues::zeros(machine.axes().len());
-    if let Some(k) = machine.axis_index("Z") {
-        q[k] = z;
+    // Two heads meet beside the axis that carries the workpiece.
+    let beside = [("Z", z), ("Z1", z), ("Z2", z), ("X1", -450.0), ("X2", 450.0), ("Y1", 300.0), ("Y2", 300.0)];
+    for (letter, value) in beside {
+        machine.axis_index(letter).into_iter().for_each(|k| q[k] = value);
     }
     let mut bodies: Vec<(BodyPose<'_>, Vec<Side>)> = machine.body_poses(&q).map(|b| (b, sides(&b))).collect();
     // Beds and tables lie behind and below heads; within a group the farther ones come first.
     let rank = |b: &BodyPose<'_>| {
-        [None, Some(Carrier::Table), Some(Carrier::Head)].iter().position(|c| *c == b.body.carrier())
+        // Two heads stand beside the table, the second one behind it.
+        let order = [None, Some(Carrier::OtherHead), Some(Carrier::Table), Some(Carrier::Head)];
+        order.iter().position(|c| *c == b.body.carrier())
     };
     let depth = |s: &[Side]| {
         let corners = s.iter().flat_map(|(c, _)| c);
         corners.clone().map(|p| view.toward_eye.dot(&p.coords)).sum::<f64>() / corners.count().max(1) as f64
     };
     bodies.sort_by(|a, b| rank(&a.0).cmp(&rank(&b.0)).then(depth(&a.1).total_cmp(&depth(&b.1))));
-    let mut figure = Figure::new(WIDTH, HEIGHT, &format!("{}: {}", machine.name(), machine.family()));
+    let families: Vec<String> = heads.iter().map(|head| head.family().to_string()).collect();
+    let mut figure = Figure::new(WIDTH, HEIGHT, &format!("{}: {}", machine.name(), families.join("; ")));
     let places = |still: bool| -> Vec<Mm> {
         let wanted = bodies.iter().filter(|(b, _)| b.body.carrier().is_none() == still);
         wanted.flat_map(|(_, s)| s).flat_map(|(c, _)| c).map(|p| view.at(p)).collect()
@@ -88,11 +103,13 @@ fn picture(machine: &Machine, z: f64) -> String {
     for (body, sides) in &bodies {
         draw_body(&mut figure, &view, body.body.carrier(), sides);
     }
-    let tip = machine.cl_point(&q, 0.16 * size).tip;
-    let nose = machine.cl_point(&q, 0.0).tip;
-    figure.curve(&[view.at(&nose), view.at(&tip)], INK, 4.0, "");
-    figure.dot(view.at(&tip), INK);
-    draw_axes(&mut figure, &view, machine, &q, &bodies, size);
+    for head in heads {
+        let length = 0.16 / heads.len() as f64 * size;
+        let [nose, tip] = [0.0, length].map(|length| head.cl_point(&q, length).tip);
+        figure.curve(&[view.at(&nose), view.at(&tip)], INK, 4.0, "");
+        figure.dot(view.at(&tip), INK);
+    }
+    draw_axes(&mut figure, &view, heads, &q, &bodies, size);
     legend(&mut figure);
     figure.finish()
 }
@@ -195,20 +212,31 @@ fn moved(lines: &[JointLine], k: usize, q: &AxisValues) -> Point3<f64> {
 fn draw_axes(
     figure: &mut Figure,
     view: &View,
-    machine: &Machine,
+    heads: &[Machine],
     q: &AxisValues,
     bodies: &[(BodyPose<'_>, Vec<Side>)],
     size: f64,
 ) {
-    let lines = machine.joint_lines();
+    let machine = &heads[0];
     let mut labels = Vec::new();
-    for (k, line) in lines.iter().enumerate().filter(|(_, l)| l.kind == AxisKind::Rotary) {
-        let letter = machine.axes()[line.axis].letter.to_string();
-        labels.push(draw_rotary(figure, view, &moved(&lines, k, q), &line.direction, &letter, size)[0]);
+    for (h, head) in heads.iter().enumerate() {
+        let lines = head.joint_lines();
+        let rotary = lines.iter().enumerate().filter(|(_, l)| l.kind == AxisKind::Rotary);
+        // What both heads share is drawn once.
+        for (k, line) in rotary.filter(|(_, l)| h == 0 || !head.is_shared(l.axis)) {
+            let letter = machine.axes()[line.axis].letter.to_string();
+            labels.push(draw_rotary(figure, view, &moved(&lines, k, q), &line.direction, &letter, size)[0]);
+        }
     }
-    for carrier in [Carrier::Head, Carrier::Table] {
+    let sides = [
+        (0, Carrier::Head, Carrier::Head),
+        (0, Carrier::Table, Carrier::Table),
+        (1, Carrier::Head, Carrier::OtherHead),
+    ];
+    for (h, carrier, drawn) in sides.into_iter().filter(|s| s.0 < heads.len()) {
+        let lines = heads[h].joint_lines();
         let of: Vec<&JointLine> = lines.iter().filter(|l| l.kind == AxisKind::Linear && l.carrier == carrier).collect();
-        let own = bodies.iter().filter(|(b, _)| b.body.carrier() == Some(carrier));
+        let own = bodies.iter().filter(|(b, _)| b.body.carrier() == Some(drawn));
         let places: Vec<Mm> = own.flat_map(|(_, s)| s).flat_map(|(c, _)| c).map(|p| view.at(p)).collect();
         let middle = places.iter().map(|p| p[1]).sum::<f64>() / places.len().max(1) as f64;
         let right = places.iter().map(|p| p[0]).chain(labels.iter().copied()).fold(f64::NEG_INFINITY, f64::max);
