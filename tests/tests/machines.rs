@@ -1,6 +1,6 @@
 //! The machine files of `assets/machines` and the commands about machine files.
 
-use facemill::cl_data::{ClPoint, Solid};
+use facemill::cl_data::{ClPoint, PlacedSolid, RoundFrustum, Solid};
 use facemill::inverse_kinematics::{AssumedValue, AxisKind, AxisValues, Carrier, Machine, import_autodesk_machine};
 use facemill_tests::program::{code_and_errors, run};
 use facemill_tests::shared::{shared, workspace};
@@ -66,6 +66,12 @@ const PRESETS: [Preset; 10] = [
     ),
 ];
 
+/// Files of two heads, and the families of their heads.
+const DUALS: [(&str, [&str; 2]); 2] = [
+    ("dual-c-horizontal-xyzb", ["head B1, table C", "head B2, table C"]),
+    ("dual-c-horizontal-xzab", ["head A1-B1, table C", "head A2-B2, table C"]),
+];
+
 fn preset_text(name: &str) -> String {
     std::fs::read_to_string(workspace().join(format!("assets/machines/{name}.json"))).expect("a preset")
 }
@@ -101,7 +107,7 @@ impl Random {
 fn every_preset_is_the_machine_it_says() {
     let folder = workspace().join("assets/machines");
     let files = std::fs::read_dir(folder).unwrap().count();
-    assert_eq!(files, PRESETS.len(), "a file in assets/machines is not tested");
+    assert_eq!(files, PRESETS.len() + DUALS.len(), "a file in assets/machines is not tested");
     for (name, family, limits) in PRESETS {
         let machine = preset(name);
         assert_eq!(machine.family().to_string(), family, "{name}");
@@ -128,7 +134,7 @@ fn every_preset_is_the_machine_it_says() {
 fn every_preset_obeys_the_schema_and_lists_known_values_alone() {
     let schema = serde_json::from_slice(&run(&["schema", "machine"]).stdout).expect("a schema is JSON");
     let validator = jsonschema::validator_for(&schema).expect("a schema that is one");
-    for (name, ..) in PRESETS {
+    for name in PRESETS.into_iter().map(|p| p.0).chain(DUALS.map(|d| d.0)) {
         let mut file: serde_json::Value = serde_json::from_str(&preset_text(name)).unwrap();
         assert!(validator.is_valid(&file), "{name}");
         file["assumed"][0]["value"] = "weather".into();
@@ -260,6 +266,64 @@ fn bodies_of_presets_keep_clear_of_each_other() {
                 }
             }
         }
+    }
+}
+
+/// Of both heads of a dual mill, the linear axes at 0: so they are with a tool of 200 mm in each, whatever the rotary axes do.
+#[test]
+fn heads_of_dual_mills_keep_clear_of_everything_at_the_zero_pose() {
+    let mut r = Random(4);
+    for (name, families) in DUALS {
+        let heads = Machine::heads_from_json(preset_text(name).as_bytes()).unwrap();
+        for (head, family) in heads.iter().zip(families) {
+            assert_eq!(head.family().to_string(), family, "{name}");
+            let tool = PlacedSolid {
+                name: "tool of the other head".to_owned(),
+                solid: Solid::Frustum(RoundFrustum {
+                    z_low: 0.0,
+                    z_high: 200.0,
+                    radius_low: 40.0,
+                    radius_high: 40.0,
+                    rounding: 0.0,
+                }),
+                frame_from_solid: Isometry3::identity(),
+            };
+            let head = head.with_tool_in_other_head(&[tool], 200.0);
+            for _ in 0..40 {
+                let q = r.values(&head, false);
+                let poses: Vec<_> = head.body_poses(&q).collect();
+                for (i, a) in poses.iter().enumerate() {
+                    for (_, b) in poses.iter().enumerate().filter(|(k, _)| head.joints_between(i, *k) > 1) {
+                        let b_from_a: Isometry3<f64> = b.table_from_solid.inverse() * a.table_from_solid;
+                        let near = (0..40)
+                            .map(|_| b.body.body.solid.core_distance(&(b_from_a * surface(&a.body.body.solid, &mut r))))
+                            .fold(f64::INFINITY, f64::min);
+                        let keep = a.body.clearance + b.body.clearance;
+                        assert!(near > keep, "{name}: {} {near} mm from {} at {q:?}", a.body.name(), b.body.name());
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn machine_check_tells_both_heads_and_what_they_share() {
+    for (name, families) in DUALS {
+        let file = workspace().join(format!("assets/machines/{name}.json"));
+        let output = run(&[std::ffi::OsStr::new("machine"), "check".as_ref(), file.as_os_str()]);
+        assert_eq!(code_and_errors(&output).0, 0);
+        let text = String::from_utf8(output.stdout).unwrap();
+        let (first, rest) = text.split_once("HEAD 2 of 2: tool_chains[1], channel 2").unwrap();
+        let (second, both) = rest.split_once("BOTH HEADS").unwrap();
+        for ((part, family), own) in [first, second].into_iter().zip(families).zip(["Z1", "Z2"]) {
+            let other = if own == "Z1" { "Z2" } else { "Z1" };
+            assert!(part.contains(family) && part.contains(own) && !part.contains(other), "{name}: {part}");
+            assert!(part.contains("0 not found again") && part.contains("reach of the tool axis"), "{name}: {part}");
+        }
+        assert!(first.contains("tool axis (0, 0, 1)") && second.contains("tool axis (0, 0, -1)"), "{name}");
+        assert!(both.contains("need the same value: C\n"), "{name}: {both}");
+        assert!(both.contains("the shared axes on the same lines"), "{name}: {both}");
     }
 }
 
