@@ -249,8 +249,9 @@ impl ThreeRotaries {
         let odd = at.h * at.sin_third_sq.max(0.0).sqrt();
         let [plus, minus] = [(at.g + odd).abs(), (at.g - odd).abs()];
         for (positive, own, other) in [(true, plus, minus), (false, minus, plus)] {
-            // The other side's condition is not met there, unless both are nearly.
-            if own <= other || own < 1e-4 * at.d * target.scale {
+            // The other side's condition is not met there, unless both are nearly. Beside the pole the middle value, and with it the
+            // condition, changes so fast that the place of a root does not tell.
+            if own <= other || own < 1e-4 * at.d * target.scale || at.d < BESIDE_POLE * BESIDE_POLE {
                 let (values, error) = self.polished(target, self.values(of, &at, phi, positive));
                 self.add(target, values, error, all);
             }
