@@ -195,7 +195,7 @@ impl<'t, 'a> Linker<'t, 'a> {
     /// on the first branch and on the second: all axes go over together. That motion is for
     /// [`Linker::rapid_block`] to test, when it is known which turns the axes come with. So it is where a limited rotary axis
     /// has to turn back: a pose that stands twice, at two windings, outside the clearance surface, see
-    /// [`rewound_axis`](crate::rewound_axis).
+    /// [`rewound_axis`].
     ///
     /// # Errors
     /// When even the way over the clearance surface is blocked.
