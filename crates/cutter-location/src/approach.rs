@@ -90,7 +90,8 @@ pub struct ApproachSettings {
 
 impl ApproachSettings {
     /// The same arc with another radius, and poses in proportion.
-    fn scaled(&self, share: f64) -> Self {
+    #[must_use]
+    pub fn scaled(&self, share: f64) -> Self {
         let shape = match self.shape {
             ApproachShape::TangentialArc { radius, angle } => {
                 ApproachShape::TangentialArc { radius: radius * share, angle }

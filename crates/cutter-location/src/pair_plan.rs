@@ -6,7 +6,7 @@ use facemill_inverse_kinematics::AxisValues;
 use crate::cusp::Strip;
 use crate::pair_values::{ValueNode, ValuePath, ValueState};
 use crate::pass_cost::CuspScale;
-use crate::shared_axis::{PostureRange, SharedAxis, turned_to};
+use crate::shared_axis::{PostureRange, SharedAxis, TILT_STEPS, turned_to};
 use crate::{Configuration, FeasiblePose, Hints, Infeasible, PoseTest};
 
 /// Two heads of one machine that share an axis. Both tests are of views of the same machine, whose axes are the same in the
@@ -144,8 +144,7 @@ impl PairTest<'_, '_> {
         let value = middle(from.axes.get_or_zero(self.shared), to.axes.get_or_zero(self.shared));
         let mut pose_of = |head: usize| {
             let near = from.poses[head].configuration;
-            let axis =
-                SharedAxis { test: self.tests[head], axis: self.shared, range: ranges[head], cc: cc[head], near };
+            let axis = SharedAxis::new(self.tests[head], self.shared, ranges[head], cc[head], near);
             let tilt = middle(from.poses[head].posture.tilt, to.poses[head].posture.tilt);
             let found = axis.feasible(value, tilt, &mut hints[head]);
             let by_tilt = |p: Posture| p.tilt;
@@ -177,7 +176,15 @@ pub fn plan_pair(
     start: &Configuration,
     monitor: &dyn Monitor,
 ) -> Result<Vec<PairOutcome>, Cancelled> {
-    PairPlan { pair, stations, settings, monitor }.plan(start)
+    let plan = PairPlan { pair, stations, settings, monitor };
+    let nears = plan.nears(start);
+    let axis = |head: usize, station: usize| {
+        let (test, range) = (pair.tests[head], settings.ranges[head]);
+        SharedAxis::new(test, pair.shared, range, stations[station].cc[head], nears[station][head])
+    };
+    let axes: Vec<[SharedAxis<'_, '_>; 2]> = (0..stations.len()).map(|k| [axis(0, k), axis(1, k)]).collect();
+    let costs = [plan.cost(0), plan.cost(1)];
+    plan.with_axes(&Axes { axes, costs })
 }
 
 struct PairPlan<'p, 't, 'a> {
@@ -187,107 +194,146 @@ struct PairPlan<'p, 't, 'a> {
     monitor: &'p dyn Monitor,
 }
 
-impl<'p> PairPlan<'p, '_, '_> {
-    fn plan(&self, start: &Configuration) -> Result<Vec<PairOutcome>, Cancelled> {
-        let nears = self.nears(start);
+/// The shared axis as each head sees it at each station, and what its postures cost.
+struct Axes<'t, 'a> {
+    axes: Vec<[SharedAxis<'t, 'a>; 2]>,
+    costs: [CostTable; 2],
+}
+
+impl Axes<'_, '_> {
+    fn cheapest(
+        &self,
+        station: usize,
+        head: usize,
+        value: f64,
+        least: f64,
+        hints: &mut [Hints; 2],
+    ) -> Result<(FeasiblePose, f64), PairBlocked> {
+        let cost = |posture: Posture| self.costs[head].at(posture);
+        let found = self.axes[station][head].cheapest(value, least, &cost, &mut hints[head]);
+        found.map_err(|why| PairBlocked::Head { head, why })
+    }
+}
+
+/// Poses of one head at each station.
+type HeadPoses = Vec<Result<FeasiblePose, PairBlocked>>;
+
+impl PairPlan<'_, '_, '_> {
+    fn with_axes(&self, axes: &Axes<'_, '_>) -> Result<Vec<PairOutcome>, Cancelled> {
         let times = self.times();
         let mut hints = [Hints::default(), Hints::default()];
         let mut nodes: Vec<ValueNode> = Vec::new();
         let mut wanted = self.node_stations();
+        let mut rounds = 0;
         loop {
             for station in wanted {
                 self.monitor.checkpoint()?;
-                let (states, blocked) = self.states(station, &nears[station], &mut hints);
+                let (states, blocked) = states(&axes.axes[station], station, axes, &mut hints);
                 nodes.push(ValueNode { station, time: times[station], states, blocked });
             }
             nodes.sort_by_key(|n| n.station);
-            let values = self.values(&nodes, &times, &nears, &mut hints);
-            let found = self.apart(&values, &nears, &mut hints)?;
+            let shared = &self.pair.tests[0].cell.machine.axes()[self.pair.shared];
+            let mut path = ValuePath::cheapest(&nodes, shared.max_velocity);
+            path.smooth(|station, value| (0..2).all(|h| axes.cheapest(station, h, value, 0.0, &mut hints).is_ok()));
+            let values: Vec<Result<f64, PairBlocked>> =
+                times.iter().enumerate().map(|(k, &time)| path.value(k, time)).collect();
+            let found = self.apart(&values, axes, &mut hints)?;
             // Where the curve between nodes passes what a head can do, its values are looked at, too.
             let is_node = |k: &usize| nodes.binary_search_by_key(k, |n| n.station).is_ok();
             wanted = (0..found.len())
                 .filter(|k| matches!(found[*k], Err(PairBlocked::Head { .. })) && !is_node(k))
                 .collect();
-            if wanted.is_empty() {
+            rounds += 1;
+            if wanted.is_empty() || rounds == NODE_ROUNDS {
                 return Ok(found);
             }
         }
     }
 
-    /// The value of the shared axis at every station.
-    fn values(
-        &self,
-        nodes: &[ValueNode],
-        times: &[f64],
-        nears: &[[Configuration; 2]],
-        hints: &mut [Hints; 2],
-    ) -> Vec<Result<f64, PairBlocked>> {
-        let axis = &self.pair.tests[0].cell.machine.axes()[self.pair.shared];
-        let mut path = ValuePath::cheapest(nodes, axis.max_velocity);
-        path.smooth(|station, value| {
-            let mut stands = |head: usize| {
-                let axis = self.axis_at(station, head, &nears[station]);
-                axis.cheapest(value, 0.0, &self.cost(head), &mut hints[head]).is_ok()
-            };
-            stands(0) && stands(1)
-        });
-        times.iter().enumerate().map(|(k, &time)| path.value(k, time)).collect()
-    }
-
-    /// Poses of both heads at the values of the shared axis. Where they are in each other's way, both tilts are raised step by
-    /// step: opposite cutters that lean forward part behind their points.
+    /// Poses of both heads at the values of the shared axis. At the ends, where cutters reach beyond the edges, both tilts are
+    /// raised; where heads are in each other's way still, they are raised step by step: opposite cutters that lean forward
+    /// part behind their points.
     fn apart(
         &self,
         values: &[Result<f64, PairBlocked>],
-        nears: &[[Configuration; 2]],
+        axes: &Axes<'_, '_>,
         hints: &mut [Hints; 2],
     ) -> Result<Vec<PairOutcome>, Cancelled> {
-        let mut least = [vec![0.0_f64; values.len()], vec![0.0_f64; values.len()]];
+        let n = values.len();
+        let mut least = [0, 1].map(|head: usize| {
+            let [low, high] = self.settings.ranges[head].tilt;
+            let at_end = low + END_SHARE * (high - low);
+            (0..n).map(|k| if k == 0 || k + 1 == n { at_end } else { low }).collect::<Vec<f64>>()
+        });
+        let none = || vec![Err(PairBlocked::Jump); n];
+        let mut poses: [HeadPoses; 2] = [none(), none()];
+        let mut open: Vec<usize> = (0..n).collect();
         let mut together = Hints::default();
-        let mut rounds = 0;
-        loop {
-            let first = self.head_poses(0, values, nears, &least[0], &mut hints[0])?;
-            let second = self.head_poses(1, values, nears, &least[1], &mut hints[1])?;
-            let both = first.into_iter().zip(second).zip(values);
-            let found: Vec<PairOutcome> =
-                both.map(|((a, b), value)| self.pair.together([a?, b?], (*value)?, &mut together)).collect();
-            let mut raised = false;
-            for (k, outcome) in found.iter().enumerate() {
-                if !matches!(outcome, Err(PairBlocked::Together(_))) {
-                    continue;
+        let mut found: Vec<PairOutcome> = vec![Err(PairBlocked::Jump); n];
+        for _ in 0..=TILT_STEPS {
+            for (head, poses) in poses.iter_mut().enumerate() {
+                self.monitor.checkpoint()?;
+                for &k in &open {
+                    poses[k] = values[k].and_then(|value| Ok(axes.cheapest(k, head, value, least[head][k], hints)?.0));
                 }
+                self.smooth_tilts(head, values, axes, poses, hints);
+            }
+            for k in 0..n {
+                found[k] = match (&poses[0][k], &poses[1][k], values[k]) {
+                    (Ok(a), Ok(b), Ok(value)) => self.pair.together([*a, *b], value, &mut together),
+                    (Err(why), ..) | (_, Err(why), _) => Err(*why),
+                    (.., Err(why)) => Err(why),
+                };
+            }
+            open = (0..n).filter(|&k| matches!(found[k], Err(PairBlocked::Together(_)))).collect();
+            let mut raised = false;
+            for &k in &open {
                 for (head, least) in least.iter_mut().enumerate() {
-                    let [low, high] = self.settings.ranges[head].tilt;
-                    let wanted = least[k].max(low) + (high - low) / f64::from(RAISES);
-                    if wanted <= high + 1e-12 {
-                        (least[k], raised) = (wanted, true);
+                    let tilt = poses[head][k].map_or(least[k], |pose| pose.posture.tilt);
+                    if let Some(next) = self.settings.ranges[head].tilts().find(|t| *t > tilt + 1e-9) {
+                        (least[k], raised) = (next, true);
                     }
                 }
             }
-            rounds += 1;
-            if !raised || rounds > RAISES {
-                return Ok(found);
+            if !raised {
+                break;
+            }
+        }
+        Ok(found)
+    }
+
+    /// Raises tilts that are below what their neighbours allow.
+    fn smooth_tilts(
+        &self,
+        head: usize,
+        values: &[Result<f64, PairBlocked>],
+        axes: &Axes<'_, '_>,
+        poses: &mut HeadPoses,
+        hints: &mut [Hints; 2],
+    ) {
+        for _ in 0..SMOOTHING_ROUNDS {
+            let wanted = self.rate_limited(head, poses);
+            let mut larger = false;
+            for k in 0..poses.len() {
+                let (Ok(own), Some(wanted), Ok(value)) = (poses[k], wanted[k], values[k]) else { continue };
+                if wanted > own.posture.tilt + 1e-9
+                    && let Ok((raised, _)) = axes.cheapest(k, head, value, wanted, hints)
+                {
+                    larger |= raised.posture.tilt > wanted + 1e-9;
+                    poses[k] = Ok(raised);
+                }
+            }
+            if !larger {
+                break;
             }
         }
     }
 
-    /// What a posture of a head costs per second.
-    fn cost(&self, head: usize) -> impl Fn(Posture) -> f64 + use<'p> {
+    /// What postures of a head cost.
+    fn cost(&self, head: usize) -> CostTable {
         let cutter = *self.pair.tests[head].cell.tool.cutter();
         let scale = CuspScale { cutter, allowed: self.settings.cusps[head] };
-        let (strip, most) = (self.settings.strips[head], self.settings.ranges[head].tilt[1].max(VALUE_STEP));
-        move |posture| scale.rate(posture, &strip) + TILT_SHARE * (posture.tilt / most).powi(2)
-    }
-
-    /// The shared axis as seen by a head at a station.
-    fn axis_at(&self, station: usize, head: usize, near: &[Configuration; 2]) -> SharedAxis<'p, '_> {
-        SharedAxis {
-            test: self.pair.tests[head],
-            axis: self.pair.shared,
-            range: self.settings.ranges[head],
-            cc: self.stations[station].cc[head],
-            near: near[head],
-        }
+        CostTable::new(&scale, &self.settings.strips[head], self.settings.ranges[head])
     }
 
     /// The posture that a head has where nothing asks for another.
@@ -353,86 +399,6 @@ impl<'p> PairPlan<'p, '_, '_> {
         chosen
     }
 
-    /// Values of the shared axis at which both heads are feasible alone, of a lattice; and why there are none, if so.
-    fn states(
-        &self,
-        station: usize,
-        near: &[Configuration; 2],
-        hints: &mut [Hints; 2],
-    ) -> (Vec<ValueState>, PairBlocked) {
-        let axes = [0, 1].map(|head| self.axis_at(station, head, near));
-        let values = [axes[0].values(), axes[1].values()];
-        let costs = [self.cost(0), self.cost(1)];
-        let none = PairBlocked::NoCommonValue(values);
-        let [Some(a), Some(b)] = values else { return (Vec::new(), none) };
-        let (low, high) = (a[0].max(b[0]), a[1].min(b[1]));
-        let mut blocked = None;
-        let mut states = Vec::new();
-        let step = VALUE_STEP;
-        for index in (low / step).ceil() as i64..=(high / step).floor() as i64 {
-            let value = index as f64 * step;
-            let mut cost = 0.0;
-            let found = (0..2).try_for_each(|head| {
-                let cheapest = axes[head].cheapest(value, 0.0, &costs[head], &mut hints[head]);
-                cost += cheapest.map_err(|why| PairBlocked::Head { head, why })?.1;
-                Ok(())
-            });
-            match found {
-                Ok(()) => states.push(ValueState { value, cost }),
-                Err(why) => blocked = blocked.or(Some(why)),
-            }
-        }
-        (states, blocked.unwrap_or(none))
-    }
-
-    /// Poses of one head at the values of the shared axis: the cheapest tilts from the least ones on, with their rate limited
-    /// from both sides.
-    fn head_poses(
-        &self,
-        head: usize,
-        values: &[Result<f64, PairBlocked>],
-        nears: &[[Configuration; 2]],
-        least: &[f64],
-        hints: &mut Hints,
-    ) -> Result<Vec<Result<FeasiblePose, PairBlocked>>, Cancelled> {
-        let mut found = Vec::with_capacity(values.len());
-        for (k, value) in values.iter().enumerate() {
-            self.monitor.checkpoint()?;
-            found.push(value.and_then(|value| self.cheapest_at(k, head, value, least[k], nears, hints)));
-        }
-        for _ in 0..SMOOTHING_ROUNDS {
-            let wanted = self.rate_limited(head, &found);
-            let mut larger = false;
-            for k in 0..found.len() {
-                let (Ok(own), Some(wanted), Ok(value)) = (found[k], wanted[k], values[k]) else { continue };
-                if wanted > own.posture.tilt + 1e-9
-                    && let Ok(raised) = self.cheapest_at(k, head, value, wanted, nears, hints)
-                {
-                    larger |= raised.posture.tilt > wanted + 1e-9;
-                    found[k] = Ok(raised);
-                }
-            }
-            if !larger {
-                break;
-            }
-        }
-        Ok(found)
-    }
-
-    fn cheapest_at(
-        &self,
-        station: usize,
-        head: usize,
-        value: f64,
-        least: f64,
-        nears: &[[Configuration; 2]],
-        hints: &mut Hints,
-    ) -> Result<FeasiblePose, PairBlocked> {
-        let axis = self.axis_at(station, head, &nears[station]);
-        let cheapest = axis.cheapest(value, least, &self.cost(head), hints);
-        cheapest.map(|found| found.0).map_err(|why| PairBlocked::Head { head, why })
-    }
-
     /// Tilts that are nowhere below those found and change by no more than allowed from neighbour to neighbour.
     fn rate_limited(&self, head: usize, found: &[Result<FeasiblePose, PairBlocked>]) -> Vec<Option<f64>> {
         let mut tilts: Vec<Option<f64>> = found.iter().map(|f| f.as_ref().ok().map(|p| p.posture.tilt)).collect();
@@ -452,6 +418,73 @@ impl<'p> PairPlan<'p, '_, '_> {
     }
 }
 
+/// Values of the shared axis at which both heads are feasible alone, of a lattice; and why there are none, if so.
+fn states(
+    of_heads: &[SharedAxis<'_, '_>; 2],
+    station: usize,
+    axes: &Axes<'_, '_>,
+    hints: &mut [Hints; 2],
+) -> (Vec<ValueState>, PairBlocked) {
+    let values = [of_heads[0].values(), of_heads[1].values()];
+    let none = PairBlocked::NoCommonValue(values);
+    let [Some(a), Some(b)] = values else { return (Vec::new(), none) };
+    let (low, high) = (a[0].max(b[0]), a[1].min(b[1]));
+    let mut blocked = None;
+    let mut states = Vec::new();
+    for index in (low / VALUE_STEP).ceil() as i64..=(high / VALUE_STEP).floor() as i64 {
+        let value = index as f64 * VALUE_STEP;
+        let mut cost = 0.0;
+        let found = (0..2).try_for_each(|head| {
+            cost += axes.cheapest(station, head, value, 0.0, hints)?.1;
+            Ok(())
+        });
+        match found {
+            Ok(()) => states.push(ValueState { value, cost }),
+            Err(why) => blocked = blocked.or(Some(why)),
+        }
+    }
+    (states, blocked.unwrap_or(none))
+}
+
+/// Costs of postures per second, on a grid over a range; linear between its nodes, which is close enough to choose by.
+struct CostTable {
+    range: PostureRange,
+    /// By tilt, then rotate.
+    rates: Vec<[f64; ROTATE_NODES]>,
+}
+
+/// Nodes of a [`CostTable`].
+const TILT_NODES: usize = 17;
+const ROTATE_NODES: usize = 33;
+
+impl CostTable {
+    fn new(scale: &CuspScale, strip: &Strip, range: PostureRange) -> Self {
+        let most = range.tilt[1].max(VALUE_STEP);
+        let rate = |i: usize, j: usize| {
+            let posture =
+                Posture { tilt: node(range.tilt, i, TILT_NODES), rotate: node(range.rotate, j, ROTATE_NODES) };
+            scale.rate(posture, strip) + TILT_SHARE * (posture.tilt / most).powi(2)
+        };
+        Self { range, rates: (0..TILT_NODES).map(|i| std::array::from_fn(|j| rate(i, j))).collect() }
+    }
+
+    fn at(&self, posture: Posture) -> f64 {
+        let place = |[low, high]: [f64; 2], value: f64, n: usize| {
+            let x = if high > low { (value - low) / (high - low) * (n - 1) as f64 } else { 0.0 };
+            let k = (x.max(0.0) as usize).min(n - 2);
+            (k, (x - k as f64).clamp(0.0, 1.0))
+        };
+        let (i, s) = place(self.range.tilt, posture.tilt, TILT_NODES);
+        let (j, t) = place(self.range.rotate, posture.rotate, ROTATE_NODES);
+        let along = |i: usize| self.rates[i][j] * (1.0 - t) + self.rates[i][j + 1] * t;
+        along(i) * (1.0 - s) + along(i + 1) * s
+    }
+}
+
+fn node([low, high]: [f64; 2], k: usize, n: usize) -> f64 {
+    low + (high - low) * k as f64 / (n - 1) as f64
+}
+
 /// Step of the values of the shared axis that are compared, rad.
 const VALUE_STEP: f64 = 1.0 * std::f64::consts::PI / 180.0;
 
@@ -459,8 +492,11 @@ const VALUE_STEP: f64 = 1.0 * std::f64::consts::PI / 180.0;
 /// that leave no cusps.
 const TILT_SHARE: f64 = 0.1;
 
-/// Steps in which tilts are raised to keep heads apart.
-const RAISES: u32 = 8;
+/// Least tilt at the ends of a way, as part of the range: cutters reach beyond the edges there, with nothing between them.
+const END_SHARE: f64 = 0.375;
+
+/// Rounds of looking at values of the shared axis where the curve between others is not feasible.
+const NODE_ROUNDS: usize = 3;
 
 /// Rounds of raising tilts to their neighbours'.
 const SMOOTHING_ROUNDS: usize = 4;

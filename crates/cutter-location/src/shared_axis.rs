@@ -21,7 +21,7 @@ pub struct PostureRange {
 }
 
 /// Steps of tilt, and of rotate, between the postures at which an axis is looked at.
-const TILT_STEPS: usize = 8;
+pub(crate) const TILT_STEPS: usize = 8;
 const ROTATE_STEP: f64 = 6.0 * PI / 180.0;
 
 /// How near to the asked value the axis is in a returned posture, rad or mm: what is left when a double is exhausted.
@@ -51,10 +51,32 @@ pub(crate) struct SharedAxis<'t, 'a> {
     pub(crate) cc: CcPoint,
     /// The branch, and the values near which windings are taken.
     pub(crate) near: Configuration,
+    /// For each tilt of the range the rotates of the range with the axis' value there.
+    rows: Vec<(f64, Row)>,
 }
 
-impl SharedAxis<'_, '_> {
+/// Rotates in ascending order, each with the axis' value there; `None` where the machine cannot stand so.
+type Row = Vec<(f64, Option<f64>)>;
+
+impl<'t, 'a> SharedAxis<'t, 'a> {
+    pub(crate) fn new(
+        test: &'t PoseTest<'a>,
+        axis: usize,
+        range: PostureRange,
+        cc: CcPoint,
+        near: Configuration,
+    ) -> Self {
+        let mut found = Self { test, axis, range, cc, near, rows: Vec::new() };
+        found.rows = range.tilts().map(|tilt| (tilt, found.row(&cc, tilt))).collect();
+        found
+    }
+
+    fn row(&self, cc: &CcPoint, tilt: f64) -> Row {
+        self.range.rotates().map(|rotate| (rotate, self.value_at(cc, Posture { tilt, rotate }))).collect()
+    }
+
     /// Value of the axis in a posture; `None` where the machine cannot stand so.
+    #[cfg(test)]
     pub(crate) fn value(&self, posture: Posture) -> Option<f64> {
         self.value_at(&self.cc, posture)
     }
@@ -67,33 +89,31 @@ impl SharedAxis<'_, '_> {
     /// Smallest and largest value over the postures of the range that are looked at; `None` where there is none.
     pub(crate) fn values(&self) -> Option<[f64; 2]> {
         let mut range: Option<[f64; 2]> = None;
-        for tilt in self.range.tilts() {
-            for value in self.range.rotates().filter_map(|rotate| self.value(Posture { tilt, rotate })) {
-                let [low, high] = range.unwrap_or([value, value]);
-                range = Some([low.min(value), high.max(value)]);
-            }
+        for value in self.rows.iter().flat_map(|(_, row)| row).filter_map(|(_, value)| *value) {
+            let [low, high] = range.unwrap_or([value, value]);
+            range = Some([low.min(value), high.max(value)]);
         }
         range
     }
 
     /// Postures of one tilt with the axis at `value`, the smallest turn from the feed first.
     pub(crate) fn on_tilt(&self, tilt: f64, value: f64) -> Vec<Posture> {
-        self.on_tilt_at(&self.cc, tilt, value)
+        match self.rows.iter().find(|(known, _)| *known == tilt) {
+            Some((_, row)) => self.on_row(&self.cc, tilt, value, row),
+            None => self.on_row(&self.cc, tilt, value, &self.row(&self.cc, tilt)),
+        }
     }
 
-    fn on_tilt_at(&self, cc: &CcPoint, tilt: f64, value: f64) -> Vec<Posture> {
+    fn on_row(&self, cc: &CcPoint, tilt: f64, value: f64, row: &[(f64, Option<f64>)]) -> Vec<Posture> {
         let excess = |rotate: f64| Some(self.value_at(cc, Posture { tilt, rotate })? - value);
         let mut found: Vec<f64> = Vec::new();
-        let mut before: Option<(f64, f64)> = None;
-        for rotate in self.range.rotates() {
-            let here = excess(rotate).map(|e| (rotate, e));
-            if let (Some(a), Some(b)) = (before, here)
-                && let Some(root) = self.bracketed(a, b, &excess)
+        for ends in row.windows(2) {
+            let ((a, Some(at_a)), (b, Some(at_b))) = (ends[0], ends[1]) else { continue };
+            if let Some(root) = self.bracketed((a, at_a - value), (b, at_b - value), &excess)
                 && found.last().is_none_or(|last| (root - last).abs() > 1e-9)
             {
                 found.push(root);
             }
-            before = here;
         }
         found.sort_by(|a, b| a.abs().total_cmp(&b.abs()));
         found.into_iter().map(|rotate| Posture { tilt, rotate }).collect()
@@ -149,7 +169,11 @@ impl SharedAxis<'_, '_> {
         for _ in 0..SEATINGS {
             let raised = CcPoint { position: self.cc.position + self.cc.normal.into_inner() * lift, ..self.cc };
             let mut seated = None;
-            for posture in self.on_tilt_at(&raised, tilt, value) {
+            let postures = match lift {
+                0.0 => self.on_tilt(tilt, value),
+                _ => self.on_row(&raised, tilt, value, &self.row(&raised, tilt)),
+            };
+            for posture in postures {
                 match self.test.try_posture(&raised, posture, Some(&self.near), hints) {
                     Ok(pose) if pose.configuration.branch != self.near.branch => {
                         reason = reason.or(Some(Infeasible::OtherBranch(self.near.branch)));
@@ -187,7 +211,7 @@ impl SharedAxis<'_, '_> {
         hints: &mut Hints,
     ) -> Result<(FeasiblePose, f64), Option<Infeasible>> {
         let least = least.max(self.range.tilt[0]);
-        let above = self.range.tilts().filter(|t| *t > least);
+        let above = self.rows.iter().map(|(tilt, _)| *tilt).filter(|t| *t > least);
         let mut rows: Vec<(f64, f64)> = std::iter::once(least)
             .chain(above)
             .filter_map(|tilt| Some((cost(*self.on_tilt(tilt, value).first()?), tilt)))
@@ -286,7 +310,7 @@ mod tests {
                 let first = all.iter().next().unwrap();
                 let near = Configuration { axes: first.values, branch: first.branch };
                 assert!(matches!(near.branch, Branch::Positive | Branch::Negative));
-                let shared = SharedAxis { test: &test, axis, range, cc, near };
+                let shared = SharedAxis::new(&test, axis, range, cc, near);
                 let Some([low, high]) = shared.values() else { continue };
                 for part in [0.2, 0.5, 0.8] {
                     let (value, tilt) = (low + part * (high - low), 0.05 + 0.2 * part);

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use facemill_cl_data::{Aabb, CcPoint, CuttingLaw, RoundBox, Solid};
+use facemill_cl_data::{Aabb, CcPoint, CuttingLaw, PlacedSolid, RoundBox, Solid};
 use facemill_cutter_location::Pieces;
 use facemill_interference::{Interference, MeshTree, solid_mesh};
 use facemill_inverse_kinematics::{Carrier, Machine};
@@ -24,6 +24,7 @@ use crate::validate::{FARTHEST, belongs, check_feeds, check_gouge_tolerances, ch
 use crate::{Failure, files};
 
 /// A job with its tool, machine and post read.
+#[derive(Clone)]
 pub struct Job {
     /// The job file.
     pub path: PathBuf,
@@ -68,13 +69,8 @@ impl Job {
         let mut second = None;
         if let (2, Some(name)) = (heads.len(), &file.second_tool) {
             let path = beside(name);
-            let other = ToolAssembly::from_json(&files::read(&path)?).map_err(|e| Failure::input(&path, e))?;
-            let sees = |head: usize, other: &ToolAssembly| {
-                heads[head].with_tool_in_other_head(&other.whole(), other.gauge_length())
-            };
-            let (own, machine) = (sees(0, &other), sees(1, &tool));
-            heads[0] = own;
-            second = Some(SecondHead { tool: other, machine });
+            let tool = ToolAssembly::from_json(&files::read(&path)?).map_err(|e| Failure::input(&path, e))?;
+            second = Some(SecondHead { tool, machine: heads.swap_remove(1) });
         }
         let machine = heads.swap_remove(0);
         check_feeds(&file, &machine.feed_range()).map_err(|e| Failure::input(path, e))?;
@@ -106,19 +102,23 @@ impl Job {
         self.path.parent().unwrap_or(Path::new("")).join(name)
     }
 
-    /// The job as one of the machine's heads sees it (0 or 1): its tool, its view of the machine, its clearance surfaces.
-    pub(crate) fn seen_by(&self, head: usize) -> Self {
+    /// The job as one of the machine's two heads sees it (0 or 1): its tool, its clearance surfaces, and its view of the machine
+    /// with the other one's tool, thicker by `apart` mm. With one head it is the job itself.
+    pub(crate) fn seen_by(&self, head: usize, apart: f64) -> Self {
         let mut file = self.file.clone();
-        let (tool, machine) = match &self.second {
-            Some(second) if head == 1 => {
-                for setup in &mut file.setups {
-                    setup.clearance = setup.second_clearance.clone().unwrap_or_else(|| setup.clearance.clone());
-                }
-                (second.tool.clone(), second.machine.clone())
+        let Some(second) = &self.second else { return self.clone() };
+        let first = (&self.tool, &self.machine);
+        let second = (&second.tool, &second.machine);
+        let ((tool, machine), (other, _)) = if head == 0 { (first, second) } else { (second, first) };
+        if head == 1 {
+            for setup in &mut file.setups {
+                setup.clearance = setup.second_clearance.clone().unwrap_or_else(|| setup.clearance.clone());
             }
-            _ => (self.tool.clone(), self.machine.clone()),
-        };
-        Self { path: self.path.clone(), file, tool, machine, post: self.post.clone(), second: self.second.clone() }
+        }
+        let thicker = |body: PlacedSolid| PlacedSolid { solid: body.solid.dilated(apart), ..body };
+        let other_tool: Vec<PlacedSolid> = other.whole().into_iter().map(thicker).collect();
+        let machine = machine.with_tool_in_other_head(&other_tool, other.gauge_length());
+        Self { file, tool: tool.clone(), machine, ..self.clone() }
     }
 
     /// An error about the job file.

@@ -46,7 +46,7 @@ pub(crate) fn dual_propeller_job(diameter: f64) -> Result<Vec<(String, Vec<u8>)>
         let strategy = json!({
             "cylindrical_sections": {
                 "axis_direction": [0.0, 0.0, 1.0],
-                "from_radius_mm": round_to(0.3 * diameter, 1),
+                "from_radius_mm": round_to(0.32 * diameter, 1),
                 "to_radius_mm": round_to(0.4875 * diameter, 1),
             }
         });

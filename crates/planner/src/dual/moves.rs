@@ -46,6 +46,9 @@ pub(crate) struct DualMover<'r, 'a> {
 /// Part of the rapid clearance that is left where a block strays from the tested way by half of it.
 const RAPID_SHARE: f64 = 0.25;
 
+/// Parts of the arcs' radii that are tried.
+const ARC_SHARES: [f64; 3] = [1.0, 0.35, 0.125];
+
 /// How far above the clearance surfaces both heads go where the way along them is blocked, mm.
 const LIFTS: [f64; 4] = [0.0, 50.0, 150.0, 400.0];
 
@@ -113,8 +116,21 @@ impl DualMover<'_, '_> {
         }
     }
 
-    /// Moves from next to one end of a run outward to the clearance surfaces, or why there are none.
+    /// Moves from next to one end of a run outward to the clearance surfaces, or why there are none with the arcs as asked.
+    /// Where both heads are in each other's way, smaller arcs are tried: beyond an edge, opposite cutters come nearer to each
+    /// other along their tangents than the arcs lift them.
     fn end(&self, run: &Run, end: PassEnd, uncut_left: [bool; 2]) -> Result<Vec<DualMove>, String> {
+        let mut first = None;
+        for share in ARC_SHARES {
+            match self.end_by(share, run, end, uncut_left) {
+                Ok(moves) => return Ok(moves),
+                Err(why) => first = first.or(Some(why)),
+            }
+        }
+        Err(first.unwrap_or_default())
+    }
+
+    fn end_by(&self, share: f64, run: &Run, end: PassEnd, uncut_left: [bool; 2]) -> Result<Vec<DualMove>, String> {
         let stop = if end == PassEnd::Entry { run.stops.first() } else { run.stops.last() };
         let Some(stop) = stop else { return Err(String::new()) };
         let what = if end == PassEnd::Entry { "entry" } else { "exit" };
@@ -132,7 +148,7 @@ impl DualMover<'_, '_> {
             };
             let shape = if end == PassEnd::Entry { &settings.entry } else { &settings.exit };
             let Approach { outward, outer } =
-                approach(test, shape, &at, &mut Hints::default()).map_err(|why| refused(&why))?;
+                approach(test, &shape.scaled(share), &at, &mut Hints::default()).map_err(|why| refused(&why))?;
             let last = *outward.last().unwrap_or(&pose.cl);
             let out = Linker::new(test, &settings.link)
                 .way_out(&Waypoint { cl: last, configuration: outer })

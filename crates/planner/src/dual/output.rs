@@ -205,7 +205,7 @@ impl DualProgram<'_, '_> {
     fn setup(&self, head: usize) -> VirtualSetup<'_> {
         let (job, setup) = (self.ground.jobs[head], self.ground.setups[head]);
         VirtualSetup {
-            machine: &job.machine,
+            machine: self.ground.machines[head],
             table_from_work: setup.table_from_work,
             words: self.words,
             table_from_rtcp_words: nalgebra::Isometry3::identity(),

@@ -1,8 +1,11 @@
 //! The whole way through one setup of a machine with two heads.
 
+use std::collections::BTreeSet;
+
+use facemill_cl_data::CcPoint;
 use facemill_cutter_location::cusp::Strip;
 use facemill_cutter_location::{PairSettings, PairTest, PoseTest, PostureRange, Workcell};
-use facemill_inverse_kinematics::{AxisValues, Branch};
+use facemill_inverse_kinematics::{AxisValues, Branch, Machine};
 use facemill_z_map::ZMap;
 
 use super::mending::{lines, mend};
@@ -27,7 +30,10 @@ use crate::{Failure, Stages};
 
 /// What both heads stand on.
 pub(crate) struct DualGround<'a> {
+    /// The job as each head sees it while it is planned: tool and cutter of the other one are larger than they are.
     pub jobs: [&'a Job; 2],
+    /// The machine as each head sees it, with the other one's tool as it is.
+    pub machines: [&'a Machine; 2],
     pub setups: [&'a Setup<'a>; 2],
     pub maps: [&'a ZMap; 2],
     /// Index of the axis that both share.
@@ -83,8 +89,9 @@ pub(crate) fn plan_dual_setup(
     stages: &dyn Stages,
 ) -> Result<Planned, Failure> {
     let mut clock = Clock::new();
-    let jobs = [job.seen_by(0), job.seen_by(1)];
-    let jobs = [&jobs[0], &jobs[1]];
+    let planned_by = [job.seen_by(0, HEADS_APART), job.seen_by(1, HEADS_APART)];
+    let run_by = [job.seen_by(0, 0.0), job.seen_by(1, 0.0)];
+    let jobs = [&planned_by[0], &planned_by[1]];
     let setups = [Setup::read(jobs[0], index)?, Setup::read(jobs[1], index)?];
     let setups = [&setups[0], &setups[1]];
     let maps = [z_map(setups[0])?, z_map(setups[1])?];
@@ -95,7 +102,8 @@ pub(crate) fn plan_dual_setup(
     };
     let words = dual_word_map(jobs, setups[0], index)?;
     clock.lap("read");
-    let ground = DualGround { jobs, setups, maps: [&maps[0], &maps[1]], shared };
+    let machines = [&run_by[0].machine, &run_by[1].machine];
+    let ground = DualGround { jobs, machines, setups, maps: [&maps[0], &maps[1]], shared };
     let mut operations: Vec<(usize, usize, PlannedOperation<'_>)> = Vec::new();
     let mut parts: Vec<Part<'_>> = Vec::new();
     let mut picture = None;
@@ -275,6 +283,7 @@ impl<'a> PairPlanner<'_, 'a> {
                 let monitor = self.stages.start("left for one head", 2 * left.len());
                 let left_out = &mut planned[h].2.left_out;
                 alone = operation_moves(&tests[h], &settings[h], left, from, left_out, &*monitor)?;
+                count_once(&mut alone, &reached, h);
                 sections.extend(alone_sections(h, &alone));
                 *at = alone.last().map(|m| m.axes).or(*at);
             }
@@ -432,6 +441,9 @@ pub(crate) fn run_planner<'r, 'a>(
     }
 }
 
+/// Distance that the two tools keep from each other at planned stands, mm: what moves between them is run and proven.
+const HEADS_APART: f64 = 1.0;
+
 /// Way between stations at which values of the shared axis are compared, as part of the smaller cutter's radius.
 const SPACING: f64 = 0.3;
 
@@ -447,10 +459,8 @@ fn posture_range(operation: &OperationFile, pair: &PairFile, uncut_left: bool) -
 /// A head's part of a run as a piece of its operation.
 fn as_piece(head: usize, reached: &ReachedRun, pieces: &[Piece]) -> PieceMoves {
     let stops = &reached.run.stops;
-    let cuts: Vec<Cut> = stops
-        .iter()
-        .map(|s| Cut { cc: s.cc[head], pose: s.pose.poses[head], inserted: s.at[head].fract() != 0.0 })
-        .collect();
+    let cuts: Vec<Cut> =
+        stops.iter().map(|s| Cut { cc: s.cc[head], pose: s.pose.poses[head], inserted: !s.is_point(head) }).collect();
     let moves = stops.iter().enumerate().map(|(k, s)| Move {
         kind: if k == 0 { MoveKind::Engage } else { MoveKind::Cut },
         cl: s.pose.poses[head].cl,
@@ -458,6 +468,16 @@ fn as_piece(head: usize, reached: &ReachedRun, pieces: &[Piece]) -> PieceMoves {
     });
     let moves = moves.collect();
     PieceMoves { piece: Piece { cuts, ..pieces[reached.run.pieces[head]].clone() }, moves }
+}
+
+/// Points at which both a run and a piece of one head end belong to the run.
+fn count_once(alone: &mut OperationMoves, reached: &[ReachedRun], head: usize) {
+    let bits = |cc: &CcPoint| cc.position.coords.map(f64::to_bits).into();
+    let in_runs: BTreeSet<[u64; 3]> =
+        reached.iter().flat_map(|r| &r.run.stops).filter(|s| s.is_point(head)).map(|s| bits(&s.cc[head])).collect();
+    for cut in alone.pieces.iter_mut().flat_map(|p| &mut p.piece.cuts) {
+        cut.inserted |= in_runs.contains(&bits(&cut.cc));
+    }
 }
 
 fn add(causes: &mut Causes, more: Causes) {

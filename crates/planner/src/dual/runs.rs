@@ -20,6 +20,13 @@ pub(crate) struct Stop {
     pub at: [f64; 2],
 }
 
+impl Stop {
+    /// Whether a head is at a point of its path here, and not between two.
+    pub(crate) fn is_point(&self, head: usize) -> bool {
+        self.at[head].fract() == 0.0
+    }
+}
+
 /// Stops that follow each other without lifting; at least two.
 #[derive(Clone, Debug)]
 pub(crate) struct Run {
