@@ -1,7 +1,7 @@
 //! How the cutter comes into a pass and leaves it.
 
 use facemill_cl_data::{CcPoint, ClPoint};
-use nalgebra::Vector3;
+use nalgebra::{Unit, Vector3};
 
 use crate::link::between;
 use crate::{Configuration, Hints, Infeasible, PoseTest};
@@ -86,9 +86,17 @@ pub struct ApproachSettings {
     pub rapid_clearance: f64,
     /// Farthest retract along the tool axis that may be needed to get clear, mm.
     pub max_retract: f64,
+    /// A direction in which nothing moves: arcs, lifts and retracts are laid into the plane across it. For heads that cannot
+    /// move their tool there while their rotary axes stand.
+    pub still_across: Option<Unit<Vector3<f64>>>,
 }
 
 impl ApproachSettings {
+    /// The part of a motion that is allowed.
+    fn allowed(&self, motion: Vector3<f64>) -> Vector3<f64> {
+        self.still_across.map_or(motion, |across| motion - across.into_inner() * motion.dot(&across))
+    }
+
     /// The same arc with another radius, and poses in proportion.
     #[must_use]
     pub fn scaled(&self, share: f64) -> Self {
@@ -167,8 +175,12 @@ impl Outward<'_, '_> {
         let mut outward = arc_poses(settings.shape, at.end, at.cc, at.cl, at.uncut_left, settings.step);
         let mut from = *at.cl;
         let mut lift = 0.0;
+        let normal = settings.allowed(at.cc.normal.into_inner());
         for pose in &mut outward {
-            from = self.go_lifted(&from, pose, at.cc.normal.into_inner(), &mut lift)?;
+            if settings.still_across.is_some() {
+                *pose = at.cl.translated(settings.allowed(pose.tip - at.cl.tip));
+            }
+            from = self.go_lifted(&from, pose, normal, &mut lift)?;
             *pose = from;
         }
         let top = from;
@@ -182,7 +194,7 @@ impl Outward<'_, '_> {
                 return Err(why);
             }
             height = (height + settings.step.max(settings.test_step)).min(settings.max_retract);
-            let pose = top.translated(top.axis.into_inner() * height);
+            let pose = top.translated(settings.allowed(top.axis.into_inner()) * height);
             self.go(&from, &pose)?;
             from = pose;
         }

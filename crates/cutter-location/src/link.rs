@@ -63,6 +63,14 @@ impl ClearanceSurface {
         self.along(cl, &cl.axis, margin).unwrap_or_else(|| self.straight_out(cl, margin))
     }
 
+    /// The pose moved out in the plane across a direction until its tip is `margin` above the surface, straight in that plane; a
+    /// pose that is there already, or for which the plane leads nowhere, stays.
+    pub fn retract_within(&self, cl: &ClPoint, margin: f64, across: &Unit<Vector3<f64>>) -> ClPoint {
+        let out = self.outward(&cl.tip).0.into_inner();
+        let within = Unit::try_new(out - across.into_inner() * out.dot(across), 1e-3);
+        within.and_then(|direction| self.along(cl, &direction, margin)).unwrap_or(*cl)
+    }
+
     /// The pose moved straight away from the workpiece until its tip is `margin` above the surface.
     fn straight_out(&self, cl: &ClPoint, margin: f64) -> ClPoint {
         let (out, level) = self.outward(&cl.tip);
@@ -260,6 +268,19 @@ impl<'t, 'a> Linker<'t, 'a> {
         let down: Vec<ClPoint> = back.iter().skip(1).map(|w| w.cl).chain([to.cl]).collect();
         self.way(&start, down)?;
         Ok(way)
+    }
+
+    /// The way from a pose straight to the clearance surface in the plane across a direction, without the pose itself.
+    ///
+    /// # Errors
+    /// When it is blocked, or does not get there.
+    pub fn straight_out(&mut self, from: &Waypoint, across: &Unit<Vector3<f64>>) -> Result<Vec<Waypoint>, LinkBlocked> {
+        let margin = self.test.clearance_margin();
+        let out = self.settings.clearance.retract_within(&from.cl, margin, across);
+        if self.settings.clearance.height(&out.tip) < margin - 1e-2 {
+            return Err(LinkBlocked { pose: out, why: Infeasible::TooLong });
+        }
+        self.way(from, [out])
     }
 
     /// The first free way from a pose to the clearance surface, without the pose itself.

@@ -100,10 +100,22 @@ impl<'t, 'a> PairTest<'t, 'a> {
         }
     }
 
+    /// What stations that are blocked for the same cause have in common.
+    pub fn cause(&self, why: &PairBlocked) -> String {
+        match why {
+            PairBlocked::NoCommonValue(_) => format!("no common {}", self.letter()),
+            other => self.describe(other),
+        }
+    }
+
+    fn letter(&self) -> String {
+        self.tests[0].cell.machine.axes()[self.shared].letter.to_string()
+    }
+
     /// One sentence on why both heads cannot be at a station at once.
     pub fn describe(&self, why: &PairBlocked) -> String {
         let axis = &self.tests[0].cell.machine.axes()[self.shared];
-        let letter = axis.letter;
+        let letter = self.letter();
         match why {
             PairBlocked::NoCommonValue(values) => {
                 let of = |head: usize| match values[head] {
@@ -347,12 +359,12 @@ impl PairPlan<'_, '_, '_> {
         let Some(first) = self.stations.first() else { return Vec::new() };
         let mut near = [*start, self.second_start(first, start)];
         let follow = |station: &PairStation| {
-            for head in 0..2 {
+            for (head, near) in near.iter_mut().enumerate() {
                 let test = self.pair.tests[head];
                 let cutter = test.cell.tool.cutter();
                 let cl = facemill_tool_model::cl_from_cc(cutter, &station.cc[head], self.plain(head));
-                if let Ok(configuration) = test.configuration_like(&cl, &near[head]) {
-                    near[head] = configuration;
+                if let Ok(configuration) = test.configuration_like(&cl, near) {
+                    *near = configuration;
                 }
             }
             near

@@ -231,7 +231,14 @@ fn between_postures_far_apart_either_the_control_stays_near_or_the_piece_ends() 
 
 pub(crate) fn move_settings() -> MoveSettings {
     let shape = ApproachShape::TangentialArc { radius: 60.0, angle: 0.3 };
-    let approach = ApproachSettings { shape, step: 2.0, test_step: 0.5, rapid_clearance: 5.0, max_retract: 300.0 };
+    let approach = ApproachSettings {
+        shape,
+        step: 2.0,
+        test_step: 0.5,
+        rapid_clearance: 5.0,
+        max_retract: 300.0,
+        still_across: None,
+    };
     let clearance = ClearanceSurface::Plane { origin: Point3::new(0.0, 0.0, 60.0), normal: Vector3::z_axis() };
     MoveSettings {
         entry: approach,

@@ -107,7 +107,7 @@ pub(crate) fn approach_settings(
     };
     let (ApproachShape::TangentialArc { radius, .. } | ApproachShape::RollIn { radius, .. }) = shape;
     let test_step = (0.25 * cutter.corner_radius()).clamp(TEST_STEPS[1], TEST_STEPS[0]);
-    ApproachSettings { shape, step: radius / ARC_STEPS, test_step, rapid_clearance, max_retract }
+    ApproachSettings { shape, step: radius / ARC_STEPS, test_step, rapid_clearance, max_retract, still_across: None }
 }
 
 /// A piece with its ways in and out.

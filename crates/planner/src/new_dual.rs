@@ -60,6 +60,8 @@ pub(crate) fn dual_propeller_job(diameter: f64) -> Result<Vec<(String, Vec<u8>)>
         // Rounded up to the next hundredth.
         tolerances["mesh_chord_mm"] = json!(round_to((100.0 * chord).ceil() / 100.0, 2));
         tolerances["max_step_mm"] = json!(round_to(0.004 * diameter, 1));
+        // Both heads lean a little for the common C.
+        tolerances["cusp_mm"] = json!(0.12);
         // Closer than the cusps ask for on either side, so that both have the same passes.
         tolerances["max_step_over_mm"] = json!(round_to(0.0065 * diameter, 1));
         operation

@@ -113,7 +113,7 @@ fn with_stock<'a>(mesh: &'a MeshTree, thickness: f64) -> Obstacle<'a> {
 }
 
 fn settings(shape: ApproachShape) -> ApproachSettings {
-    ApproachSettings { shape, step: 1.0, test_step: 1.0, rapid_clearance: 5.0, max_retract: 200.0 }
+    ApproachSettings { shape, step: 1.0, test_step: 1.0, rapid_clearance: 5.0, max_retract: 200.0, still_across: None }
 }
 
 fn approach_from(

@@ -247,7 +247,14 @@ fn entries_and_exits_are_on_the_branch_of_their_cut() {
     let cc = cc_on_plane(0.0, 0.0);
     let cl = cl_from_cc(tool.cutter(), &cc, posture_deg(8.0, 0.0));
     let arc = ApproachShape::TangentialArc { radius: 60.0, angle: 0.4 };
-    let settings = ApproachSettings { shape: arc, step: 1.0, test_step: 1.0, rapid_clearance: 5.0, max_retract: 200.0 };
+    let settings = ApproachSettings {
+        shape: arc,
+        step: 1.0,
+        test_step: 1.0,
+        rapid_clearance: 5.0,
+        max_retract: 200.0,
+        still_across: None,
+    };
     // Where the ram of one branch comes by on the way out.
     let mut blocked_on = vec![];
     for beside in [[-400.0, 0.0], [400.0, 0.0]] {

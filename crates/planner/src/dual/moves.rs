@@ -1,10 +1,11 @@
 //! Entries, exits and links of runs, both heads moving at once.
 
 use facemill_cl_data::{ClPoint, Monitor};
-use facemill_cutter_location::approach::{Approach, PassEnd, PassEndPose, approach};
+use facemill_cutter_location::approach::{Approach, ApproachSettings, PassEnd, PassEndPose, approach};
 use facemill_cutter_location::link::{Linker, Waypoint};
 use facemill_cutter_location::{Configuration, Hints, Infeasible, PairTest};
 use facemill_inverse_kinematics::{AxisKind, AxisValues};
+use nalgebra::{Unit, Vector3};
 use rayon::prelude::*;
 
 use super::runs::{Causes, Run};
@@ -46,6 +47,9 @@ pub(crate) struct DualMover<'r, 'a> {
 /// Part of the rapid clearance that is left where a block strays from the tested way by half of it.
 const RAPID_SHARE: f64 = 0.25;
 
+/// How far a rotary axis may be from where it stands, rad: rounding of the inverse solution.
+const SAME_ROTARY: f64 = 1e-9;
+
 /// Parts of the arcs' radii that are tried.
 const ARC_SHARES: [f64; 3] = [1.0, 0.35, 0.125];
 
@@ -80,20 +84,18 @@ impl DualMover<'_, '_> {
                 Ok(found)
             })
             .collect::<Result<_, facemill_cl_data::Cancelled>>()?;
-        let mut causes = Causes::new();
+        let mut causes = Causes::default();
         let mut all = Vec::new();
         for (run, why) in reached {
             all.extend(run);
-            for (cause, (n, place)) in why {
-                causes.entry(cause).or_insert((0, place)).0 += n;
-            }
+            causes.join(why);
         }
         Ok((all, causes))
     }
 
     fn reach_one(&self, mut run: Run, pieces: [&[Piece]; 2]) -> (Option<ReachedRun>, Causes) {
         let uncut_left = std::array::from_fn(|h| pieces[h][run.pieces[h]].uncut_left);
-        let mut causes = Causes::new();
+        let mut causes = Causes::default();
         let mut found = [None, None];
         for (k, end) in [PassEnd::Entry, PassEnd::Exit].into_iter().enumerate() {
             while found[k].is_none() && run.stops.len() >= 2 {
@@ -101,8 +103,8 @@ impl DualMover<'_, '_> {
                     Ok(moves) => found[k] = Some(moves),
                     Err(why) => {
                         let at = if end == PassEnd::Entry { 0 } else { run.stops.len() - 1 };
-                        let place = run.stops.remove(at).cc[0].position;
-                        causes.entry(why).or_insert((0, [place.x, place.y, place.z])).0 += 1;
+                        let stop = run.stops.remove(at);
+                        causes.add(why.clone(), why, &stop.cc[0]);
                     }
                 }
             }
@@ -135,30 +137,46 @@ impl DualMover<'_, '_> {
         let Some(stop) = stop else { return Err(String::new()) };
         let what = if end == PassEnd::Entry { "entry" } else { "exit" };
         let mut ends = Ends { ways: [Vec::new(), Vec::new()], slow: [0; 2] };
-        for h in 0..2 {
+        for (h, uncut_left) in uncut_left.into_iter().enumerate() {
             let (test, settings) = (self.test.tests[h], self.settings[h]);
             let refused = |why: &Infeasible| format!("head {}: no {what}: {}", h + 1, test.describe(why));
             let pose = &stop.pose.poses[h];
-            let at = PassEndPose {
-                end,
-                cc: &stop.cc[h],
-                cl: &pose.cl,
-                configuration: &pose.configuration,
-                uncut_left: uncut_left[h],
-            };
+            let at = PassEndPose { end, cc: &stop.cc[h], cl: &pose.cl, configuration: &pose.configuration, uncut_left };
             let shape = if end == PassEnd::Entry { &settings.entry } else { &settings.exit };
+            let across = self.still_across(h, &stop.pose.axes);
+            let shape = ApproachSettings { still_across: across, ..shape.scaled(share) };
             let Approach { outward, outer } =
-                approach(test, &shape.scaled(share), &at, &mut Hints::default()).map_err(|why| refused(&why))?;
+                approach(test, &shape, &at, &mut Hints::default()).map_err(|why| refused(&why))?;
             let last = *outward.last().unwrap_or(&pose.cl);
-            let out = Linker::new(test, &settings.link)
-                .way_out(&Waypoint { cl: last, configuration: outer })
-                .map_err(|blocked| refused(&blocked.why))?;
+            let from = Waypoint { cl: last, configuration: outer };
+            let mut linker = Linker::new(test, &settings.link);
+            let out = match across {
+                None => linker.way_out(&from),
+                Some(across) => linker.straight_out(&from, &across),
+            };
+            let out = out.map_err(|blocked| refused(&blocked.why))?;
             ends.slow[h] = outward.len();
             let poses = outward.iter().chain(out.iter().map(|w| &w.cl));
             ends.ways[h] = self.standing(h, &pose.configuration, poses).map_err(|why| refused(&why))?;
         }
         self.joined_way(&ends, stop.pose.axes[self.test.shared])
             .map_err(|why| format!("no {what} for both heads at once: {}", self.test.tests[0].describe(&why)))
+    }
+
+    /// Direction in the workpiece frame in which a head cannot move its tool while all rotary axes stand: of a head with two
+    /// linear axes the one across both, `None` with three.
+    fn still_across(&self, head: usize, axes: &AxisValues) -> Option<Unit<Vector3<f64>>> {
+        let machine = self.test.tests[head].cell.machine;
+        let linears: Vec<usize> =
+            (0..axes.len()).filter(|&k| machine.moves_tool(k) && machine.axes()[k].kind == AxisKind::Linear).collect();
+        let [first, second] = linears[..] else { return None };
+        let tip = |axes: &AxisValues| self.cl(head, axes).tip;
+        let direction = |k: usize| {
+            let mut moved = *axes;
+            moved[k] += 1.0;
+            tip(&moved) - tip(axes)
+        };
+        Unit::try_new(direction(first).cross(&direction(second)), 1e-6)
     }
 
     /// Axis values at a cut and along poses with its tool axis; the rotary axes stay as they are.
@@ -174,6 +192,9 @@ impl DualMover<'_, '_> {
             let mut axes = test.configuration_like(cl, at)?.axes;
             for (k, axis) in test.cell.machine.axes().iter().enumerate() {
                 if axis.kind == AxisKind::Rotary {
+                    if (axes[k] - at.axes[k]).abs() > SAME_ROTARY {
+                        return Err(Infeasible::OtherBranch(at.branch));
+                    }
                     axes[k] = at.axes[k];
                 }
             }
@@ -292,7 +313,11 @@ impl DualMover<'_, '_> {
             let test = self.test.tests[h];
             let cl = self.cl(h, axes);
             let margin = test.clearance_margin() + lift;
-            let raised = self.settings[h].link.clearance.retract(&cl, margin);
+            let clearance = &self.settings[h].link.clearance;
+            let raised = match self.still_across(h, axes) {
+                None => clearance.retract(&cl, margin),
+                Some(across) => clearance.retract_within(&cl, margin, &across),
+            };
             let configuration = Configuration { axes: *axes, branch: test.cell.machine.branch_of(axes) };
             self.standing(h, &configuration, std::iter::once(&raised)).ok()?.pop()
         };

@@ -14,7 +14,7 @@ use super::output::{DualProgram, DualTexts, merged, proven_for_both, write_dual_
 use super::pairing::{PiecePair, pairs, stations};
 use super::program::{DualTimes, dual_word_map};
 use super::report::{PairReport, PairSplit};
-use super::runs::{Causes, RunPlanner, Stop, left_over};
+use super::runs::{Cause, Causes, RunPlanner, Stop, left_over};
 use crate::cell::{workcell, z_map};
 use crate::job_file::{OperationFile, PairFile};
 use crate::load::{Job, Setup};
@@ -355,15 +355,15 @@ impl<'a> PairPlanner<'_, 'a> {
             })
             .collect::<Result<_, _>>()?;
         drop(monitor);
-        let mut causes = Causes::new();
+        let mut causes = Causes::default();
         let mut runs = Vec::new();
         for (found, why) in found {
             runs.extend(found);
-            add(&mut causes, why);
+            causes.join(why);
         }
         let monitor = self.stages.start("entries of both heads", runs.len());
         let (reached, why) = mover.reach(runs, pieces, &*monitor)?;
-        add(&mut causes, why);
+        causes.join(why);
         Ok((reached, causes))
     }
 
@@ -480,20 +480,15 @@ fn count_once(alone: &mut OperationMoves, reached: &[ReachedRun], head: usize) {
     }
 }
 
-fn add(causes: &mut Causes, more: Causes) {
-    for (cause, (n, place)) in more {
-        causes.entry(cause).or_insert((0, place)).0 += n;
-    }
-}
-
 /// Causes as the report tells them, the most frequent first.
 fn splits(causes: Causes) -> Vec<PairSplit> {
-    let mut all: Vec<PairSplit> = causes
-        .into_iter()
-        .map(|(cause, (stations, first_place_mm))| PairSplit { cause, stations, first_place_mm })
-        .collect();
-    all.sort_by_key(|s| std::cmp::Reverse(s.stations));
-    all
+    let told = |(cause, of): (String, Cause)| PairSplit {
+        cause,
+        stations: of.stations,
+        first_place_mm: of.place,
+        first: of.first,
+    };
+    causes.sorted().into_iter().map(told).collect()
 }
 
 impl DualTexts {

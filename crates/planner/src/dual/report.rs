@@ -43,4 +43,6 @@ pub struct PairSplit {
     pub stations: usize,
     /// Where the first head would be at the first of them, workpiece frame.
     pub first_place_mm: [f64; 3],
+    /// What is to be said of the first of them.
+    pub first: String,
 }

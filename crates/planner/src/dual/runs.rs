@@ -44,8 +44,43 @@ impl Run {
     }
 }
 
-/// Why stations of pairs are not cut at once: number of stations and the first place of the first head, by cause.
-pub(crate) type Causes = BTreeMap<String, (usize, [f64; 3])>;
+/// Why stations of pairs are not cut at once.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Causes {
+    by_cause: BTreeMap<String, Cause>,
+}
+
+/// Stations with one cause.
+#[derive(Clone, Debug)]
+pub(crate) struct Cause {
+    pub stations: usize,
+    /// Where the first head would be at the first of them.
+    pub place: [f64; 3],
+    /// What is said of the first of them.
+    pub first: String,
+}
+
+impl Causes {
+    /// Adds a station with its cause and what is said of it.
+    pub(crate) fn add(&mut self, cause: String, first: String, cc: &CcPoint) {
+        let place = [cc.position.x, cc.position.y, cc.position.z];
+        self.by_cause.entry(cause).or_insert(Cause { stations: 0, place, first }).stations += 1;
+    }
+
+    /// Adds what was found elsewhere.
+    pub(crate) fn join(&mut self, more: Self) {
+        for (cause, of) in more.by_cause {
+            self.by_cause.entry(cause).or_insert(Cause { stations: 0, ..of.clone() }).stations += of.stations;
+        }
+    }
+
+    /// All, the most frequent first.
+    pub(crate) fn sorted(self) -> Vec<(String, Cause)> {
+        let mut all: Vec<(String, Cause)> = self.by_cause.into_iter().collect();
+        all.sort_by_key(|(_, cause)| std::cmp::Reverse(cause.stations));
+        all
+    }
+}
 
 /// What pairs of pieces are planned with.
 pub(crate) struct RunPlanner<'r, 'a> {
@@ -70,11 +105,7 @@ impl RunPlanner<'_, '_> {
         let stations: Vec<_> = pair.stations.iter().map(|s| s.pair).collect();
         let start = self.pieces[0][pair.pieces[0]].cuts[0].pose.configuration;
         let outcomes = plan_pair(&self.test, &stations, &self.settings, &start, monitor)?;
-        let mut causes = Causes::new();
-        let mut blocked = |why: String, station: &Station| {
-            let place = station.pair.cc[0].position;
-            causes.entry(why).or_insert((0, [place.x, place.y, place.z])).0 += 1;
-        };
+        let mut causes = Causes::default();
         let mut runs: Vec<Run> = Vec::new();
         let mut open: Vec<Stop> = Vec::new();
         let mut hints = [Hints::default(), Hints::default()];
@@ -89,13 +120,14 @@ impl RunPlanner<'_, '_> {
                     if let Some(stops) = way {
                         open.extend(stops);
                     } else {
-                        blocked("no blocks join the stations before and behind without straying".to_owned(), station);
+                        let why = "no blocks join the stations before and behind without straying".to_owned();
+                        causes.add(why.clone(), why, &station.pair.cc[0]);
                         runs.push(Run { pieces: pair.pieces, stops: std::mem::take(&mut open) });
                     }
                     open.push(stop);
                 }
                 Err(why) => {
-                    blocked(self.test.describe(&why), station);
+                    causes.add(self.test.cause(&why), self.test.describe(&why), &station.pair.cc[0]);
                     runs.push(Run { pieces: pair.pieces, stops: std::mem::take(&mut open) });
                 }
             }
@@ -104,9 +136,8 @@ impl RunPlanner<'_, '_> {
         let short = |r: &Run| r.stops.len() < 2 || r.lengths().iter().all(|l| *l < self.shortest);
         for run in runs.iter().filter(|r| short(r)) {
             for stop in &run.stops {
-                let place = stop.cc[0].position;
                 let why = "the stretch that both can cut at once is too short".to_owned();
-                causes.entry(why).or_insert((0, [place.x, place.y, place.z])).0 += 1;
+                causes.add(why.clone(), why, &stop.cc[0]);
             }
         }
         runs.retain(|r| !short(r));
