@@ -76,7 +76,7 @@ impl Machine {
         match &self.solver {
             Solver::Closed { rotaries, .. } => {
                 let (first, second) = self.unlimited_pair(rotaries, cl, tool_length, &reference)?;
-                self.all_within_limits([first].into_iter().chain(second))
+                self.pair_within_limits(first, second)
             }
             Solver::Numeric(numeric) => {
                 let all = self.unlimited_numeric(numeric, cl, tool_length, &reference)?;
@@ -87,6 +87,25 @@ impl Machine {
                 within.sort_by_measure(|s| self.travel_time(&reference, &s.values));
                 Ok(within)
             }
+        }
+    }
+
+    /// As [`Machine::all_within_limits`], of one or two.
+    fn pair_within_limits(
+        &self,
+        first: InverseSolution,
+        second: Option<InverseSolution>,
+    ) -> Result<InverseSolutions, Unreachable> {
+        let own = self.own_axes();
+        match (self.within_limits(first), second.map(|second| self.within_limits(second))) {
+            (Ok(first), Some(Ok(second))) => {
+                let mut both = InverseSolutions::one(&first, own);
+                both.push(&second);
+                Ok(both)
+            }
+            (Ok(only), _) | (Err(_), Some(Ok(only))) => Ok(InverseSolutions::one(&only, own)),
+            (Err(first), Some(Err(second))) if self.excess(&second) < self.excess(&first) => Err(second),
+            (Err(first), _) => Err(first),
         }
     }
 
