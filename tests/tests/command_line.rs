@@ -132,23 +132,25 @@ fn an_interrupt_stops_within_a_second_and_leaves_no_half_file() {
 }
 
 #[test]
-fn new_propeller_is_the_committed_sample() {
+fn new_propellers_are_the_committed_samples() {
     let folder = tempfile::tempdir().unwrap();
-    let dir = folder.path().join("propeller");
-    let (code, errors) = code_and_errors(&run(&["new", "propeller", dir.to_str().unwrap()]));
-    assert_eq!(code, 0, "{errors}");
-    let sample = workspace().join("assets/propeller");
-    for name in names(&dir) {
-        let [new, committed] = [&dir, &sample].map(|f| std::fs::read(f.join(&name)).unwrap_or_default());
-        assert!(
-            new == committed,
-            "assets/propeller/{name} is not what `facemill new propeller` writes; \
-             regenerate it: cargo run --release -- new propeller NEW && cp NEW/* assets/propeller/"
-        );
+    for part in ["propeller", "propeller-dual"] {
+        let dir = folder.path().join(part);
+        let (code, errors) = code_and_errors(&run(&["new", part, dir.to_str().unwrap()]));
+        assert_eq!(code, 0, "{errors}");
+        let sample = workspace().join("assets").join(part);
+        for name in names(&dir) {
+            let [new, committed] = [&dir, &sample].map(|f| std::fs::read(f.join(&name)).unwrap_or_default());
+            assert!(
+                new == committed,
+                "assets/{part}/{name} is not what `facemill new {part}` writes; \
+                 regenerate it: cargo run --release -- new {part} NEW && cp NEW/* assets/{part}/"
+            );
+        }
+        let again = code_and_errors(&run(&["new", part, dir.to_str().unwrap()]));
+        assert_eq!(again.0, 2, "{}", again.1);
+        assert!(again.1.contains("not empty"), "{}", again.1);
     }
-    let again = code_and_errors(&run(&["new", "propeller", dir.to_str().unwrap()]));
-    assert_eq!(again.0, 2, "{}", again.1);
-    assert!(again.1.contains("not empty"), "{}", again.1);
 }
 
 /// A job in which one thing is wrong: its name, what is done to the folder, and what the message must hold.
