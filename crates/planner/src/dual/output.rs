@@ -246,10 +246,12 @@ pub(crate) fn merged(
     let mut findings: Vec<Finding> = Vec::new();
     for (h, found) in [first.findings, second.findings].into_iter().enumerate() {
         for mut finding in found {
+            // What axes and text do is the same in both runs; their notes name the head.
             let same = |f: &Finding| {
-                f.body.is_none()
-                    && (f.kind, f.first_line, &f.axis, &f.note)
-                        == (finding.kind, finding.first_line, &finding.axis, &finding.note)
+                let alone = f.body.is_none() && finding.body.is_none();
+                alone
+                    && (f.kind, f.first_line, f.last_line) == (finding.kind, finding.first_line, finding.last_line)
+                    && f.axis == finding.axis
             };
             if h == 1 && findings.iter().any(same) {
                 continue;

@@ -51,7 +51,7 @@ pub(crate) fn head_spec(jobs: [&Job; 2], head: usize, rpm: f64) -> Result<HeadSp
     })?;
     let cutter = job.tool.cutter();
     Ok(HeadSpec {
-        name: format!("head {}", head + 1),
+        name: (head + 1).to_string(),
         spindle_axis: letter(job.machine.axes()[axis].letter.as_str())?,
         spindle_number: job.machine.channel(),
         tool: ToolSpec {
