@@ -7,6 +7,7 @@
 //! - [`interpreter`]: what a FANUC program does to its axes;
 //! - [`paper_machine`]: FEED (9), from axis values of the head-B, table-C mill to the tool;
 //! - [`read_back`]: a written program against the meshes of its job, by these three;
+//! - [`two_heads`]: a program of two heads in one channel, both tools' places, and how far these are apart;
 //! - [`slack`]: how much more certificates say than there is, at its places, with the mesh tree's distance.
 //!
 //! Helpers: [`jobs`] writes small jobs and plans them, [`variants`] plans variants of one by the command, [`program`] runs the
@@ -25,4 +26,5 @@ pub mod shared;
 pub mod slack;
 pub mod sweep;
 pub mod touch;
+pub mod two_heads;
 pub mod variants;
