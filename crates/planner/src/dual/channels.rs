@@ -31,6 +31,7 @@ pub(crate) fn channel_files(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::REJECTED;
     use facemill_nc_program::{
         AxisLetter, AxisSpec, AxisWords, Block, Coolant, FeedMode, NcProgram, PostFile, ReadPair, SpindleSpec,
         ToolSpec, WorkOffset, read_siemens_pair,
@@ -127,9 +128,9 @@ mod tests {
 
     #[test]
     fn channels_wait_around_passes_and_every_50_blocks() {
-        let files = channel_files(&spec(120, 1), &heads(), &post(FeedMode::G94), "-2", "-REJECTED").unwrap();
+        let files = channel_files(&spec(120, 1), &heads(), &post(FeedMode::G94), "-top", REJECTED).unwrap();
         let names: Vec<&str> = files.iter().map(|(name, _)| name.as_str()).collect();
-        assert_eq!(names, ["program-2-channel-1-REJECTED.mpf", "program-2-channel-2-REJECTED.mpf"]);
+        assert_eq!(names, ["program-top-channel-1.rejected.mpf", "program-top-channel-2.rejected.mpf"]);
         let found = read(&files);
         let marks: Vec<usize> = found.blocks.iter().map(|b| b.marks_before).collect();
         let rises: Vec<usize> = (1..marks.len()).filter(|&k| marks[k] > marks[k - 1]).collect();
