@@ -1,6 +1,6 @@
 //! Makes the pictures of the documentation from the sample job:
 //! `cargo run --release -p facemill --example pictures` writes `docs/pictures/*.svg`; with `machines` behind it only those of
-//! the machines.
+//! the machines, with `dual` only that of the two heads.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -12,6 +12,8 @@ use facemill::z_map::{ZMap, ZMapSettings};
 use facemill::{Job, PlanSettings, SilentStages, files, plan_setup, read_mesh};
 use nalgebra::Isometry3;
 
+#[path = "pictures/dual.rs"]
+mod dual;
 #[path = "pictures/figure.rs"]
 mod figure;
 #[path = "pictures/machines.rs"]
@@ -21,6 +23,9 @@ mod method;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let argument = std::env::args().nth(1);
+    if argument.as_deref() == Some("dual") {
+        return Ok(files::write_all(Path::new("docs/pictures"), &[dual_picture()?])?);
+    }
     files::write_all(Path::new("docs/pictures"), &machines::machines()?)?;
     if argument.as_deref() == Some("machines") {
         return Ok(());
@@ -34,6 +39,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mesh = read_mesh(&job.beside(&mesh_file.file), mesh_file.unit, mesh_file.up_axis)?.mesh;
     let map = ZMap::build(&mesh, &Isometry3::identity(), &ZMapSettings { cell: 24.0, margin: 0.0 })?;
     let pictures = vec![
+        dual_picture()?,
         ("passes.svg".to_owned(), passes(&map, &apt.points).into_bytes()),
         ("solution-space.svg".to_owned(), text("solution-space.svg").ok_or("no picture in the plan")?),
         ("cusp.svg".to_owned(), cusp(job.tool.cutter()).into_bytes()),
@@ -44,6 +50,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     ];
     files::write_all(Path::new("docs/pictures"), &pictures)?;
     Ok(())
+}
+
+/// A picture and its name.
+type Picture = (String, Vec<u8>);
+
+fn dual_picture() -> Result<Picture, Box<dyn std::error::Error>> {
+    Ok(("dual-pass.svg".to_owned(), dual::dual_pass()?.into_bytes()))
 }
 
 /// An empty picture with white ground.

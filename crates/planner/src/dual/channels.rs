@@ -94,7 +94,7 @@ mod tests {
             work_offset: WorkOffset::new(work_offset).unwrap(),
             axes: (0..9).map(axis).collect(),
             smallest_feed: 0.0,
-            program: NcProgram { blocks: all, ..NcProgram::default() },
+            program: NcProgram { blocks: all },
             rapid: facemill_cl_data::RapidLaw::Linear,
             approach: None,
         }
