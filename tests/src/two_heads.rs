@@ -202,16 +202,19 @@ impl ToolShape {
         sections.fold(self.cutter.signed_distance(rho, z), f64::min)
     }
 
-    /// Points of its surface: on the faces and walls of all bodies, some `step` (mm) apart.
-    fn points(&self, (tip, axis): &Place, step: f64) -> Vec<Point3<f64>> {
+    /// Points of its surface, on faces and walls, some `step` (mm) apart; of its cutter only where that is asked for.
+    fn points(&self, (tip, axis): &Place, step: f64, cutter: bool) -> Vec<Point3<f64>> {
         let RoundedCylinder { radius, corner, height } = self.cutter;
         let rim = radius - corner;
-        let mut outline = vec![(0.0, 0.0), (rim, 0.0)];
-        outline.extend((1..=6).map(|k| {
-            let (sin, cos) = (f64::from(k) * 15f64).to_radians().sin_cos();
-            (rim + corner * sin, corner * (1.0 - cos))
-        }));
-        outline.push((radius, height));
+        let mut outline = Vec::new();
+        if cutter {
+            outline.extend([(0.0, 0.0), (rim, 0.0)]);
+            outline.extend((1..=6).map(|k| {
+                let (sin, cos) = (f64::from(k) * 15f64).to_radians().sin_cos();
+                (rim + corner * sin, corner * (1.0 - cos))
+            }));
+            outline.push((radius, height));
+        }
         outline.extend(self.sections.iter().flat_map(|s| [(s.radius_low, s.low), (s.radius_high, s.high)]));
         let across = any_across(axis);
         let third = axis.cross(&across);
@@ -241,8 +244,17 @@ fn any_across(axis: &Unit<Vector3<f64>>) -> Vector3<f64> {
 /// Distance of two tools by points of their surfaces some `step` apart, mm: at most that much more than there is. Not above
 /// 0: they intersect.
 pub fn tools_apart(tools: &[ToolShape; 2], places: [&Place; 2], step: f64) -> f64 {
+    apart(tools, places, step, true)
+}
+
+/// The same between all but the cutter of either tool and the whole other one.
+pub fn bodies_apart(tools: &[ToolShape; 2], places: [&Place; 2], step: f64) -> f64 {
+    apart(tools, places, step, false)
+}
+
+fn apart(tools: &[ToolShape; 2], places: [&Place; 2], step: f64, cutters: bool) -> f64 {
     let from = |h: usize| {
-        let points = tools[h].points(places[h], step);
+        let points = tools[h].points(places[h], step, cutters);
         points.iter().map(|p| tools[1 - h].distance(places[1 - h], p)).fold(f64::INFINITY, f64::min)
     };
     from(0).min(from(1))
@@ -276,6 +288,8 @@ mod tests {
         let at = |x: f64, z: f64, up: f64| (Point3::new(x, 0.0, z), Unit::new_normalize(Vector3::new(0.0, 0.0, up)));
         let faces = tools_apart(&tools, [&at(0.0, 0.0, 1.0), &at(0.0, -7.0, -1.0)], 2.0);
         assert!((faces - 7.0).abs() < 1e-9, "{faces}");
+        let bodies = bodies_apart(&tools, [&at(0.0, 0.0, 1.0), &at(0.0, -7.0, -1.0)], 2.0);
+        assert!((bodies - 12.0).abs() < 1e-9, "{bodies}");
         let walls = tools_apart(&tools, [&at(0.0, 0.0, 1.0), &at(30.0, 0.0, 1.0)], 1.0);
         assert!((6.0..6.2).contains(&walls), "{walls}");
         assert!(tools_apart(&tools, [&at(0.0, 0.0, 1.0), &at(15.0, -3.0, -1.0)], 1.0) > 0.0);
