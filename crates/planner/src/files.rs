@@ -51,7 +51,7 @@ pub fn write_all(folder: &Path, files: &[(String, Vec<u8>)]) -> Result<(), Failu
 /// [`Failure::Write`], naming the file.
 pub fn remove_counterparts(folder: &Path, written: &[(String, Vec<u8>)]) -> Result<(), Failure> {
     for (name, _) in written {
-        let Some((stem, extension)) = name.rsplit_once('.').filter(|(_, e)| ["nc", "apt"].contains(e)) else {
+        let Some((stem, extension)) = name.rsplit_once('.').filter(|(_, e)| ["nc", "apt", "mpf"].contains(e)) else {
             continue;
         };
         let counterpart = match stem.strip_suffix(REJECTED) {
@@ -73,7 +73,7 @@ pub fn remove_counterparts(folder: &Path, written: &[(String, Vec<u8>)]) -> Resu
 pub fn programs_in(folder: &Path) -> Vec<String> {
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
     let mut names: Vec<String> = entries.filter_map(|e| e.file_name().into_string().ok()).collect();
-    names.retain(|name| name.starts_with("program") && name.ends_with(".nc"));
+    names.retain(|name| name.starts_with("program") && [".nc", ".mpf"].iter().any(|e| name.ends_with(e)));
     names.sort();
     names
 }

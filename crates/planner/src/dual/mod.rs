@@ -5,7 +5,6 @@
 //! (`moves`), and written as one block for one time (`program`). What has no common value of the shared axis is left to each
 //! head alone, with the other one at home.
 
-#[cfg_attr(not(test), expect(dead_code, reason = "output calls it once the channel programs are files of a plan"))]
 mod channels;
 mod mending;
 mod moves;

@@ -2,13 +2,15 @@
 
 use facemill_cl_data::ClPoint;
 use facemill_nc_program::{
-    AptCutter, AptMove, AptSpec, ReadProgram, WordMap, read_program, write_apt, write_program_of_heads,
+    AptCutter, AptMove, AptSpec, HeadSpec, PostSettings, ProgramSpec, ReadProgram, WordMap, read_program, write_apt,
+    write_program_of_heads,
 };
 use facemill_virtual_machine::{
     Certificate, Certificates, Finding, GougeSection, SectionGouge, Verification, VerifySettings, VirtualSetup,
     certify, verify,
 };
 
+use super::channels::channel_files;
 use super::moves::DualMove;
 use super::plan::{DualGround, Part};
 use super::program::{DualTimes, DualWriter, PartFeeds, dual_spec};
@@ -45,6 +47,10 @@ pub(crate) struct DualTexts {
     pub places: Vec<(u32, BlockPlace)>,
     /// Times of each part.
     pub times: Vec<DualTimes>,
+    /// What the NC text was written from.
+    spec: ProgramSpec,
+    heads: Vec<HeadSpec>,
+    post: PostSettings,
 }
 
 /// Timed blocks and texts; `verify` says whether the text will be run on the virtual machine.
@@ -105,7 +111,7 @@ pub(crate) fn write_dual_texts(
     };
     let apts = [apt(0)?, apt(1)?];
     let places = places.into_iter().map(|(block, place)| (written.block_lines[block], place)).collect();
-    Ok(DualTexts { timed, nc: written.text, apts, part_lines, places, times })
+    Ok(DualTexts { timed, nc: written.text, apts, part_lines, places, times, spec, heads, post })
 }
 
 fn part_name(part: &Part<'_>) -> String {
@@ -152,15 +158,25 @@ fn apt_moves(ground: &DualGround<'_>, parts: &[Part<'_>], head: usize, verify: b
 
 impl DualTexts {
     /// Files with their names, and the state of the program in it.
-    pub(crate) fn files(self, suffix: &str, state: &str, certificates: Option<Certificates>) -> Vec<(String, Vec<u8>)> {
+    ///
+    /// # Errors
+    /// When a control of two channels cannot be programmed so.
+    pub(crate) fn files(
+        self,
+        suffix: &str,
+        state: &str,
+        certificates: Option<Certificates>,
+    ) -> Result<Vec<(String, Vec<u8>)>, Failure> {
+        let channels = channel_files(&self.spec, &self.heads, &self.post, suffix, state)?;
         let [first, second] = self.apts;
         let mut files = vec![
             (format!("program{suffix}{state}.nc"), self.nc.into_bytes()),
             (format!("program{suffix}-head-1{state}.apt"), first.into_bytes()),
             (format!("program{suffix}-head-2{state}.apt"), second.into_bytes()),
         ];
+        files.extend(channels);
         files.extend(certificates.map(|c| (format!("certificates{suffix}.json"), certificates_json(c))));
-        files
+        Ok(files)
     }
 }
 

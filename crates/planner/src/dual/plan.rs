@@ -154,7 +154,7 @@ pub(crate) fn plan_dual_setup(
     report.pairs = texts.pair_reports(&parts, &ground);
     report.totals.mended_blocks = mended;
     let (suffix, state) = name_parts(job, setups[0], &report);
-    let files = texts.files(&suffix, state, certificates);
+    let files = texts.files(&suffix, state, certificates)?;
     Ok(planned_files(&suffix, report, files, picture, clock))
 }
 
