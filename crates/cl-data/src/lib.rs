@@ -25,6 +25,10 @@ mod error_budget;
 mod monitor;
 mod motion_law;
 mod pass;
+mod polyhedron;
+mod polyhedron_build;
+#[cfg(test)]
+mod polyhedron_laws;
 mod solid;
 
 pub use aabb::Aabb;
@@ -33,4 +37,6 @@ pub use error_budget::ErrorBudget;
 pub use monitor::{Cancelled, Monitor, Silent};
 pub use motion_law::{ControlTolerance, CuttingLaw, MotionLaw, RapidLaw};
 pub use pass::Pass;
+pub use polyhedron::{ConvexPolyhedron, Face, NearestPoint};
+pub use polyhedron_build::PolyhedronError;
 pub use solid::{PlacedSolid, RoundBox, RoundFrustum, Solid};
