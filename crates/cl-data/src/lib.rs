@@ -39,4 +39,4 @@ pub use motion_law::{ControlTolerance, CuttingLaw, MotionLaw, RapidLaw};
 pub use pass::Pass;
 pub use polyhedron::{ConvexPolyhedron, Face, NearestPoint};
 pub use polyhedron_build::PolyhedronError;
-pub use solid::{PlacedSolid, RoundBox, RoundFrustum, Solid};
+pub use solid::{PlacedSolid, RoundBox, RoundFrustum, RoundHull, Solid};

@@ -37,9 +37,13 @@ const LEAST_CUT: f64 = 1e-4;
 /// Least thickness of a body, mm.
 const LEAST_THICKNESS: f64 = 1e-3;
 
-/// A vertex this near to a plane counts as on it, relative to the coordinates; a hundred times what they are rounded by, so
-/// that planes through one vertex do not leave slivers, and 1e-9 mm at a metre.
-const ON_PLANE: f64 = 1e-12;
+/// A vertex this near to a plane counts as on it, relative to the coordinates: some hundred times what they are rounded by,
+/// so that planes through one vertex do not leave slivers.
+const ON_PLANE: f64 = 1e-13;
+
+/// How far out a point may be that counts as held, relative to the coordinates: 1e-9 mm at a metre, the band of verdicts.
+/// Vertices on several planes may be off by several times [`ON_PLANE`].
+const HELD: f64 = 1e-12;
 
 /// A polyhedron of this many faces has at most 128 vertices.
 const MOST_FACES: usize = ConvexPolyhedron::MOST_VERTICES / 2 + 2;
@@ -51,7 +55,7 @@ impl ConvexPolyhedron {
     /// Largest coordinate of a point, mm: a kilometre.
     pub const FARTHEST: f64 = 1e6;
 
-    /// A convex polyhedron that holds all the points, to rounding (some 1e-9 mm at a metre).
+    /// A convex polyhedron that holds all the points, to 1e-12 of their coordinates (1e-9 mm at a metre).
     ///
     /// It is their box, cut by planes that touch the points: along the facets of their hull where these are few, so that
     /// it is the hull, and else along as many as [`Self::MOST_VERTICES`] allow, the deepest cut first. `facets` are
@@ -68,11 +72,10 @@ impl ConvexPolyhedron {
         let on_plane = ON_PLANE * size.max(1.0);
         let cuts = directions(points, facets).into_iter().map(|n| Cut::touching(points, n, on_plane));
         let (along_facets, others): (Vec<_>, Vec<_>) = cuts.partition(|cut| cut.is_along_facet);
-        let cell = Cell::of_box(points).cut_deepest_first(along_facets, on_plane).cut_deepest_first(others, on_plane);
-        let polyhedron = cell.closed().ok_or(PolyhedronError::Degenerate)?;
-        // All that is above may only make it looser; that it holds the points is seen here.
-        let holds = |p: &Point3<f64>| polyhedron.nearest(p).distance <= on_plane;
-        if points.iter().all(holds) { Ok(polyhedron) } else { Err(PolyhedronError::Degenerate) }
+        let cut = Cell::of_box(points).cut_deepest_first(along_facets, on_plane).cut_deepest_first(others, on_plane);
+        // All that is above may only make it looser; that it holds the points is seen here. Their box always does.
+        let holds = |polyhedron: &Self| points.iter().all(|p| polyhedron.nearest(p).distance <= HELD * size.max(1.0));
+        [cut, Cell::of_box(points)].iter().filter_map(Cell::closed).find(holds).ok_or(PolyhedronError::Degenerate)
     }
 }
 

@@ -1,6 +1,8 @@
+use std::sync::Arc;
+
 use nalgebra::{Isometry3, Point3, Vector3};
 
-use crate::Aabb;
+use crate::{Aabb, ConvexPolyhedron};
 
 /// Solid frustum about the z axis of its own frame, dilated by a ball: the shape of every turned body of a tool
 /// assembly and of every cutter's test body.
@@ -31,13 +33,24 @@ pub struct RoundBox {
     pub rounding: f64,
 }
 
+/// Convex polyhedron dilated by a ball, in its own frame: the hull of a mesh. Copies share the polyhedron.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RoundHull {
+    /// The undilated polyhedron.
+    pub core: Arc<ConvexPolyhedron>,
+    /// Radius of the ball, mm, not negative.
+    pub rounding: f64,
+}
+
 /// A convex body in its own frame.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Solid {
     /// Turned body.
     Frustum(RoundFrustum),
     /// Box.
     Box(RoundBox),
+    /// Convex polyhedron.
+    Hull(RoundHull),
 }
 
 /// A solid fixed in a frame: the tool's (origin at the tip, z toward the spindle) or a machine link's.
@@ -117,6 +130,7 @@ impl Solid {
         match self {
             Self::Frustum(f) => f.core_distance(p),
             Self::Box(b) => b.core_distance(p),
+            Self::Hull(h) => h.core.nearest(p).distance,
         }
     }
 
@@ -130,6 +144,7 @@ impl Solid {
         let within = match self {
             Self::Frustum(f) => f.core_depth(p),
             Self::Box(b) => (b.half_extents - p.coords.abs()).min().max(0.0),
+            Self::Hull(h) => (-h.core.height(p).0).max(0.0),
         };
         self.rounding() + within
     }
@@ -139,18 +154,21 @@ impl Solid {
         match self {
             Self::Frustum(f) => f.rounding,
             Self::Box(b) => b.rounding,
+            Self::Hull(h) => h.rounding,
         }
     }
 
     /// The body dilated by `by` more (mm, may be negative down to −rounding).
     #[must_use]
-    pub fn dilated(mut self, by: f64) -> Self {
-        let rounding = match &mut self {
+    pub fn dilated(&self, by: f64) -> Self {
+        let mut solid = self.clone();
+        let rounding = match &mut solid {
             Self::Frustum(f) => &mut f.rounding,
             Self::Box(b) => &mut b.rounding,
+            Self::Hull(h) => &mut h.rounding,
         };
         *rounding = (*rounding + by).max(0.0);
-        self
+        solid
     }
 
     /// Smallest box around the dilated body, own frame.
@@ -160,6 +178,7 @@ impl Solid {
             Self::Box(b) => {
                 Aabb { min: Point3::from(-b.half_extents), max: Point3::from(b.half_extents) }.dilated(b.rounding)
             }
+            Self::Hull(h) => h.core.aabb().dilated(h.rounding),
         }
     }
 
@@ -168,6 +187,7 @@ impl Solid {
         match self {
             Self::Frustum(f) => Point3::new(0.0, 0.0, 0.5 * (f.z_low + f.z_high)),
             Self::Box(_) => Point3::origin(),
+            Self::Hull(h) => h.core.center(),
         }
     }
 }

@@ -19,11 +19,12 @@ pub(crate) fn spun_bodies(cell: &Workcell<'_>, tool_bodies: &[PlacedSolid]) -> V
     let machine = cell.machine;
     let home = machine.home();
     let tool_from_table = machine.forward(&home, cell.tool.gauge_length()).inverse();
-    let of_tool = tool_bodies.iter().enumerate().map(|(k, b)| (Body::Tool(k), b.solid, b.frame_from_solid, true));
+    let of_tool =
+        tool_bodies.iter().enumerate().map(|(k, b)| (Body::Tool(k), b.solid.clone(), b.frame_from_solid, true));
     let moving = machine.body_poses(&home).enumerate().filter(|(_, p)| is_moved_along(p.body));
     let of_machine = moving.map(|(k, p)| {
         let fixed = machine.joints_to_tool(k) == 0;
-        (Body::Machine(k), p.body.body.solid, tool_from_table * p.table_from_solid, fixed)
+        (Body::Machine(k), p.body.body.solid.clone(), tool_from_table * p.table_from_solid, fixed)
     });
     of_tool
         .chain(of_machine)

@@ -4,7 +4,7 @@
 //! slab is bounded face by face, eight slabs at once, and the depth of a triangle by the slopes at a few of its points; between
 //! these bounds the body made smaller tells.
 
-use facemill_cl_data::Solid;
+use facemill_cl_data::{ConvexPolyhedron, Solid};
 use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
 
 use crate::body::{Placed, for_body};
@@ -24,6 +24,12 @@ trait Faces {
 
     /// What the height over each slab is not below.
     fn least_heights(&self, slabs: &Slabs) -> Lanes;
+
+    /// The lowest point of a triangle and its depth, to [`ACCURACY`], where that is between what was found and `most`.
+    #[inline(always)]
+    fn lowest(&self, found: &Deepest<'_>, corners: &[Point3<f64>; 3], most: f64) -> Option<(f64, Point3<f64>)> {
+        found.lowest_by_distances(corners, most)
+    }
 }
 
 impl MeshTree {
@@ -50,6 +56,7 @@ impl MeshTree {
                 let faces = Flat { center: pose * Point3::origin(), axes, half: b.half_extents };
                 self.deepest_from(start, &faces)
             }
+            Solid::Hull(h) => self.deepest_from(start, &Many { core: &h.core, mesh_from_solid: *pose }),
         }
     }
 
@@ -131,16 +138,23 @@ impl Deepest<'_> {
         if least > self.beyond() {
             return;
         }
+        if let Some((depth, point)) = faces.lowest(self, corners, self.most.min(-least)) {
+            self.raise(depth, triangle, point);
+        }
+    }
+
+    /// [`Faces::lowest`] by the distances from smaller bodies.
+    #[inline(always)]
+    fn lowest_by_distances(&self, corners: &[Point3<f64>; 3], most: f64) -> Option<(f64, Point3<f64>)> {
         let goal = Goal { enough: TOUCH, beyond: TOUCH };
-        let Some(inside) = self.nearest(self.depth + ACCURACY, corners, goal) else { return };
-        self.raise(-faces.height(&inside.point).0, triangle, inside.point);
+        let inside = self.nearest(self.depth + ACCURACY, corners, goal)?;
         let goal = Goal { enough: TOUCH, beyond: f64::INFINITY };
-        let (depth, point) = innermost(self.depth, self.most.min(-least), |t| match self.nearest(t, corners, goal) {
+        let found = innermost(self.depth, most, |t| match self.nearest(t, corners, goal) {
             Some(sample) if sample.distance > TOUCH => (sample.distance, sample.point),
             Some(sample) => (0.0, sample.point),
             None => (0.0, inside.point),
         });
-        self.raise(depth, triangle, point);
+        Some(found)
     }
 
     /// Nearest point of a triangle to the body made smaller.
@@ -200,6 +214,83 @@ impl Faces for Round {
             *least = if wall > ends { wall } else { ends };
         }
         least
+    }
+}
+
+/// The faces of a polyhedron.
+struct Many<'a> {
+    core: &'a ConvexPolyhedron,
+    mesh_from_solid: Isometry3<f64>,
+}
+
+impl Many<'_> {
+    /// A point of a triangle, in the solid's frame, that is lower than given below every face; `None` where there is none.
+    fn point_below(&self, corners: &[Point3<f64>; 3], depth: f64) -> Option<Point3<f64>> {
+        let mut left = corners.to_vec();
+        for face in self.core.faces() {
+            let height = |p: &Point3<f64>| face.normal.dot(&p.coords) - face.offset + depth;
+            let mut lower = Vec::with_capacity(left.len() + 1);
+            for (k, a) in left.iter().enumerate() {
+                let b = &left[(k + 1) % left.len()];
+                let (above_a, above_b) = (height(a), height(b));
+                if above_a <= 0.0 {
+                    lower.push(*a);
+                }
+                if (above_a <= 0.0) != (above_b <= 0.0) {
+                    lower.push(a + (b - a) * (above_a / (above_a - above_b)));
+                }
+            }
+            left = lower;
+        }
+        let sum: Vector3<f64> = left.iter().map(|p| p.coords).sum();
+        (!left.is_empty()).then(|| Point3::from(sum / left.len() as f64))
+    }
+}
+
+impl Faces for Many<'_> {
+    fn height(&self, p: &Point3<f64>) -> (f64, Vector3<f64>) {
+        let (height, normal) = self.core.height(&self.mesh_from_solid.inverse_transform_point(p));
+        (height, self.mesh_from_solid.rotation * normal)
+    }
+
+    #[inline(always)]
+    fn least_heights(&self, slabs: &Slabs) -> Lanes {
+        let (rotation, origin) = (self.mesh_from_solid.rotation, self.mesh_from_solid.translation.vector);
+        let mut least = [f64::NEG_INFINITY; N];
+        for face in self.core.faces() {
+            let n = rotation * face.normal;
+            let offset = face.offset + n.dot(&origin);
+            for (k, least) in least.iter_mut().enumerate() {
+                let (c, m) = (&slabs.center, &slabs.normal);
+                let height = c.x[k] * n.x + c.y[k] * n.y + c.z[k] * n.z - offset;
+                let lowest = height - slabs.reach(k, m.x[k] * n.x + m.y[k] * n.y + m.z[k] * n.z);
+                *least = if lowest > *least { lowest } else { *least };
+            }
+        }
+        least
+    }
+
+    /// What of the triangle is below every face by a depth is a polygon: it is halved until it vanishes.
+    fn lowest(&self, found: &Deepest<'_>, corners: &[Point3<f64>; 3], most: f64) -> Option<(f64, Point3<f64>)> {
+        let corners = corners.map(|p| self.mesh_from_solid.inverse_transform_point(&p));
+        let mut lowest = None;
+        let (mut low, mut high) = (found.depth, most);
+        let mut next = low + ACCURACY;
+        // Of a span of metres, sixty halves leave nothing.
+        for _ in 0..60 {
+            match self.point_below(&corners, next) {
+                Some(point) => {
+                    low = next.max(-self.core.height(&point).0);
+                    lowest = Some((low, self.mesh_from_solid * point));
+                }
+                None => high = next,
+            }
+            if high - low <= ACCURACY {
+                break;
+            }
+            next = 0.5 * (low + high);
+        }
+        lowest
     }
 }
 

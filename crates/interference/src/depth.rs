@@ -55,13 +55,16 @@ pub fn penetration(
     }
 }
 
-/// [`Interference::core_depth`] by distances alone, for any mesh.
+/// [`Interference::core_depth`] by distances alone, for any mesh; of a polyhedron no more than what it is not above.
 pub(crate) fn stepped_depth(
     mesh: &(impl Interference + ?Sized),
     solid: &Solid,
     pose: &Isometry3<f64>,
     met: Separation,
 ) -> (f64, Separation) {
+    if matches!(solid, Solid::Hull(_)) {
+        return (inner_radius(solid), met);
+    }
     let mut nearest = met;
     innermost(0.0, inner_radius(solid), |t| {
         let hint = Some(nearest.triangle);
@@ -102,10 +105,11 @@ pub(crate) fn innermost<P>(mut low: f64, mut high: f64, mut away: impl FnMut(f64
     (high, nearest)
 }
 
-/// Radius of the largest ball within the undilated body, mm.
+/// Radius of the largest ball within the undilated body, mm; of a polyhedron a bound that is not below it.
 pub(crate) fn inner_radius(solid: &Solid) -> f64 {
     match solid {
         Solid::Box(b) => b.half_extents.min(),
+        Solid::Hull(h) => h.core.inner_radius_bound(),
         Solid::Frustum(f) => {
             let half_height = 0.5 * (f.z_high - f.z_low);
             if half_height <= 0.0 {
@@ -117,13 +121,15 @@ pub(crate) fn inner_radius(solid: &Solid) -> f64 {
     }
 }
 
-/// The undilated body without what is nearer than `by` to its outside; `by` is at most the inner radius.
+/// The undilated body without what is nearer than `by` to its outside; `by` is at most the inner radius. A polyhedron stays
+/// as it is: what is deepest in it is found by its faces.
 pub(crate) fn eroded(solid: &Solid, by: f64) -> Solid {
     match solid {
         Solid::Box(b) => {
             Solid::Box(RoundBox { half_extents: b.half_extents.map(|h| (h - by).max(0.0)), rounding: 0.0 })
         }
         Solid::Frustum(f) => Solid::Frustum(eroded_frustum(f, by)),
+        Solid::Hull(_) => solid.dilated(-solid.rounding()),
     }
 }
 

@@ -1,10 +1,10 @@
 //! Exact verdicts and distances: the bodies of a tool assembly against a triangle mesh.
 //!
-//! A body is a [`Solid`](facemill_cl_data::Solid), a frustum or box dilated by a ball, at a pose `mesh_from_solid`. An
-//! [`Interference`] answers whether it touches the mesh ([`Verdict`], with a witness on the mesh), and how far the mesh
-//! is from the undilated body ([`Separation`]). Nothing is sampled: a spike smaller than any sample spacing is found,
-//! whatever the tool axis. Of a mesh with closed components a body wholly inside one is a hit too; an open mesh is a
-//! surface only.
+//! A body is a [`Solid`](facemill_cl_data::Solid), a frustum, box or convex polyhedron dilated by a ball, at a pose
+//! `mesh_from_solid`. An [`Interference`] answers whether it touches the mesh ([`Verdict`], with a witness on the mesh), and
+//! how far the mesh is from the undilated body ([`Separation`]). Nothing is sampled: a spike smaller than any sample spacing
+//! is found, whatever the tool axis. Of a mesh with closed components a body wholly inside one is a hit too; an open mesh
+//! is a surface only.
 //!
 //! - [`MeshTree`] is the one to use: a tree of flat pieces of the surface, each bounded by the distance of the body at
 //!   its centre, and an exact test of the body against a triangle.
@@ -48,6 +48,8 @@ mod depth;
 mod depth_laws;
 mod edge;
 mod facet;
+#[cfg(test)]
+mod hull_laws;
 mod lanes;
 #[cfg(test)]
 mod laws;

@@ -239,6 +239,8 @@ pub(crate) fn is_finite(solid: &Solid, pose: &Isometry3<f64>) -> bool {
     let finite_solid = match solid {
         Solid::Frustum(f) => [f.z_low, f.z_high, f.radius_low, f.radius_high, f.rounding].iter().all(|v| v.is_finite()),
         Solid::Box(b) => b.half_extents.iter().all(|v| v.is_finite()) && b.rounding.is_finite(),
+        // A polyhedron is made of finite numbers only.
+        Solid::Hull(h) => h.rounding.is_finite(),
     };
     finite_pose && finite_solid
 }

@@ -1,4 +1,6 @@
-use facemill_cl_data::{RoundFrustum, Solid};
+use std::sync::Arc;
+
+use facemill_cl_data::{ConvexPolyhedron, RoundFrustum, Solid};
 use facemill_surface_model::TriMesh;
 use nalgebra::{Isometry3, Point3, Vector3};
 use parry3d_f64::bounding_volume::Aabb;
@@ -101,11 +103,21 @@ fn core_of(solid: &Solid) -> Box<dyn SupportMap> {
     match solid {
         Solid::Frustum(f) => Box::new(FrustumSupport(*f)),
         Solid::Box(b) => Box::new(Cuboid::new(vector(&Point3::from(b.half_extents)))),
+        Solid::Hull(h) => Box::new(HullSupport(Arc::clone(&h.core))),
     }
 }
 
 fn vector(p: &Point3<f64>) -> Vector {
     Vector::new(p.x, p.y, p.z)
+}
+
+/// A polyhedron as parry sees it.
+struct HullSupport(Arc<ConvexPolyhedron>);
+
+impl SupportMap for HullSupport {
+    fn local_support_point(&self, direction: Vector) -> Vector {
+        vector(&self.0.support(&Vector3::new(direction.x, direction.y, direction.z)))
+    }
 }
 
 /// A frustum as parry sees it: parry has cylinders and cones, but none cut off.

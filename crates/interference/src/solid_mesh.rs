@@ -21,6 +21,7 @@ pub fn solid_mesh(solid: &Solid) -> Result<TriMesh, MeshError> {
     let (vertices, triangles) = match solid {
         Solid::Frustum(f) => prism(f),
         Solid::Box(b) => cuboid(&b.half_extents),
+        Solid::Hull(h) => (h.core.vertices().to_vec(), h.core.triangles().collect()),
     };
     TriMesh::new(vertices, triangles)
 }

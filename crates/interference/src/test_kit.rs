@@ -1,6 +1,8 @@
 //! What the crate's tests share: seeded numbers, bodies, meshes, and the slow definitions of correct.
 
-use facemill_cl_data::{RoundBox, RoundFrustum, Solid};
+use std::sync::Arc;
+
+use facemill_cl_data::{ConvexPolyhedron, RoundBox, RoundFrustum, RoundHull, Solid};
 use facemill_surface_model::TriMesh;
 use nalgebra::{Isometry3, Point3, Translation3, Unit, UnitQuaternion, Vector3};
 
@@ -51,7 +53,7 @@ pub(crate) fn frustum(z: [f64; 2], radii: [f64; 2], rounding: f64) -> Solid {
     Solid::Frustum(RoundFrustum { z_low: z[0], z_high: z[1], radius_low: radii[0], radius_high: radii[1], rounding })
 }
 
-/// Cylinder, disc, sharp cylinder, frusta both ways, cone, capsule, ball, boxes.
+/// Cylinder, disc, sharp cylinder, frusta both ways, cone, capsule, ball, boxes, polyhedra.
 pub(crate) fn sample_solids() -> Vec<Solid> {
     let boxed = |x, y, z, rounding| Solid::Box(RoundBox { half_extents: Vector3::new(x, y, z), rounding });
     vec![
@@ -65,7 +67,17 @@ pub(crate) fn sample_solids() -> Vec<Solid> {
         frustum([6.0, 6.0], [0.0, 0.0], 6.0),
         boxed(10.0, 6.0, 8.0, 0.0),
         boxed(10.0, 6.0, 0.0, 2.0),
+        random_hull(&mut Lcg::new(71), 9, 0.0),
+        random_hull(&mut Lcg::new(72), 14, 1.5),
     ]
+}
+
+/// A polyhedron around points on a ball that is not about the origin.
+pub(crate) fn random_hull(lcg: &mut Lcg, n_points: usize, rounding: f64) -> Solid {
+    let points: Vec<_> =
+        (0..n_points).map(|_| Point3::from(lcg.unit() * 11.0 + Vector3::new(2.0, -1.0, 4.0))).collect();
+    let core = ConvexPolyhedron::around(&points, []).unwrap();
+    Solid::Hull(RoundHull { core: Arc::new(core), rounding })
 }
 
 /// Least core distance over a triangle by golden sections in two nested directions: slow, and nothing but convexity.

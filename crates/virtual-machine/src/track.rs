@@ -26,16 +26,17 @@ impl Shape {
     /// The undilated core of a solid.
     pub(crate) fn core_of(solid: &Solid) -> Self {
         let core = solid.dilated(-solid.rounding());
-        let (anchors, radius) = match core {
+        let (anchors, radius) = match &core {
             // A turned body is its axis with a disc around every point of it; its own spin moves nothing.
             Solid::Frustum(f) => {
                 let on_axis = |k: usize| Point3::new(0.0, 0.0, if k == 0 { f.z_low } else { f.z_high });
                 (std::array::from_fn(on_axis), f.radius_low.max(f.radius_high))
             }
-            Solid::Box(b) => {
-                let sign = |k: usize, bit: usize| if k >> bit & 1 == 0 { -1.0 } else { 1.0 };
-                let corner = |k| Vector3::from_fn(|axis, _| sign(k, axis) * b.half_extents[axis]);
-                (std::array::from_fn(|k| corner(k).into()), 0.0)
+            // Those of its box hold a polyhedron.
+            Solid::Box(_) | Solid::Hull(_) => {
+                let bounds = core.aabb();
+                let end = |k: usize, axis: usize| (if k >> axis & 1 == 0 { bounds.min } else { bounds.max })[axis];
+                (std::array::from_fn(|k| Point3::new(end(k, 0), end(k, 1), end(k, 2))), 0.0)
             }
         };
         Self { core, anchors, radius }

@@ -49,6 +49,7 @@ fn nearest_of_core(solid: &Solid, p: &Point3<f64>) -> Point3<f64> {
     match solid {
         Solid::Frustum(f) => nearest_of_frustum(f, p),
         Solid::Box(b) => p.coords.sup(&-b.half_extents).inf(&b.half_extents).into(),
+        Solid::Hull(h) => h.core.nearest(p).point,
     }
 }
 
@@ -92,6 +93,7 @@ fn core_support(solid: &Solid, direction: &Vector3<f64>) -> f64 {
             low.max(f.z_high * direction.z + f.radius_high * across)
         }
         Solid::Box(b) => direction.abs().dot(&b.half_extents),
+        Solid::Hull(h) => direction.dot(&h.core.support(direction).coords),
     }
 }
 

@@ -82,7 +82,7 @@ fn what_the_other_head_is_in_the_way_of_is_no_pose() {
                 let table_from_tool = machine.forward(&q, own.gauge_length());
                 let of_head = |c| {
                     let all: Vec<_> = machine.body_poses(&q).filter(|p| p.body.carrier() == Some(c)).collect();
-                    all.into_iter().map(|p| (p.body.name().to_owned(), p.body.body.solid, p.table_from_solid))
+                    all.into_iter().map(|p| (p.body.name().to_owned(), p.body.body.solid.clone(), p.table_from_solid))
                 };
                 let of_tool = whole(&own).into_iter().map(|b| (b.name, b.solid, table_from_tool * b.frame_from_solid));
                 let ours: Vec<Placed> = of_tool.chain(of_head(Carrier::Head)).collect();

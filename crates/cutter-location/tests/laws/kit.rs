@@ -161,7 +161,7 @@ pub(crate) fn distance_at(cell: &Workcell<'_>, axes: &AxisValues, balls: &[Ball]
     let of_cutter = [cylinder(big - r, r, r), cylinder(big, cutter.flute_length(), 0.0)].map(|s| (s, table_from_tool));
     let of_tool = cell.tool.collision_bodies().into_iter().map(|b| (b.solid, table_from_tool * b.frame_from_solid));
     let of_head = cell.machine.body_poses(axes).filter(|p| p.body.carrier() == Some(Carrier::Head));
-    let of_head = of_head.map(|p| (p.body.body.solid, p.table_from_solid));
+    let of_head = of_head.map(|p| (p.body.body.solid.clone(), p.table_from_solid));
     let solids: Vec<(Solid, Isometry3<f64>)> = of_cutter.into_iter().chain(of_tool).chain(of_head).collect();
     let to_ball = |ball: &Ball| {
         let center = cell.table_from_work * ball.center;

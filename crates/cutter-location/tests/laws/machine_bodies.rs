@@ -45,7 +45,7 @@ fn deepest(machine: &Machine, tool: &ToolAssembly, axes: &AxisValues, random: &m
     let post = poses.iter().find(|p| p.body.name() == "post").unwrap();
     let of_tool = tool.collision_bodies().into_iter().map(|b| (b.solid, table_from_tool * b.frame_from_solid));
     let of_head = poses.iter().filter(|p| p.body.carrier() == Some(Carrier::Head));
-    let of_head = of_head.map(|p| (p.body.body.solid, p.table_from_solid));
+    let of_head = of_head.map(|p| (p.body.body.solid.clone(), p.table_from_solid));
     let bodies: Vec<(Solid, Isometry3<f64>)> = of_tool.chain(of_head).collect();
     let post_solid = &post.body.body.solid;
     let mut deepest = f64::NEG_INFINITY;

@@ -137,6 +137,10 @@ fn sides(body: &BodyPose<'_>) -> Vec<Side> {
     let local = match &body.body.body.solid {
         Solid::Box(b) => box_sides(&b.half_extents),
         Solid::Frustum(f) => frustum_sides([f.radius_low, f.radius_high], [f.z_low, f.z_high]),
+        Solid::Hull(h) => {
+            let corner = |&k: &u32| h.core.vertices()[k as usize];
+            h.core.faces().iter().map(|f| (f.corners.iter().map(corner).collect(), f.normal)).collect()
+        }
     };
     local.into_iter().map(|(c, n)| (c.iter().map(|p| pose * p).collect(), pose * n)).collect()
 }
