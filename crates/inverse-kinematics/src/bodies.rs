@@ -1,8 +1,8 @@
-use facemill_cl_data::{PlacedSolid, RoundBox, RoundFrustum, Solid};
+use facemill_cl_data::{PlacedSolid, RoundBox, RoundFrustum, RoundHull, Solid};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 use crate::{
-    AxisValues, Carrier, Machine,
+    AxisValues, Carrier, Machine, MachineError,
     machine_file::{BodyFile, ShapeFile},
     screw_chain::ScrewChain,
 };
@@ -90,20 +90,23 @@ impl Machine {
     }
 }
 
-/// The solid of a shape, dilated by `clearance`, and its pose in the body's frame.
-pub(crate) fn solid_of(shape: &ShapeFile, clearance: f64) -> Solid {
-    let frustum = |radius_low, radius_high, height| {
-        Solid::Frustum(RoundFrustum { z_low: 0.0, z_high: height, radius_low, radius_high, rounding: clearance })
+/// The solid of a body's shape, dilated by its clearance.
+///
+/// # Errors
+/// For a mesh whose hull nobody has given.
+pub(crate) fn solid_of(body: &BodyFile) -> Result<Solid, MachineError> {
+    let rounding = body.clearance_mm;
+    let frustum = |radius_low, radius_high, z_high| {
+        Solid::Frustum(RoundFrustum { z_low: 0.0, z_high, radius_low, radius_high, rounding })
     };
-    match *shape {
-        ShapeFile::Box { size_mm } => {
-            Solid::Box(RoundBox { half_extents: Vector3::from(size_mm) * 0.5, rounding: clearance })
-        }
+    Ok(match body.shape {
+        ShapeFile::Box { size_mm } => Solid::Box(RoundBox { half_extents: Vector3::from(size_mm) * 0.5, rounding }),
         ShapeFile::Cylinder { radius_mm, height_mm } => frustum(radius_mm, radius_mm, height_mm),
         ShapeFile::Frustum { radius_low_mm, radius_high_mm, height_mm } => {
             frustum(radius_low_mm, radius_high_mm, height_mm)
         }
-    }
+        ShapeFile::Mesh(ref mesh) => Solid::Hull(RoundHull { core: mesh.read(&body.name)?, rounding }),
+    })
 }
 
 /// Pose of a body in its link's frame.

@@ -78,7 +78,7 @@ impl Walked {
         let axes = self.axes(head);
         let chain = self.chain(head, &axes);
         let solver = Solver::new(&chain, &axes)?;
-        let bodies = self.bodies(&file, head);
+        let bodies = self.bodies(&file, head)?;
         let other = self.other(&file, head, &axes, &chain);
         let machine = Machine { file, axes, chain, solver, bodies, head, other };
         refuse_dependent_linears(&machine)?;
@@ -124,7 +124,7 @@ impl Walked {
         })
     }
 
-    fn bodies(&self, file: &MachineFile, head: usize) -> Vec<MachineBody> {
+    fn bodies(&self, file: &MachineFile, head: usize) -> Result<Vec<MachineBody>, MachineError> {
         let table_from_bed = self.table.end().inverse();
         let n_table = self.table.joints.len();
         let mut bodies = Vec::new();
@@ -132,32 +132,29 @@ impl Walked {
             for body in list {
                 let frame_from_solid = pose_of(body);
                 bodies.push(MachineBody {
-                    body: PlacedSolid {
-                        name: body.name.clone(),
-                        solid: solid_of(&body.shape, body.clearance_mm),
-                        frame_from_solid,
-                    },
+                    body: PlacedSolid { name: body.name.clone(), solid: solid_of(body)?, frame_from_solid },
                     clearance: body.clearance_mm,
                     link,
                     n_joints,
                     table_from_solid_at_zero: table_from_bed * bed_from_link * frame_from_solid,
                 });
             }
+            Ok::<(), MachineError>(())
         };
-        add(&file.bed_bodies, LinkId::Bed, n_table, &Isometry3::identity());
+        add(&file.bed_bodies, LinkId::Bed, n_table, &Isometry3::identity())?;
         for (row, dh) in file.workpiece_chain.rows.iter().enumerate() {
             let link = LinkId::Row { carrier: Carrier::Table, row };
-            add(&dh.bodies, link, n_table - self.table.joints_up_to[row], &self.table.bed_from_link[row]);
+            add(&dh.bodies, link, n_table - self.table.joints_up_to[row], &self.table.bed_from_link[row])?;
         }
         let others = (0..self.heads.len()).filter(|&k| k != head).map(|k| (k, Carrier::OtherHead));
         for (k, carrier) in [(head, Carrier::Head)].into_iter().chain(others) {
             for (row, dh) in file.tool_chains[k].rows.iter().enumerate() {
                 let walked = &self.heads[k];
                 let link = LinkId::Row { carrier, row };
-                add(&dh.bodies, link, n_table + walked.joints_up_to[row], &walked.bed_from_link[row]);
+                add(&dh.bodies, link, n_table + walked.joints_up_to[row], &walked.bed_from_link[row])?;
             }
         }
-        bodies
+        Ok(bodies)
     }
 }
 

@@ -159,6 +159,10 @@ fn check_shape(field: &str, shape: &ShapeFile) -> Checked {
             not_negative(format!("{field}.frustum.radius_high_mm"), None, radius_high_mm)?;
             positive(format!("{field}.frustum.height_mm"), None, height_mm)
         }
+        ShapeFile::Mesh(ref mesh) => {
+            check_name(&format!("{field}.mesh.file"), &mesh.file)?;
+            mesh.read(&format!("{field}.mesh")).map(|_| ())
+        }
     }
 }
 

@@ -59,6 +59,7 @@ mod linear_tables;
 mod linearise;
 mod machine;
 mod machine_file;
+mod mesh_shape;
 mod middle_rotary;
 mod motion;
 mod numeric_inverse;
@@ -98,6 +99,7 @@ pub use machine_file::{
     PrismaticJoint, RapidLawFile, RevoluteJoint, RevoluteRange, Sense, ShapeFile, ToolChain, WorkpieceChain,
     machine_schema,
 };
+pub use mesh_shape::{BodyMesh, MeshShapeFile, MeshUnitFile};
 pub use motion::{BlockLaw, Motion, MotionError};
 pub use path::{
     Change, FreeTurn, PathChange, PathChoice, PathError, PathSettings, SegmentKind, SingularStretch, choose_along,

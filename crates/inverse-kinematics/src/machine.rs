@@ -176,6 +176,16 @@ pub enum FieldProblem {
     /// A name is empty.
     #[error("is empty")]
     Empty,
+    /// A body is the hull of a mesh that nobody has read.
+    #[error(
+        "names the mesh file {file:?}, which is not read here: read the machine file with `MachineFile`, give the hulls of \
+         its meshes by `MachineFile::with_hulls` and make the machine by `Machine::from_file` or `Machine::heads` (the \
+         program facemill does so)"
+    )]
+    MeshNotRead {
+        /// The mesh file.
+        file: String,
+    },
 }
 
 impl Machine {

@@ -2,7 +2,7 @@ use facemill_cl_data::{ControlTolerance, CuttingLaw, MotionLaw, RapidLaw};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::AssumedFile;
+use crate::{AssumedFile, MeshShapeFile};
 
 /// Machine file: kinematic chains, axes, bodies and motion laws of a machine tool.
 ///
@@ -210,7 +210,7 @@ pub struct BodyFile {
 }
 
 /// Shape of a body in its own frame.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum ShapeFile {
     /// Box about the origin.
@@ -234,6 +234,8 @@ pub enum ShapeFile {
         /// Height, mm.
         height_mm: f64,
     },
+    /// Convex hull of a mesh, in the mesh's frame.
+    Mesh(MeshShapeFile),
 }
 
 /// What the control does between two programmed positions.

@@ -33,6 +33,9 @@ pub mod job_file;
 mod linearity;
 mod load;
 mod machine_check;
+mod machine_load;
+#[cfg(test)]
+mod machine_load_laws;
 mod mending;
 #[cfg(test)]
 mod move_laws;
@@ -66,7 +69,8 @@ pub use check::describe_setup;
 pub use dual::{PairReport, PairSplit};
 pub use failure::Failure;
 pub use load::{Job, read_mesh};
-pub use machine_check::{MachineCheck, describe_heads, describe_machine};
+pub use machine_check::{MachineCheck, describe_heads, describe_hulls, describe_machine};
+pub use machine_load::{BodyHull, ReadMachine, read_machine};
 pub use plan::{PlanSettings, Planned, REJECTED, plan_setup};
 pub use solution_space::{SolutionSpace, SolutionSpaceRequest, solution_space};
 pub use summary::summary;

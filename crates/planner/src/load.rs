@@ -18,6 +18,7 @@ use crate::enclosure::check_enclosure;
 use crate::job_file::{
     JobFile, MeshFile, OperationFile, PoseFile, RoleFile, SetupFile, StockFile, UnitFile, UpAxisFile,
 };
+use crate::machine_load::read_machine;
 use crate::report::MeshReport;
 use crate::stock::stock_mesh;
 use crate::validate::{FARTHEST, belongs, check_feeds, check_gouge_tolerances, check_heads, check_rounding, validate};
@@ -63,8 +64,7 @@ impl Job {
         let tool = ToolAssembly::from_json(&files::read(&tool_path)?).map_err(|e| Failure::input(&tool_path, e))?;
         check_gouge_tolerances(&file, tool.cutter().radius()).map_err(|e| Failure::input(path, e))?;
         let machine_path = beside(&file.machine);
-        let mut heads =
-            Machine::heads_from_json(&files::read(&machine_path)?).map_err(|e| Failure::input(&machine_path, e))?;
+        let mut heads = read_machine(&machine_path)?.heads;
         check_heads(&file, heads.len()).map_err(|e| Failure::input(path, e))?;
         let mut second = None;
         if let (2, Some(name)) = (heads.len(), &file.second_tool) {
@@ -496,7 +496,7 @@ fn only(mesh: &TriMesh, groups: &[bool]) -> TriMesh {
 }
 
 /// Whether a name matches a pattern in which `*` stands for any run of characters.
-fn matches_pattern(pattern: &str, name: &str) -> bool {
+pub(crate) fn matches_pattern(pattern: &str, name: &str) -> bool {
     match pattern.split_once('*') {
         None => pattern == name,
         Some((head, tail)) => name.strip_prefix(head).is_some_and(|rest| {

@@ -5,6 +5,8 @@ use facemill_inverse_kinematics::{
 };
 use nalgebra::{Point3, Vector3};
 
+use crate::machine_load::BodyHull;
+
 /// A machine in lines, and whether its inverse solution gave back every pose that was tried.
 pub struct MachineCheck {
     /// What was found, for people.
@@ -241,6 +243,22 @@ fn bodies_of(machine: &Machine) -> Vec<String> {
     let own = machine.bodies().iter().filter(|b| b.carrier() != Some(Carrier::OtherHead));
     let each = own.map(|b| format!("{} ({}; {} mm)", b.name(), on(b.link), short(b.clearance)));
     vec![format!("bodies (link; clearance): {}", each.collect::<Vec<_>>().join(", "))]
+}
+
+/// Tells the hulls of bodies that are meshes: how many vertices each has, and how much more it holds than its mesh.
+pub fn describe_hulls(hulls: &[BodyHull]) -> Vec<String> {
+    let mut lines = Vec::new();
+    if !hulls.is_empty() {
+        lines.push("bodies that are meshes, tested as their convex hulls".to_owned());
+    }
+    lines.extend(hulls.iter().map(|hull| {
+        let larger = match hull.excess() {
+            Some(excess) => format!("{:.1} % more volume than the mesh", 100.0 * excess),
+            None => "the mesh is not closed, so there is no volume to compare with".to_owned(),
+        };
+        format!("  {} ({}): {} vertices, {larger}", hull.body, hull.file, hull.n_vertices)
+    }));
+    lines
 }
 
 fn reach_lines(reach: &AxisReach) -> Vec<String> {

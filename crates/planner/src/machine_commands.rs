@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use clap::Subcommand;
 use facemill::inverse_kinematics::{Machine, import_autodesk_machine};
-use facemill::{Failure, describe_heads, files};
+use facemill::{Failure, describe_heads, describe_hulls, files, read_machine};
 
 use crate::cli::say;
 
@@ -34,9 +34,10 @@ pub(crate) fn run(command: MachineCommand) -> Result<ExitCode, Failure> {
 }
 
 fn check(path: &Path) -> Result<ExitCode, Failure> {
-    let heads = Machine::heads_from_json(&files::read(path)?).map_err(|e| Failure::input(path, e))?;
-    let checked = describe_heads(&heads).map_err(|e| Failure::input(path, e))?;
-    say(&format!("{}\n", checked.lines.join("\n")))?;
+    let read = read_machine(path)?;
+    let checked = describe_heads(&read.heads).map_err(|e| Failure::input(path, e))?;
+    let lines: Vec<String> = checked.lines.into_iter().chain(describe_hulls(&read.hulls)).collect();
+    say(&format!("{}\n", lines.join("\n")))?;
     match checked.fault {
         Some(fault) => Err(Failure::input(path, fault)),
         None => Ok(ExitCode::SUCCESS),
