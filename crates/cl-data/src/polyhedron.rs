@@ -145,7 +145,7 @@ impl ConvexPolyhedron {
 
     /// The point of the polyhedron nearest to `p`, which is `p` itself inside; exact to rounding.
     ///
-    /// Each of its faces, and outside each of its edges, is looked at: some 0.3 µs at 128 vertices.
+    /// All faces, and outside all edges, are looked at: 0.2 µs at 8 vertices, 1.7 µs at 128.
     pub fn nearest(&self, p: &Point3<f64>) -> NearestPoint {
         let inside = NearestPoint { point: *p, distance: 0.0, away: Vector3::zeros() };
         // Also a point that is not a number is nowhere outside; whoever asks with one is told so before.

@@ -55,7 +55,7 @@ impl ConvexPolyhedron {
     /// Largest coordinate of a point, mm: a kilometre.
     pub const FARTHEST: f64 = 1e6;
 
-    /// A convex polyhedron that holds all the points, to 1e-12 of their coordinates (1e-9 mm at a metre).
+    /// A convex polyhedron that holds all the points, to 1e-12 of their coordinates (1e-9 mm at a metre); 0.1 s for 4000.
     ///
     /// It is their box, cut by planes that touch the points: along the facets of their hull where these are few, so that
     /// it is the hull, and else along as many as [`Self::MOST_VERTICES`] allow, the deepest cut first. `facets` are

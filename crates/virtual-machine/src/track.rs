@@ -166,10 +166,11 @@ fn inside(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use facemill_cl_data::{RoundBox, RoundFrustum};
+    use facemill_cl_data::{ConvexPolyhedron, RoundBox, RoundFrustum, RoundHull};
     use facemill_interference::MeshTree;
     use facemill_surface_model::TriMesh;
     use nalgebra::{Translation3, UnitQuaternion};
+    use std::sync::Arc;
 
     struct Lcg(u64);
 
@@ -198,9 +199,12 @@ mod tests {
     const FRUSTUM: Solid =
         Solid::Frustum(RoundFrustum { z_low: -4.0, z_high: 9.0, radius_low: 6.0, radius_high: 2.0, rounding: 1.0 });
 
-    fn shapes() -> [Shape; 2] {
+    fn shapes() -> [Shape; 3] {
         let block = Solid::Box(RoundBox { half_extents: Vector3::new(3.0, 8.0, 1.0), rounding: 0.5 });
-        [Shape::core_of(&FRUSTUM), Shape::core_of(&block)]
+        let tips = [[7.0, 0.0, 1.0], [-4.0, 2.0, 0.0], [0.0, 6.0, -3.0], [1.0, -5.0, 4.0], [0.5, 0.5, 8.0]];
+        let core = Arc::new(ConvexPolyhedron::around(&tips.map(Point3::from), []).unwrap());
+        let hull = Solid::Hull(RoundHull { core, rounding: 0.5 });
+        [FRUSTUM, block, hull].map(|solid| Shape::core_of(&solid))
     }
 
     #[test]
@@ -256,6 +260,6 @@ mod tests {
                 n_inside += i32::from(is_in && fresh > 0.0);
             }
         }
-        assert!(n_near > 500 && n_near < 11_500 && n_inside > 50, "{n_near} near, {n_inside} inside");
+        assert!(n_near > 500 && n_near < 17_500 && n_inside > 50, "{n_near} near, {n_inside} inside");
     }
 }
