@@ -3,20 +3,28 @@
 mod common;
 
 use common::*;
-use facemill_cl_data::{ClPoint, Solid};
+use facemill_cl_data::{ClPoint, ConvexPolyhedron, Solid};
 use facemill_inverse_kinematics::*;
 use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
 
 const TOOL: f64 = 137.0;
 
-/// The families, with a box on every link.
+/// A hull off its frame's origin.
+fn hull() -> ShapeFile {
+    let tips = [[90.0, 0.0, 10.0], [-60.0, 20.0, 0.0], [0.0, 70.0, -30.0], [10.0, -50.0, 40.0], [5.0, 5.0, 130.0]];
+    let hull = ConvexPolyhedron::around(&tips.map(Point3::from), []).unwrap();
+    let (file, hull) = ("casting.stl".to_owned(), Some(std::sync::Arc::new(hull)));
+    ShapeFile::Mesh(MeshShapeFile { file, unit: None, groups: None, hull })
+}
+
+/// The families, with a box or a hull on every link.
 fn families_with_bodies() -> Vec<Machine> {
     let body = |k: usize| BodyFile {
         name: format!("body {k}"),
         clearance_mm: 3.0,
         position_mm: [20.0 * k as f64, -35.0, 60.0],
         rotation_xyz_deg: [10.0, 25.0 * k as f64, 0.0],
-        shape: ShapeFile::Box { size_mm: [80.0, 50.0, 120.0] },
+        shape: if k.is_multiple_of(2) { ShapeFile::Box { size_mm: [80.0, 50.0, 120.0] } } else { hull() },
     };
     let with_bodies = |machine: &Machine| {
         let mut file = machine.to_file();
@@ -48,15 +56,14 @@ fn random_set(machine: &Machine, r: &mut Random) -> PoseSet {
 fn way_of(machine: &Machine, body: usize, from: &AxisValues, to: &AxisValues) -> f64 {
     let at = |q: &AxisValues| machine.body_poses(q).nth(body).unwrap().table_from_solid;
     let (from, to) = (at(from), at(to));
-    let bounds = match &machine.bodies()[body].body.solid {
-        solid @ Solid::Box(_) => solid.aabb(),
-        other => other.aabb(),
-    };
+    let solid = &machine.bodies()[body].body.solid;
+    let bounds = solid.aabb();
     let pick = |k: usize, axis: usize| if k >> axis & 1 == 0 { bounds.min[axis] } else { bounds.max[axis] };
-    (0..8)
-        .map(|k| Point3::new(pick(k, 0), pick(k, 1), pick(k, 2)))
-        .map(|p| (to * p - from * p).norm())
-        .fold(0.0, f64::max)
+    let corners = match solid {
+        Solid::Hull(hull) => hull.core.vertices().to_vec(),
+        _ => (0..8).map(|k| Point3::new(pick(k, 0), pick(k, 1), pick(k, 2))).collect(),
+    };
+    corners.iter().map(|p| (to * p - from * p).norm()).fold(0.0, f64::max)
 }
 
 #[test]

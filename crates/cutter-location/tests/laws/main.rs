@@ -10,6 +10,7 @@ mod link;
 mod machine_bodies;
 mod map;
 mod map_cases;
+mod mesh_bodies;
 mod pairs;
 mod pass_costs;
 mod passes;
