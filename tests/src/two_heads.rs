@@ -97,6 +97,16 @@ impl TwoHeads {
         self.joints().map(|joint| joint["axis"].as_str().expect("a name").to_owned()).collect()
     }
 
+    /// Words of all axes at home, with the lengths of both tools on.
+    pub fn home(&self) -> Words {
+        let home = |joint: &Value| number(joint.get("home_mm").unwrap_or(&joint["home_deg"]));
+        let mut words: Words = self.axes().into_iter().zip(self.joints().map(home)).collect();
+        for (h, gauge) in self.gauges.iter().enumerate() {
+            *words.get_mut(&format!("Z{}", h + 1)).expect("a spindle axis") -= gauge;
+        }
+        words
+    }
+
     fn joints(&self) -> impl Iterator<Item = &Value> {
         let chains = std::iter::once(&self.machine["workpiece_chain"])
             .chain(self.machine["tool_chains"].as_array().expect("chains"));

@@ -11,15 +11,15 @@ use facemill_tests::shared::workspace;
 use facemill_tests::two_heads::{DualBlock, ToolShape, TwoHeads, Words, bodies_apart, dual_blocks, tools_apart};
 use serde_json::{Value, json};
 
-/// A narrow band of one blade, with few points: some passes a side.
-fn job() -> JobFolder {
+/// A narrow band of one blade, from a radius on, with few points.
+fn job(from_radius: f64) -> JobFolder {
     let job = JobFolder::new(&NewJob::DualPropeller { diameter_mm: 1000.0 });
     let of_operations: Vec<(String, Value)> = (0..2)
         .flat_map(|k| {
             let sections = format!("/operations/{k}/path/strategy/strategy/cylindrical_sections");
             [
                 (format!("/operations/{k}/pattern"), Value::Null),
-                (format!("{sections}/from_radius_mm"), json!(432.0)),
+                (format!("{sections}/from_radius_mm"), json!(from_radius)),
                 (format!("{sections}/to_radius_mm"), json!(449.0)),
                 (format!("/operations/{k}/tolerances/max_step_mm"), json!(12.0)),
                 (format!("/operations/{k}/tolerances/path_chord_mm"), json!(0.1)),
@@ -87,34 +87,70 @@ fn between(block: &DualBlock, t: f64) -> Words {
     block.to.iter().map(|(name, to)| (name.clone(), block.from[name] + t * (to - block.from[name]))).collect()
 }
 
+fn plan(job: &JobFolder, verify: bool) -> Planned {
+    let settings = PlanSettings { verify, certificates: verify };
+    plan_setup(&Job::read(&job.job()).unwrap(), 0, settings, &SilentStages).unwrap()
+}
+
 #[test]
 fn both_sides_of_a_blade_are_planned_run_and_certified_at_once() {
-    let (job, one_by_one) = (job(), job());
+    let (job, one_by_one) = (job(432.0), job(432.0));
     one_by_one.set("job.json", &[("/pairs", Value::Null)]);
-    let plan = |job: &JobFolder, verify: bool| {
-        let settings = PlanSettings { verify, certificates: verify };
-        plan_setup(&Job::read(&job.job()).unwrap(), 0, settings, &SilentStages).unwrap()
-    };
     let (planned, alone) = std::thread::scope(|scope| {
         let alone = scope.spawn(|| plan(&one_by_one, false));
         (plan(&job, true), alone.join().unwrap())
     });
-    let report = &planned.report;
-    assert!(planned.is_clean(), "{:?} {:?}", report.findings, report.infeasible);
-    assert!(report.findings.is_empty() && report.infeasible.is_empty() && report.singular_blocks.is_empty());
-    assert!((8..=12).contains(&report.totals.passes), "{:?}", report.totals);
-    assert!(report.totals.trimmed_points == 0 && report.totals.dropped_pieces == 0, "{:?}", report.totals);
+    assert!((8..=12).contains(&planned.report.totals.passes), "{:?}", planned.report.totals);
     let read = ReadPlan::of(&job, &planned);
-    every_block_names_what_it_must(&read);
-    both_tools_stand_where_they_were_planned(&read);
-    neither_tip_is_faster_than_programmed_and_one_axis_or_tip_sets_the_time(&read);
-    the_report_tells_the_ways_and_times_of_the_text(&read);
-    tools_are_apart_and_no_deeper_than_allowed(&read);
-    certificates_tell_every_block(&read);
+    holds(&planned, &read);
+    // What issue 4 asks of the whole propeller.
+    let pair = read.pair();
+    assert!(number(&pair["paired_fraction"]) >= 0.9 && number(&pair["time_ratio"]) <= 0.65, "{pair}");
     obeys("report", &read.report);
     obeys("certificates", &read.certificates);
     obeys("job", &read.files);
     separate_times_are_those_of_the_sides_one_after_the_other(&alone, &read);
+}
+
+/// With a narrow range of rotate some ends of passes have no entry or exit for both heads at once: each head cuts them alone.
+#[test]
+#[ignore = "points at which a run ends within a pass are counted twice: more are told to be planned than there are"]
+fn what_both_heads_cannot_cut_at_once_is_cut_by_each_alone() {
+    let job = job(443.0);
+    let narrow = |k: usize| (format!("/operations/{k}/search/rotate_deg"), json!([0.0, 15.0]));
+    for (pointer, value) in [narrow(0), narrow(1), ("/pairs/0/lean_back_deg".to_owned(), json!(0.0))] {
+        job.set("job.json", &[(&pointer, value)]);
+    }
+    let planned = plan(&job, true);
+    let read = ReadPlan::of(&job, &planned);
+    holds(&planned, &read);
+    let alone = |h: usize| read.blocks.iter().filter(|b| b.working[h] && !b.working[1 - h]).count();
+    assert!(alone(0) + alone(1) > 0 && number(&read.pair()["paired_fraction"]) < 1.0, "{}", read.pair());
+    assert!(!read.pair()["splits"].as_array().unwrap().is_empty());
+    let home = read.heads.home();
+    for block in &read.blocks {
+        for h in (0..2).filter(|&h| !block.working[h]) {
+            let own = block.to.iter().filter(|(name, _)| name.ends_with(if h == 0 { '1' } else { '2' }));
+            for (name, value) in own {
+                assert!((value - home[name]).abs() < 5e-4, "line {}: {name} is not at home", block.line);
+            }
+        }
+    }
+}
+
+/// What every plan of both heads must hold.
+fn holds(planned: &Planned, read: &ReadPlan) {
+    let report = &planned.report;
+    assert!(planned.is_clean(), "{:?} {:?}", report.findings, report.infeasible);
+    assert!(report.findings.is_empty() && report.infeasible.is_empty() && report.singular_blocks.is_empty());
+    assert!(report.totals.trimmed_points == 0 && report.totals.dropped_pieces == 0, "{:?}", report.totals);
+    assert_eq!(report.totals.planned_points, report.totals.cc_points);
+    every_block_names_what_it_must(read);
+    both_tools_stand_where_they_were_planned(read);
+    neither_tip_is_faster_than_programmed_and_one_axis_or_tip_sets_the_time(read);
+    the_report_tells_the_ways_and_times_of_the_text(read);
+    tools_are_apart_and_no_deeper_than_allowed(read);
+    certificates_tell_every_block(read);
 }
 
 fn every_block_names_what_it_must(read: &ReadPlan) {
@@ -176,7 +212,7 @@ fn neither_tip_is_faster_than_programmed_and_one_axis_or_tip_sets_the_time(read:
             assert!(time <= needed * (1.0 + 1e-3), "line {}: {time} s, {needed} s are enough", block.line);
         }
     }
-    assert!(n > 100, "{n} cuts");
+    assert!(n > 50, "{n} cuts");
 }
 
 fn the_report_tells_the_ways_and_times_of_the_text(read: &ReadPlan) {
@@ -210,8 +246,6 @@ fn the_report_tells_the_ways_and_times_of_the_text(read: &ReadPlan) {
     let fraction = (paired[0] + paired[1]) / (cut[0] + cut[1]);
     near(&pair["paired_fraction"], fraction);
     near(&pair["time_ratio"], time / number(&pair["separate_time_s"]));
-    // What is asked of the whole propeller.
-    assert!(fraction >= 0.9 && number(&pair["time_ratio"]) <= 0.65, "{pair}");
     assert_eq!(pair["shared_axis"], "C");
 }
 
