@@ -1,11 +1,10 @@
 //! Both sides of a blade at once on the mill with two heads: planned, written, run and certified; and the program held against
 //! the plan, the report and the part by matrices made from the rows of the machine file.
 
-use facemill::inverse_kinematics::preset_dual_xyzb;
 use facemill::nc_program::{AptFile, read_apt};
 use facemill::new_job::NewJob;
 use facemill::{Job, PlanSettings, Planned, SilentStages, plan_setup};
-use facemill_tests::jobs::{JobFolder, set, text_of};
+use facemill_tests::jobs::{JobFolder, text_of};
 use facemill_tests::read_back::{Place, ReadBack, number};
 use facemill_tests::shared::workspace;
 use facemill_tests::two_heads::{DualBlock, ToolShape, TwoHeads, Words, bodies_apart, dual_blocks, tools_apart};
@@ -108,7 +107,11 @@ fn both_sides_of_a_blade_are_planned_run_and_certified_at_once() {
     assert!(number(&pair["paired_fraction"]) >= 0.9 && number(&pair["time_ratio"]) <= 0.65, "{pair}");
     obeys("report", &read.report);
     obeys("certificates", &read.certificates);
-    obeys("job", &read.files);
+    for (format, name) in
+        [("job", "job.json"), ("tool", "tool.json"), ("tool", "tool-2.json"), ("machine", "machine.json")]
+    {
+        obeys(format, &job.json(name));
+    }
     separate_times_are_those_of_the_sides_one_after_the_other(&alone, &read);
 }
 
@@ -321,67 +324,4 @@ fn obeys(format: &str, file: &Value) {
     let validator = jsonschema::validator_for(&serde_json::from_slice(&schema).unwrap()).unwrap();
     let faults: Vec<String> = validator.iter_errors(file).map(|e| format!("{}: {e}", e.instance_path())).collect();
     assert!(faults.is_empty(), "{format}: {}", faults.join("; "));
-}
-
-/// What is said of a job with one value set.
-fn refusal(job: &JobFolder, pointer: &str, value: Value) -> String {
-    let before = job.json("job.json");
-    job.set("job.json", &[(pointer, value)]);
-    let refused = Job::read(&job.job()).err().unwrap_or_else(|| panic!("{pointer} is taken")).to_string();
-    job.write("job.json", facemill::file_format::to_json(&before).as_bytes());
-    refused
-}
-
-#[test]
-fn jobs_that_two_heads_cannot_mean_are_refused_by_field() {
-    let job = JobFolder::new(&NewJob::DualPropeller { diameter_mm: 1000.0 });
-    for (format, name) in
-        [("job", "job.json"), ("tool", "tool.json"), ("tool", "tool-2.json"), ("machine", "machine.json")]
-    {
-        obeys(format, &job.json(name));
-    }
-    let pair = |first: &str, second: &str| json!([{ "first": first, "second": second }]);
-    let sides = pair("suction side", "pressure side");
-    let twice = json!([sides[0], sides[0]]);
-    let mut leaning = sides.clone();
-    set(&mut leaning, "/0/lean_back_deg", json!(181.0));
-    for (pointer, value, told) in [
-        ("/second_tool", Value::Null, &["second_tool", "is needed", "two heads"][..]),
-        ("/second_tool", json!("tool-3.json"), &["tool-3.json"]),
-        ("/operations/1/head", json!(3), &["operations[1].head", "2 head(s)", "no head 3"]),
-        ("/operations/1/head", json!(0), &["operations[1].head", "no head 0"]),
-        ("/operations/1/head", json!(1), &["pairs[0].second", "is of head 1, must be of head 2"]),
-        ("/pairs", pair("pressure side", "suction side"), &["pairs[0].first", "is of head 2, must be of head 1"]),
-        ("/pairs", pair("suction side", "back"), &["pairs[0].second", "0 operations are named \"back\""]),
-        ("/pairs", twice, &["pairs[1].first", "in a pair already"]),
-        ("/pairs", leaning, &["pairs[0].lean_back_deg", "181"]),
-    ] {
-        let refused = refusal(&job, pointer, value);
-        assert!(told.iter().all(|part| refused.contains(part)), "{pointer}: {refused}");
-    }
-}
-
-#[test]
-fn what_is_for_two_heads_is_refused_on_a_machine_with_one() {
-    let job = JobFolder::new(&NewJob::Patch { size_mm: 80.0 });
-    let plane = json!({ "plane": { "origin_mm": [0.0, 0.0, -50.0], "normal": [0.0, 0.0, -1.0] } });
-    for (pointer, value, told) in [
-        ("/second_tool", json!("tool.json"), "second_tool: is for machines with two heads"),
-        ("/setups/0/second_clearance", plane, "setups[0].second_clearance: is for machines with two heads"),
-        ("/pairs", json!([{ "first": "a", "second": "b" }]), "pairs: is for machines with two heads"),
-        ("/operations/0/head", json!(2), "operations[0].head: the machine has 1 head(s)"),
-    ] {
-        let refused = refusal(&job, pointer, value);
-        assert!(refused.contains(told), "{pointer}: {refused}");
-    }
-}
-
-/// One tool file for both heads has one number and one length register: a control could not tell the tools apart.
-#[test]
-fn both_heads_with_one_tool_are_refused() {
-    let job = JobFolder::new(&NewJob::Patch { size_mm: 80.0 });
-    job.write("machine.json", preset_dual_xyzb().as_bytes());
-    job.set("job.json", &[("/second_tool", json!("tool.json"))]);
-    let refused = job.try_plan().err().map(|e| e.to_string()).unwrap_or_default();
-    assert!(refused.contains("the heads `1` and `2` both have H1"), "{refused}");
 }

@@ -1,0 +1,65 @@
+//! Jobs that cannot be meant on a machine with two heads, or with one, are refused by field.
+
+use facemill::Job;
+use facemill::inverse_kinematics::preset_dual_xyzb;
+use facemill::new_job::NewJob;
+use facemill_tests::jobs::{JobFolder, set};
+use serde_json::{Value, json};
+
+/// What is said of a job with one value set.
+fn refusal(job: &JobFolder, pointer: &str, value: Value) -> String {
+    let before = job.json("job.json");
+    job.set("job.json", &[(pointer, value)]);
+    let refused = Job::read(&job.job()).err().unwrap_or_else(|| panic!("{pointer} is taken")).to_string();
+    job.write("job.json", facemill::file_format::to_json(&before).as_bytes());
+    refused
+}
+
+#[test]
+fn jobs_that_two_heads_cannot_mean_are_refused_by_field() {
+    let job = JobFolder::new(&NewJob::DualPropeller { diameter_mm: 1000.0 });
+    let pair = |first: &str, second: &str| json!([{ "first": first, "second": second }]);
+    let sides = pair("suction side", "pressure side");
+    let twice = json!([sides[0], sides[0]]);
+    let mut leaning = sides.clone();
+    set(&mut leaning, "/0/lean_back_deg", json!(181.0));
+    for (pointer, value, told) in [
+        ("/second_tool", Value::Null, &["second_tool", "is needed", "two heads"][..]),
+        ("/second_tool", json!("tool-3.json"), &["tool-3.json"]),
+        ("/operations/1/head", json!(3), &["operations[1].head", "2 head(s)", "no head 3"]),
+        ("/operations/1/head", json!(0), &["operations[1].head", "no head 0"]),
+        ("/operations/1/head", json!(1), &["pairs[0].second", "is of head 1, must be of head 2"]),
+        ("/pairs", pair("pressure side", "suction side"), &["pairs[0].first", "is of head 2, must be of head 1"]),
+        ("/pairs", pair("suction side", "back"), &["pairs[0].second", "0 operations are named \"back\""]),
+        ("/pairs", twice, &["pairs[1].first", "in a pair already"]),
+        ("/pairs", leaning, &["pairs[0].lean_back_deg", "181"]),
+    ] {
+        let refused = refusal(&job, pointer, value);
+        assert!(told.iter().all(|part| refused.contains(part)), "{pointer}: {refused}");
+    }
+}
+
+#[test]
+fn what_is_for_two_heads_is_refused_on_a_machine_with_one() {
+    let job = JobFolder::new(&NewJob::Patch { size_mm: 80.0 });
+    let plane = json!({ "plane": { "origin_mm": [0.0, 0.0, -50.0], "normal": [0.0, 0.0, -1.0] } });
+    for (pointer, value, told) in [
+        ("/second_tool", json!("tool.json"), "second_tool: is for machines with two heads"),
+        ("/setups/0/second_clearance", plane, "setups[0].second_clearance: is for machines with two heads"),
+        ("/pairs", json!([{ "first": "a", "second": "b" }]), "pairs: is for machines with two heads"),
+        ("/operations/0/head", json!(2), "operations[0].head: the machine has 1 head(s)"),
+    ] {
+        let refused = refusal(&job, pointer, value);
+        assert!(refused.contains(told), "{pointer}: {refused}");
+    }
+}
+
+/// One tool file for both heads has one number and one length register: a control could not tell the tools apart.
+#[test]
+fn both_heads_with_one_tool_are_refused() {
+    let job = JobFolder::new(&NewJob::Patch { size_mm: 80.0 });
+    job.write("machine.json", preset_dual_xyzb().as_bytes());
+    job.set("job.json", &[("/second_tool", json!("tool.json"))]);
+    let refused = job.try_plan().err().map(|e| e.to_string()).unwrap_or_default();
+    assert!(refused.contains("the heads `1` and `2` both have H1"), "{refused}");
+}
