@@ -11,7 +11,7 @@ use facemill_tool_model::Cutter;
 /// Lifts and penetrations at postures sunk by 0.05 and by 3 mm: in the corner's skin, and with the core in the surface.
 fn depths(c: &mut Criterion, scene: &Scene, cutter: &Cutter) {
     let tree = MeshTree::new(&scene.mesh);
-    let (solid, _) = bodies(cutter)[0];
+    let (solid, _) = bodies(cutter)[0].clone();
     let mut group = c.benchmark_group(format!("depth_{}", scene.name));
     group.measurement_time(Duration::from_secs(3));
     for (name, sunk) in [("skin", 0.05), ("core", 3.0)] {

@@ -45,7 +45,7 @@ fn scene(c: &mut Criterion, scene: &Scene, cutter: &Cutter, name: &str) {
     let tree = MeshTree::new(&scene.mesh);
     let parry = ParryMesh::new(&scene.mesh);
     let bodies = bodies(cutter);
-    let (solid, _) = bodies[0];
+    let (solid, _) = bodies[0].clone();
     let lifted = poses(cutter, &scene.cc, 0.05);
     let (free, _) = split(&tree, &solid, &lifted, &scene.cc);
     let sunk = poses(cutter, &scene.cc, -0.05);

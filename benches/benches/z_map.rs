@@ -23,7 +23,7 @@ fn z_map(c: &mut Criterion) {
         .expect("the map fits into memory");
     let cutter = Cutter::new(25.0, 2.0, 50.0).expect("lengths are in range");
     let poses = poses(&cutter, &scene.cc, 0.05);
-    let (holder, from_holder) = bodies(&cutter)[1];
+    let (holder, from_holder) = bodies(&cutter)[1].clone();
     group.bench_function("certainly_free_holder_200_poses", |b| {
         b.iter(|| poses.iter().filter(|p| certainly_free(&map, black_box(&holder), &(**p * from_holder))).count());
     });

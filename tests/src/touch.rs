@@ -167,6 +167,7 @@ fn core_and_limit(solid: &Solid, by: f64) -> (Core, f64) {
             Core::Turned([(0.0, low), (r_low, low), (r_high, high), (0.0, high)])
         }
         Solid::Box(b) => Core::Box(b.half_extents.add_scalar(-less)),
+        Solid::Hull(_) => panic!("no scene of this oracle has a body that is a mesh"),
     };
     (core, limit.max(0.0))
 }

@@ -227,6 +227,10 @@ fn surface(solid: &Solid, r: &mut Random) -> Point3<f64> {
             p[side.min(2)] = if r.next() < 0.5 { -1.0 } else { 1.0 };
             Point3::from(p.component_mul(&b.half_extents))
         }
+        Solid::Hull(h) => {
+            let vertices = h.core.vertices();
+            vertices[(vertices.len() as f64 * r.next()) as usize % vertices.len()]
+        }
         Solid::Frustum(f) => {
             let (t, angle) = ((3.0 * r.next() - 1.0).clamp(0.0, 1.0), std::f64::consts::TAU * r.next());
             let radius = f.radius_low + t * (f.radius_high - f.radius_low);

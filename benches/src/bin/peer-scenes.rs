@@ -35,7 +35,7 @@ fn main() {
     let (poses, normals) = load_poses(family);
     let cutter = [cutter()];
     let holder = [holder(), head()];
-    let all = [cutter[0], holder[0], holder[1]];
+    let all = [cutter[0].clone(), holder[0].clone(), holder[1].clone()];
     for (test, bodies) in [("gouge_round", &cutter[..]), ("holder", &holder[..]), ("full", &all[..])] {
         let hits = |pose: &Isometry3<f64>| {
             bodies
