@@ -102,7 +102,7 @@ fn both_sides_of_a_blade_are_planned_run_and_certified_at_once() {
     assert!((8..=12).contains(&planned.report.totals.passes), "{:?}", planned.report.totals);
     let read = ReadPlan::of(&job, &planned);
     holds(&planned, &read);
-    // What issue 4 asks of the whole propeller.
+    // What is asked of the whole propeller.
     let pair = read.pair();
     assert!(number(&pair["paired_fraction"]) >= 0.9 && number(&pair["time_ratio"]) <= 0.65, "{pair}");
     obeys("report", &read.report);
@@ -117,7 +117,6 @@ fn both_sides_of_a_blade_are_planned_run_and_certified_at_once() {
 
 /// With a narrow range of rotate some ends of passes have no entry or exit for both heads at once: each head cuts them alone.
 #[test]
-#[ignore = "points at which a run ends within a pass are counted twice: more are told to be planned than there are"]
 fn what_both_heads_cannot_cut_at_once_is_cut_by_each_alone() {
     let job = job(443.0);
     let narrow = |k: usize| (format!("/operations/{k}/search/rotate_deg"), json!([0.0, 15.0]));

@@ -163,16 +163,18 @@ impl ToolAssembly {
         self.file.gauge_length_mm
     }
 
-    /// Every body of the tool, tool frame: the cutter as it is, and those of [`ToolAssembly::collision_bodies`]. For what is to
-    /// keep off the whole tool, such as the other head of a machine with two.
+    /// Every body of the tool, tool frame, for what is to keep off the whole tool, such as the other head of a machine with two:
+    /// the cutter as the cylinder around it, its corners filled, and those of [`ToolAssembly::collision_bodies`]. All that a
+    /// body is dilated by is clearance.
     pub fn whole(&self) -> Vec<PlacedSolid> {
-        let bodies = std::iter::once(self.cutter.test_body(0.0)).chain(self.cutter.upper_test_body(0.0));
-        let of_cutter = bodies.map(|body| PlacedSolid {
+        let (radius, flute) = (self.cutter.radius(), self.cutter.flute_length());
+        let around = RoundFrustum { z_low: 0.0, z_high: flute, radius_low: radius, radius_high: radius, rounding: 0.0 };
+        let cutter = PlacedSolid {
             name: format!("cutter of tool {}", self.number()),
-            solid: Solid::Frustum(body),
+            solid: Solid::Frustum(around),
             frame_from_solid: Isometry3::identity(),
-        });
-        of_cutter.chain(self.collision_bodies()).collect()
+        };
+        std::iter::once(cutter).chain(self.collision_bodies()).collect()
     }
 
     /// Every non-cutting body of the assembly, dilated by its clearance, in the tool frame: the sections of the cutter

@@ -168,7 +168,7 @@ mod tests {
                 for (radial, z) in profile(&c) {
                     let p = Point3::new(radial, 0.0, z);
                     let lower = body.distance(&p);
-                    let both = upper.map_or(lower, |u| lower.min(u.distance(&p)));
+                    let both = upper.as_ref().map_or(lower, |u| lower.min(u.distance(&p)));
                     assert!(both <= t + 1e-12, "{c:?} t {t}: ({radial}, {z}) is {both} away");
                     if z <= flute - corner {
                         assert!(lower <= t + 1e-12, "{c:?} t {t}: ({radial}, {z}) is {lower} from the lower body");
