@@ -9,8 +9,8 @@ use crate::{
     machine_file::{BodyFile, DhRow, MachineFile, ShapeFile},
 };
 
-/// A body that is the convex hull of a mesh. The hull holds the mesh, so nothing that keeps clear of it meets the mesh; a
-/// casting with a hollow is described by several bodies, one for each convex piece.
+/// A body that is the convex hull of a mesh. The hull holds the mesh, so nothing that keeps clear of it meets the mesh;
+/// a casting with a hollow is described by several bodies, one for each convex piece.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MeshShapeFile {
@@ -67,8 +67,8 @@ impl MeshShapeFile {
 }
 
 impl MachineFile {
-    /// The file with the hull of every mesh that its bodies name, as `hull_of` tells it. This crate reads no files: whoever
-    /// does reads each mesh and makes the hull, in mm, by [`ConvexPolyhedron::around`].
+    /// The file with the hull of every mesh that its bodies name, as `hull_of` tells it. This crate reads no files:
+    /// whoever does reads each mesh and makes the hull, in mm, by [`ConvexPolyhedron::around`].
     ///
     /// ```
     /// use std::sync::Arc;
