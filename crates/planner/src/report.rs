@@ -48,8 +48,7 @@ pub struct Report {
     pub worst: Worst,
     /// How the postures of each operation were chosen, and how the rotary axes move with them.
     pub postures: Vec<PosturesReport>,
-    /// Operations that two heads cut at once.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    /// Operations that two heads cut at once; empty on a machine with one.
     pub pairs: Vec<PairReport>,
     /// Where limited rotary axes turn back, and how often the machine goes over to its other branch.
     pub rewinds: RewindsReport,

@@ -1,7 +1,7 @@
 //! Checks of a job file's numbers that its types cannot express. Every message names the field and what it must be.
 
 use facemill_inverse_kinematics::FeedRange;
-use facemill_nc_program::RoundingBound;
+use facemill_nc_program::{FeedMode, RoundingBound};
 
 use crate::job_file::{
     ApproachFile, AxisTargetFile, ClearanceFile, DirectionFile, InfeasibleFile, JOB_FORMAT, JobFile, LinkingFile,
@@ -73,7 +73,38 @@ pub(crate) fn check_heads(job: &JobFile, n_heads: usize) -> Result<(), String> {
             "second_tool: is needed, because the machine has two heads, and each has a tool of its own".to_owned()
         );
     }
+    if n_heads >= 2 {
+        check_one_spindle_speed(job)?;
+        if job.post.feed_mode == FeedMode::Rtcp {
+            return Err(
+                "post.feed_mode: rtcp can follow the tip of one head; take g94 or g93 on a machine with two".to_owned()
+            );
+        }
+    }
     job.pairs.iter().enumerate().try_for_each(|(k, pair)| check_pair(job, k, pair))
+}
+
+/// A program of two heads sets each spindle and the coolant once: its operations must agree on them.
+fn check_one_spindle_speed(job: &JobFile) -> Result<(), String> {
+    for (k, operation) in job.operations.iter().enumerate() {
+        for (j, before) in job.operations[..k].iter().enumerate().filter(|(_, o)| o.setup == operation.setup) {
+            let (now, then) = (&operation.feeds, &before.feeds);
+            if before.head == operation.head && now.spindle_rpm != then.spindle_rpm {
+                return Err(format!(
+                    "operations[{k}].feeds.spindle_rpm: is {}, operations[{j}] of the same head and setup has {}; a program of \
+                     two heads sets each spindle once: give both the same, or put them into setups of their own",
+                    now.spindle_rpm, then.spindle_rpm
+                ));
+            }
+            if now.coolant != then.coolant {
+                return Err(format!(
+                    "operations[{k}].feeds.coolant: differs from that of operations[{j}] in the same setup; a program of two \
+                     heads switches the coolant once: give both the same, or put them into setups of their own"
+                ));
+            }
+        }
+    }
+    Ok(())
 }
 
 fn check_pair(job: &JobFile, k: usize, pair: &PairFile) -> Result<(), String> {

@@ -1,5 +1,7 @@
 //! From moves of two heads to text, and the run of that text for each of them.
 
+use std::collections::BTreeMap;
+
 use facemill_cl_data::ClPoint;
 use facemill_nc_program::{
     AptCutter, AptMove, AptSpec, HeadSpec, PostSettings, ProgramSpec, ReadProgram, WordMap, read_program, write_apt,
@@ -268,6 +270,7 @@ pub(crate) fn merged(
                 alone
                     && (f.kind, f.first_line, f.last_line) == (finding.kind, finding.first_line, finding.last_line)
                     && f.axis == finding.axis
+                    && without_head(&f.note) == without_head(&finding.note)
             };
             if h == 1 && findings.iter().any(same) {
                 continue;
@@ -305,10 +308,27 @@ pub(crate) fn merged(
     }
 }
 
+/// A finding's note without the head that it begins with.
+fn without_head(note: &str) -> &str {
+    let rest = note.strip_prefix("head 1").or_else(|| note.strip_prefix("head 2"));
+    rest.map_or(note, |rest| rest.trim_start_matches(':').trim_start())
+}
+
 /// Both heads' certificates as one for each block: proven is what is proven for both.
 pub(crate) fn proven_for_both([first, second]: &[Certificates; 2]) -> Certificates {
-    let both = first.certificates.iter().zip(&second.certificates);
-    Certificates::new(both.map(|(a, b)| proven_block(a, b)).collect())
+    let mut by_line: BTreeMap<u32, [Option<&Certificate>; 2]> = BTreeMap::new();
+    for (h, certificates) in [first, second].into_iter().enumerate() {
+        for c in &certificates.certificates {
+            by_line.entry(c.line).or_default()[h] = Some(c);
+        }
+    }
+    let both = by_line.into_values().filter_map(|both| match both {
+        [Some(a), Some(b)] => Some(proven_block(a, b)),
+        // A line that only one run has a doubt about is proven for none.
+        [Some(only), None] | [None, Some(only)] => Some(Certificate { certified: false, ..only.clone() }),
+        [None, None] => None,
+    });
+    Certificates::new(both.collect())
 }
 
 fn proven_block(a: &Certificate, b: &Certificate) -> Certificate {

@@ -7,6 +7,7 @@ use facemill_cutter_location::cusp::Strip;
 use facemill_cutter_location::{PairSettings, PairTest, PoseTest, PostureRange, Workcell};
 use facemill_inverse_kinematics::{AxisValues, Branch, Machine};
 use facemill_z_map::ZMap;
+use nalgebra::Point3;
 
 use super::mending::{lines, mend};
 use super::moves::{DualMove, DualMover, ReachedRun};
@@ -21,7 +22,7 @@ use crate::load::{Job, Setup};
 use crate::mending::ROUNDS;
 use crate::moves::{Move, MoveKind, MoveSettings, OperationMoves, PieceMoves, operation_moves};
 use crate::operation::{Ground, PlannedOperation, along_passes, move_settings};
-use crate::pieces::{Cut, Piece};
+use crate::pieces::{Cut, LeftOut, Piece};
 use crate::plan::{Clock, PlanSettings, Planned, name_parts, planned_files};
 use crate::program::BlockWriter;
 use crate::reporting::report;
@@ -283,7 +284,7 @@ impl<'a> PairPlanner<'_, 'a> {
                 let monitor = self.stages.start("left for one head", 2 * left.len());
                 let left_out = &mut planned[h].2.left_out;
                 alone = operation_moves(&tests[h], &settings[h], left, from, left_out, &*monitor)?;
-                count_once(&mut alone, &reached, h);
+                count_once(&mut alone, left_out, &reached, h);
                 sections.extend(alone_sections(h, &alone));
                 *at = alone.last().map(|m| m.axes).or(*at);
             }
@@ -471,13 +472,15 @@ fn as_piece(head: usize, reached: &ReachedRun, pieces: &[Piece]) -> PieceMoves {
 }
 
 /// Points at which both a run and a piece of one head end belong to the run.
-fn count_once(alone: &mut OperationMoves, reached: &[ReachedRun], head: usize) {
-    let bits = |cc: &CcPoint| cc.position.coords.map(f64::to_bits).into();
+fn count_once(alone: &mut OperationMoves, left_out: &mut Vec<LeftOut>, reached: &[ReachedRun], head: usize) {
+    let place = |p: &Point3<f64>| p.coords.map(f64::to_bits).into();
+    let bits = |cc: &CcPoint| place(&cc.position);
     let in_runs: BTreeSet<[u64; 3]> =
         reached.iter().flat_map(|r| &r.run.stops).filter(|s| s.is_point(head)).map(|s| bits(&s.cc[head])).collect();
     for cut in alone.pieces.iter_mut().flat_map(|p| &mut p.piece.cuts) {
         cut.inserted |= in_runs.contains(&bits(&cut.cc));
     }
+    left_out.retain(|lost| !in_runs.contains(&place(&lost.place)));
 }
 
 /// Causes as the report tells them, the most frequent first.
