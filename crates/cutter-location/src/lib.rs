@@ -40,6 +40,8 @@ mod smooth_band;
 mod smooth_pass;
 mod spun_bodies;
 mod stance;
+#[cfg(test)]
+mod test_scene;
 mod workcell;
 
 pub use bezier::{SearchCurve, SearchCurveError, SearchOrder, TurnTable};

@@ -248,34 +248,10 @@ const SEATINGS: usize = 4;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use facemill_inverse_kinematics::{Branch, BranchPreference, Machine};
-    use facemill_tool_model::{FormatTag, Section, SpindleRotation, Stack, ToolAssembly, ToolFile};
+    use facemill_inverse_kinematics::{Branch, Machine};
     use nalgebra::{Isometry3, Point3, Vector3};
 
-    use crate::Workcell;
-
-    fn tool() -> ToolAssembly {
-        let section = |length_mm| Section { length_mm, diameter_low_mm: 20.0, diameter_high_mm: 20.0 };
-        ToolAssembly::new(ToolFile {
-            format: FormatTag::V1,
-            name: "mill".to_owned(),
-            number: 1,
-            length_register: None,
-            radius_mm: 20.0,
-            corner_radius_mm: 3.0,
-            n_inserts: 4,
-            flute_length_mm: 10.0,
-            dead_core_radius_mm: 0.0,
-            max_ramp_angle_deg: 3.0,
-            spindle_rotation: SpindleRotation::Clockwise,
-            cutting_edge_angle_deg: None,
-            stick_out_mm: 50.0,
-            gauge_length_mm: 150.0,
-            body: Stack { clearance_mm: 1.0, sections: vec![section(40.0)] },
-            holder: Stack { clearance_mm: 2.0, sections: vec![section(100.0)] },
-        })
-        .unwrap()
-    }
+    use crate::test_scene::{bare_cell, tool};
 
     /// Postures with the axis at a value, against its signs along a scan forty times as dense, on machines of both kinds.
     #[test]
@@ -284,18 +260,7 @@ mod tests {
         let machines = [(Machine::head_b_table_c().unwrap(), 900.0), (views.unwrap().swap_remove(0), 150.0)];
         for (machine, mount) in machines {
             let tool = tool();
-            let cell = Workcell {
-                machine: &machine,
-                table_from_work: Isometry3::translation(0.0, 350.0, mount),
-                tool: &tool,
-                obstacles: Vec::new(),
-                preferred_branch: BranchPreference::Positive,
-                axis_cone: None,
-                gouge_tolerance: 0.02,
-                max_lift: 0.06,
-                lift_resolution: 1e-3,
-                z_map: None,
-            };
+            let cell = bare_cell(&machine, &tool, Isometry3::translation(0.0, 350.0, mount));
             let test = PoseTest::new(&cell);
             let axis = machine.axis_index("C").unwrap();
             let range = PostureRange { tilt: [0.05, 0.25], rotate: [-1.5, 1.5] };

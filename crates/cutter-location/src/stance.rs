@@ -109,45 +109,10 @@ impl<'m> Stance<'m> {
 
 #[cfg(test)]
 mod tests {
-    use facemill_inverse_kinematics::{Branch, BranchPreference};
-    use facemill_tool_model::{FormatTag, Section, SpindleRotation, Stack, ToolAssembly, ToolFile};
+    use facemill_inverse_kinematics::Branch;
 
     use super::*;
-    use crate::Workcell;
-
-    /// Deterministic random numbers.
-    struct Lcg(u64);
-
-    impl Lcg {
-        fn between(&mut self, low: f64, high: f64) -> f64 {
-            self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            low + (high - low) * (self.0 >> 11) as f64 / (1u64 << 53) as f64
-        }
-    }
-
-    fn tool() -> ToolAssembly {
-        let section =
-            |length_mm, diameter_mm| Section { length_mm, diameter_low_mm: diameter_mm, diameter_high_mm: diameter_mm };
-        ToolAssembly::new(ToolFile {
-            format: FormatTag::V1,
-            name: "mill".to_owned(),
-            number: 1,
-            length_register: None,
-            radius_mm: 30.0,
-            corner_radius_mm: 4.0,
-            n_inserts: 4,
-            flute_length_mm: 30.0,
-            dead_core_radius_mm: 0.0,
-            max_ramp_angle_deg: 3.0,
-            spindle_rotation: SpindleRotation::Clockwise,
-            cutting_edge_angle_deg: None,
-            stick_out_mm: 70.0,
-            gauge_length_mm: 170.0,
-            body: Stack { clearance_mm: 1.0, sections: vec![section(40.0, 40.0)] },
-            holder: Stack { clearance_mm: 2.0, sections: vec![section(100.0, 60.0)] },
-        })
-        .unwrap()
-    }
+    use crate::test_scene::{Random, bare_cell, tool};
 
     /// Some point of a solid, table frame, as a function of the axes.
     fn corner(machine: &Machine, body: usize, corner: [f64; 3], axes: &AxisValues) -> Option<Point3<f64>> {
@@ -159,23 +124,12 @@ mod tests {
 
     #[test]
     fn points_of_both_heads_come_no_nearer_than_the_motion_says_while_both_move() {
-        let mut random = Lcg(61);
+        let mut random = Random(61);
         let (mut tight, tool) = (0, tool());
         for name in ["dual-c-horizontal-xyzb", "dual-c-horizontal-xzab"] {
             let path = format!("{}/../../assets/machines/{name}.json", env!("CARGO_MANIFEST_DIR"));
             for machine in Machine::heads_from_json(&std::fs::read(path).unwrap()).unwrap() {
-                let cell = Workcell {
-                    machine: &machine,
-                    table_from_work: Isometry3::identity(),
-                    tool: &tool,
-                    obstacles: Vec::new(),
-                    preferred_branch: BranchPreference::Positive,
-                    axis_cone: None,
-                    gouge_tolerance: 0.02,
-                    max_lift: 0.06,
-                    lift_resolution: 1e-3,
-                    z_map: None,
-                };
+                let cell = bare_cell(&machine, &tool, Isometry3::identity());
                 let test = PoseTest::new(&cell);
                 let of = |c| {
                     let all = machine.bodies().iter().enumerate().filter(move |(_, b)| b.carrier() == Some(c));
