@@ -7,6 +7,7 @@
 //! - [`interpreter`]: what a FANUC program does to its axes;
 //! - [`paper_machine`]: FEED (9), from axis values of the head-B, table-C mill to the tool;
 //! - [`read_back`]: a written program against the meshes of its job, by these three;
+//! - [`craig`]: where the rows of a machine file put its links;
 //! - [`two_heads`]: a program of two heads in one channel, both tools' places, and how far these are apart;
 //! - [`slack`]: how much more certificates say than there is, at its places, with the mesh tree's distance.
 //!
@@ -14,6 +15,7 @@
 //! `facemill` command, [`shared`] finds the shared data, [`meshes`] plans every shared mesh, [`random`] makes seeded numbers.
 
 pub mod brute;
+pub mod craig;
 pub mod interpreter;
 pub mod jobs;
 pub mod meshes;

@@ -1,19 +1,15 @@
 //! A job on a machine with two linear and three rotary axes: planned, written, run and certified; and the program held against
 //! the part by matrices made from the rows of the machine file.
 
-use std::collections::BTreeMap;
-
 use facemill::nc_program::read_apt;
 use facemill::new_job::NewJob;
 use facemill::{Job, PlanSettings, SilentStages, plan_setup};
+use facemill_tests::craig::{Words, end_of};
 use facemill_tests::jobs::{JobFolder, text_of};
 use facemill_tests::read_back::{Place, ReadBack, number};
 use facemill_tests::shared::workspace;
-use nalgebra::{Matrix4, Point3, Rotation3, Translation3, Unit, Vector3};
+use nalgebra::{Point3, Unit, Vector3};
 use serde_json::{Value, json};
-
-/// Words of a position, mm and deg.
-type Words = BTreeMap<char, f64>;
 
 /// Passes over the middle of a wavy patch, along y, which the machine has no axis for.
 fn job() -> JobFolder {
@@ -34,30 +30,9 @@ fn job() -> JobFolder {
     job
 }
 
-/// The frame behind a chain of rows: Craig's RotX(alpha) · TransX(a) · RotZ(theta) · TransZ(d), joints at their words.
-fn end_of(rows: &Value, words: &Words) -> Matrix4<f64> {
-    let turn = |axis: Vector3<f64>, deg: f64| Rotation3::new(axis * deg.to_radians()).to_homogeneous();
-    let shift = |v: Vector3<f64>| Translation3::from(v).to_homogeneous();
-    rows.as_array().expect("rows").iter().fold(Matrix4::identity(), |frame, row| {
-        let [a, alpha, mut d, mut theta] = ["a_mm", "alpha_deg", "d_mm", "theta_deg"].map(|key| number(&row[key]));
-        for (kind, value) in [("prismatic", &mut d), ("revolute", &mut theta)] {
-            if let Some(joint) = row.pointer(&format!("/joint/{kind}")) {
-                let letter = joint["axis"].as_str().expect("a letter").chars().next().expect("a letter");
-                let sign = if joint["sense"] == "positive" { 1.0 } else { -1.0 };
-                *value += sign * words[&letter];
-            }
-        }
-        frame
-            * turn(Vector3::x(), alpha)
-            * shift(Vector3::new(a, 0.0, 0.0))
-            * turn(Vector3::z(), theta)
-            * shift(Vector3::new(0.0, 0.0, d))
-    })
-}
-
 /// Tip and axis of the tool in the workpiece frame. With the length compensated Z stands higher than its word by that.
 fn place(machine: &Value, back: &ReadBack, gauge: f64, words: &Words) -> Place {
-    let words: &Words = &words.iter().map(|(k, v)| (*k, if *k == 'Z' { v + gauge } else { *v })).collect();
+    let words: &Words = &words.iter().map(|(k, v)| (k.clone(), if k == "Z" { v + gauge } else { *v })).collect();
     let table = end_of(&machine["workpiece_chain"]["rows"], words);
     let nose = end_of(&machine["tool_chains"][0]["rows"], words);
     let work_from_tool = back.table_from_work.inverse().to_homogeneous() * table.try_inverse().expect("a frame") * nose;
@@ -77,7 +52,7 @@ fn positions(nc: &str) -> Vec<Words> {
         let mut moves = false;
         for word in codes().filter(|w| w.starts_with(['X', 'Z', 'A', 'B', 'C']) && !line.contains("G28")) {
             let value = word[1..].parse().unwrap_or_else(|_| panic!("{line}"));
-            words.insert(word.chars().next().expect("a letter"), value);
+            words.insert(word[..1].to_owned(), value);
             moves = true;
         }
         if moves && is_compensated {
@@ -119,7 +94,7 @@ fn a_job_on_a_machine_with_three_rotaries_is_planned_run_and_certified() {
     for pair in positions.windows(2) {
         for t in [0.25, 0.5, 0.75, 1.0] {
             let at: Words =
-                pair[0].iter().map(|(letter, from)| (*letter, from + t * (pair[1][letter] - from))).collect();
+                pair[0].iter().map(|(letter, from)| (letter.clone(), from + t * (pair[1][letter] - from))).collect();
             deepest = deepest.max(back.depth(&place(&machine, &back, gauge, &at)));
         }
     }
@@ -129,8 +104,8 @@ fn a_job_on_a_machine_with_three_rotaries_is_planned_run_and_certified() {
     let certified = number(&certificates["largest_depth_mm"]);
     assert!(certified >= deepest - 1e-6 && certified <= budget, "certified {certified}, by brute force {deepest}");
     // All three rotary axes take part, C as the missing Y.
-    for letter in ['A', 'B', 'C'] {
-        let values = || positions.iter().map(|words| words[&letter]);
+    for letter in ["A", "B", "C"] {
+        let values = || positions.iter().map(|words| words[letter]);
         let travel = values().fold(f64::MIN, f64::max) - values().fold(f64::MAX, f64::min);
         assert!(travel > 5.0, "{letter} turns by {travel} deg");
     }
