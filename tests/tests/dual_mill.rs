@@ -4,10 +4,11 @@
 use facemill::nc_program::{AptFile, read_apt};
 use facemill::new_job::NewJob;
 use facemill::{Job, PlanSettings, Planned, SilentStages, plan_setup};
+use facemill_tests::craig::Words;
 use facemill_tests::jobs::{JobFolder, text_of};
 use facemill_tests::read_back::{Place, ReadBack, number};
 use facemill_tests::shared::workspace;
-use facemill_tests::two_heads::{DualBlock, ToolShape, TwoHeads, Words, bodies_apart, dual_blocks, tools_apart};
+use facemill_tests::two_heads::{DualBlock, ToolShape, TwoHeads, bodies_apart, dual_blocks, tools_apart};
 use serde_json::{Value, json};
 
 /// A narrow band of one blade, from a radius on, with few points.

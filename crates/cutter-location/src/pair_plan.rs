@@ -71,7 +71,12 @@ pub enum PairBlocked {
         why: Option<Infeasible>,
     },
     /// Each head can stand there alone, but not both.
-    Together(Infeasible),
+    Together {
+        /// The head whose tool or bodies meet something, 0 or 1.
+        head: usize,
+        /// What they meet.
+        why: Infeasible,
+    },
 }
 
 /// What was found at a station.
@@ -89,15 +94,21 @@ impl<'t, 'a> PairTest<'t, 'a> {
     ///
     /// # Errors
     /// What one head hits of the other.
-    fn together(&self, mut poses: [FeasiblePose; 2], value: f64, hints: &mut Hints) -> PairOutcome {
+    fn together(&self, mut poses: [FeasiblePose; 2], value: f64, hints: &mut [Hints; 2]) -> PairOutcome {
         for pose in &mut poses {
             pose.configuration.axes[self.shared] = value;
         }
         let axes = self.joined([&poses[0].configuration.axes, &poses[1].configuration.axes]);
-        match self.tests[0].collision(&axes, hints) {
+        match self.blocked(&axes, hints) {
             None => Ok(PairPose { poses, axes }),
-            Some(why) => Err(PairBlocked::Together(why)),
+            Some((head, why)) => Err(PairBlocked::Together { head, why }),
         }
+    }
+
+    /// What one of the heads hits at axis values, and which head. Both are asked: what a head keeps off of the other one is
+    /// larger than that one's own body.
+    pub fn blocked(&self, axes: &AxisValues, hints: &mut [Hints; 2]) -> Option<(usize, Infeasible)> {
+        (0..2).find_map(|head| Some((head, self.tests[head].collision(axes, &mut hints[head])?)))
     }
 
     /// What stations that are blocked for the same cause have in common.
@@ -135,7 +146,7 @@ impl<'t, 'a> PairTest<'t, 'a> {
                 };
                 format!("head {} at the common {letter}: {what}", head + 1)
             }
-            PairBlocked::Together(why) => format!("both heads at once: {}", self.tests[0].describe(why)),
+            PairBlocked::Together { head, why } => format!("both heads at once: {}", self.tests[*head].describe(why)),
         }
     }
 }
@@ -164,7 +175,7 @@ impl PairTest<'_, '_> {
             found.map_err(|why| PairBlocked::Head { head, why })
         };
         let poses = [pose_of(0)?, pose_of(1)?];
-        self.together(poses, value, &mut Hints::default())
+        self.together(poses, value, &mut [Hints::default(), Hints::default()])
     }
 }
 
@@ -280,7 +291,7 @@ impl PairPlan<'_, '_, '_> {
         let none = || vec![Err(PairBlocked::Jump); n];
         let mut poses: [HeadPoses; 2] = [none(), none()];
         let mut open: Vec<usize> = (0..n).collect();
-        let mut together = Hints::default();
+        let mut together = [Hints::default(), Hints::default()];
         let mut found: Vec<PairOutcome> = vec![Err(PairBlocked::Jump); n];
         for _ in 0..=TILT_STEPS {
             for (head, poses) in poses.iter_mut().enumerate() {
@@ -297,7 +308,7 @@ impl PairPlan<'_, '_, '_> {
                     (.., Err(why)) => Err(why),
                 };
             }
-            open = (0..n).filter(|&k| matches!(found[k], Err(PairBlocked::Together(_)))).collect();
+            open = (0..n).filter(|&k| matches!(found[k], Err(PairBlocked::Together { .. }))).collect();
             let mut raised = false;
             for &k in &open {
                 for (head, least) in least.iter_mut().enumerate() {

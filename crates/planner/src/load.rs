@@ -62,14 +62,15 @@ impl Job {
         let beside = |name: &str| path.parent().unwrap_or(Path::new("")).join(name);
         let tool_path = beside(&file.tool);
         let tool = ToolAssembly::from_json(&files::read(&tool_path)?).map_err(|e| Failure::input(&tool_path, e))?;
-        check_gouge_tolerances(&file, tool.cutter().radius()).map_err(|e| Failure::input(path, e))?;
+        check_gouge_tolerances(&file, 1, tool.cutter().radius()).map_err(|e| Failure::input(path, e))?;
         let machine_path = beside(&file.machine);
         let mut heads = read_machine(&machine_path)?.heads;
         check_heads(&file, heads.len()).map_err(|e| Failure::input(path, e))?;
         let mut second = None;
         if let (2, Some(name)) = (heads.len(), &file.second_tool) {
-            let path = beside(name);
-            let tool = ToolAssembly::from_json(&files::read(&path)?).map_err(|e| Failure::input(&path, e))?;
+            let tool_path = beside(name);
+            let tool = ToolAssembly::from_json(&files::read(&tool_path)?).map_err(|e| Failure::input(&tool_path, e))?;
+            check_gouge_tolerances(&file, 2, tool.cutter().radius()).map_err(|e| Failure::input(path, e))?;
             second = Some(SecondHead { tool, machine: heads.swap_remove(1) });
         }
         let machine = heads.swap_remove(0);

@@ -87,7 +87,15 @@ pub fn plan_setup(job: &Job, index: usize, settings: PlanSettings, stages: &dyn 
         mended += put_in;
     };
     let turning = Turning::of(job, &operations, &texts);
-    let mut report = report(job, &setup, &operations, &texts.timed, turning, verification, certificates.as_ref());
+    let mut report = report(
+        &vec![job; operations.len()],
+        &setup,
+        &operations,
+        &texts.timed,
+        turning,
+        verification,
+        certificates.as_ref(),
+    );
     report.totals.mended_blocks = mended;
     let (suffix, state) = name_parts(job, &setup, &report);
     let mut files = vec![

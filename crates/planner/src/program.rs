@@ -8,7 +8,7 @@ use facemill_nc_program::{
     AxisLetter, AxisSpec, AxisWords, Block, Coolant, FeedMode, MappedAxis, NcProgram, ProgramSpec, SpindleSpec,
     ToolSpec, WordMap,
 };
-use facemill_tool_model::SpindleRotation;
+use facemill_tool_model::{SpindleRotation, ToolAssembly};
 use nalgebra::Isometry3;
 
 use crate::Failure;
@@ -300,18 +300,10 @@ pub(crate) fn program_spec(
         FeedMode::Rtcp => Some(rtcp_start(job, words)?),
         FeedMode::G94 | FeedMode::G93 => None,
     };
-    let cutter = job.tool.cutter();
     let axes = axis_specs(job, words);
     Ok(ProgramSpec {
         job_name: format!("{} - {}", job.file.name, setup.file.name),
-        tool: ToolSpec {
-            number: job.tool.number(),
-            name: job.tool.name().to_owned(),
-            radius: cutter.radius(),
-            corner_radius: cutter.corner_radius(),
-            length: job.tool.gauge_length(),
-            length_register: job.tool.length_register(),
-        },
+        tool: tool_spec(&job.tool),
         spindle: SpindleSpec {
             rpm: operation.feeds.spindle_rpm,
             clockwise: job.tool.spindle_rotation() == SpindleRotation::Clockwise,
@@ -336,4 +328,17 @@ pub(crate) fn axis_specs(job: &Job, words: &WordMap) -> Vec<AxisSpec> {
         work_offset: a.in_word_unit(mapped.offset),
     };
     job.machine.axes().iter().zip(words.axes()).map(spec).collect()
+}
+
+/// A tool as the dialect's writer knows it.
+pub(crate) fn tool_spec(tool: &ToolAssembly) -> ToolSpec {
+    let cutter = tool.cutter();
+    ToolSpec {
+        number: tool.number(),
+        name: tool.name().to_owned(),
+        radius: cutter.radius(),
+        corner_radius: cutter.corner_radius(),
+        length: tool.gauge_length(),
+        length_register: tool.length_register(),
+    }
 }

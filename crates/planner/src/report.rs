@@ -189,7 +189,7 @@ pub struct PosturesReport {
     pub operation: String,
     /// The mode that the job asks for.
     pub mode: PostureModeFile,
-    /// How near to the best the sequence of postures is; `null` in modes that seek none.
+    /// How near to the best the sequence of postures is; `null` in modes that seek none, and for operations in a pair.
     pub optimum: Option<OptimumReport>,
     /// How finely the searches along the curve are proven; `null` where the job does not ask for a `certified_u_width`.
     pub search_proof: Option<SearchProofReport>,

@@ -21,9 +21,10 @@ use crate::report::{
 use crate::rotary_motion::rotary_report;
 use crate::turning::Turning;
 
-/// Sums, extremes and details of planned operations and of the run of their program.
+/// Sums, extremes and details of planned operations and of the run of their program; `jobs` are the job as each operation's head
+/// sees it.
 pub(crate) fn report(
-    job: &Job,
+    jobs: &[&Job],
     setup: &Setup<'_>,
     operations: &[PlannedOperation<'_>],
     timed: &Timed,
@@ -79,18 +80,19 @@ pub(crate) fn report(
     let gouges = verification.iter().flat_map(|v| &v.sections).map(|s| s.largest_gouge.as_ref().map(|g| g.depth_mm));
     let budgets = operations
         .iter()
+        .zip(jobs)
         .zip(gouges.chain(std::iter::repeat(None)))
-        .map(|(o, gouge)| BudgetReport::new(&o.operation.name, &budget(job, o.operation), gouge))
+        .map(|((o, job), gouge)| BudgetReport::new(&o.operation.name, &budget(job, o.operation), gouge))
         .collect();
     Report {
         format: REPORT_FORMAT,
-        job: job.file.name.clone(),
+        job: jobs.first().map_or_else(String::new, |job| job.file.name.clone()),
         setup: setup.file.name.clone(),
         verified: verification.is_some(),
         certified: certificates.map(CertifiedReport::new),
         totals,
         worst,
-        postures: operations.iter().map(|o| postures_report(job, o)).collect(),
+        postures: operations.iter().zip(jobs).map(|(o, job)| postures_report(job, o)).collect(),
         pairs: Vec::new(),
         rewinds: turning.rewinds,
         singular_blocks: turning.singular_blocks,

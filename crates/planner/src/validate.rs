@@ -320,12 +320,13 @@ const LARGEST_TOLERANCE: f64 = 2.0;
 /// Part of the cutter's radius that the gouge tolerance may be: with more, the test body is no likeness of the cutter.
 const LARGEST_GOUGE: f64 = 0.1;
 
-/// First tolerance that does not fit the cutter, as `field: what it must be`.
+/// First tolerance of a head's operations that does not fit its cutter, as `field: what it must be`.
 ///
 /// # Errors
 /// When there is one.
-pub(crate) fn check_gouge_tolerances(job: &JobFile, cutter_radius: f64) -> Result<(), String> {
-    job.operations.iter().enumerate().try_for_each(|(k, o)| {
+pub(crate) fn check_gouge_tolerances(job: &JobFile, head: u32, cutter_radius: f64) -> Result<(), String> {
+    let mut of_head = job.operations.iter().enumerate().filter(|(_, o)| o.head == head);
+    of_head.try_for_each(|(k, o)| {
         let at = Field(format!("operations[{k}]"));
         at.within("tolerances.gouge_mm", o.tolerances.gouge_mm, SMALLEST_TOLERANCE, LARGEST_GOUGE * cutter_radius)
             .map_err(|e| format!("{e} (at most a tenth of the cutter's radius)"))

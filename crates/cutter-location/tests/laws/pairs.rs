@@ -175,7 +175,7 @@ fn heads_in_one_place_are_refused() {
         let start = start(&tests[0], &stations[0], 3.0);
         let poses = plan_pair(&pair, &stations, &settings([3.0, 15.0], 1.0), &start, &Silent).unwrap();
         for pose in &poses {
-            assert_eq!(matches!(pose, Err(PairBlocked::Together(_))), collides, "{apart}: {pose:?}");
+            assert_eq!(matches!(pose, Err(PairBlocked::Together { .. })), collides, "{apart}: {pose:?}");
             assert_eq!(pose.is_ok(), !collides, "{apart}: {pose:?}");
         }
     }

@@ -7,7 +7,8 @@ use facemill_virtual_machine::{Certificates, Verification};
 
 use super::moves::{DualMove, DualMover};
 use super::output::{BlockPlace, DualTexts};
-use super::plan::{DualGround, Part, run_planner};
+use super::pair::run_planner;
+use super::plan::{DualGround, Part};
 use crate::mending::lines_to_mend;
 use crate::moves::MoveKind;
 use crate::operation::move_settings;
@@ -40,17 +41,19 @@ pub(crate) fn mend(ground: &DualGround<'_>, parts: &mut [Part<'_>], texts: &Dual
             test: PairTest { tests: [&tests[0], &tests[1]], shared: ground.shared },
             settings: [&settings[0], &settings[1]],
         };
-        let planner = run_planner(&mover, files, &settings, &file, pair.uncut_left, [&[], &[]]);
+        let planner = run_planner(&mover, files, &settings, &file, [&[], &[]]);
         let mut hints = [Hints::default(), Hints::default()];
         // From the last one on: what stands before keeps its index.
         for place in own.into_iter().rev() {
             let section = &mut part.sections[place.section];
             let is_cut = section.moves[place.at].kind == MoveKind::Cut;
-            let Some(stops) = section.stops.as_mut().filter(|_| is_cut && place.at > 0) else { continue };
-            let Some(middle) = planner.middle(&stops[place.at - 1], &stops[place.at], &mut hints) else { continue };
+            let Some(run) = section.run.as_mut().filter(|_| is_cut && place.at > 0) else { continue };
+            let ranges = planner.ranges(run.uncut_left);
+            let (from, to) = (&run.stops[place.at - 1], &run.stops[place.at]);
+            let Some(middle) = planner.middle(&ranges, from, to, &mut hints) else { continue };
             let axes = mover.turned(&middle.pose.axes, &section.moves[place.at - 1].axes);
             section.moves.insert(place.at, DualMove { kind: MoveKind::Cut, axes, working: [true; 2] });
-            stops.insert(place.at, middle);
+            run.stops.insert(place.at, middle);
             put_in += 1;
         }
     }

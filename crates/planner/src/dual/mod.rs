@@ -1,7 +1,7 @@
 //! Setups on a machine with two heads: operations in pairs, cut by both heads at once.
 //!
 //! Each operation is first planned for its head alone. The pieces of two operations of a pair are then brought together
-//! (`pairing`), the shared axis and both heads' postures chosen along them (`runs`), entered and left by both heads at once
+//! (`pair`, `pairing`), the shared axis and both heads' postures chosen along them (`runs`), entered and left by both heads at once
 //! (`moves`), and written as one block for one time (`program`). What has no common value of the shared axis is left to each
 //! head alone, with the other one at home.
 
@@ -9,11 +9,13 @@ mod channels;
 mod mending;
 mod moves;
 mod output;
+mod pair;
 mod pairing;
 mod plan;
 mod program;
 mod report;
 mod runs;
+mod telling;
 
 pub(crate) use plan::plan_dual_setup;
 pub use report::{PairReport, PairSplit};

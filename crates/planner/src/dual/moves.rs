@@ -11,8 +11,7 @@ use rayon::prelude::*;
 use super::runs::{Causes, Run};
 use crate::Failure;
 use crate::linearity::turned_near;
-use crate::moves::{MoveKind, MoveSettings, blocked_way};
-use crate::pieces::Piece;
+use crate::moves::{Move, MoveKind, MoveSettings, blocked_way};
 
 /// A move of the whole machine.
 #[derive(Clone, Copy, Debug)]
@@ -69,17 +68,12 @@ impl DualMover<'_, '_> {
     ///
     /// # Errors
     /// When the monitor cancels.
-    pub(crate) fn reach(
-        &self,
-        runs: Vec<Run>,
-        pieces: [&[Piece]; 2],
-        monitor: &dyn Monitor,
-    ) -> Result<(Vec<ReachedRun>, Causes), Failure> {
+    pub(crate) fn reach(&self, runs: Vec<Run>, monitor: &dyn Monitor) -> Result<(Vec<ReachedRun>, Causes), Failure> {
         let reached: Vec<(Option<ReachedRun>, Causes)> = runs
             .into_par_iter()
             .map(|run| {
                 monitor.checkpoint()?;
-                let found = self.reach_one(run, pieces);
+                let found = self.reach_one(run);
                 monitor.advance(1);
                 Ok(found)
             })
@@ -93,13 +87,12 @@ impl DualMover<'_, '_> {
         Ok((all, causes))
     }
 
-    fn reach_one(&self, mut run: Run, pieces: [&[Piece]; 2]) -> (Option<ReachedRun>, Causes) {
-        let uncut_left = std::array::from_fn(|h| pieces[h][run.pieces[h]].uncut_left);
+    fn reach_one(&self, mut run: Run) -> (Option<ReachedRun>, Causes) {
         let mut causes = Causes::default();
         let mut found = [None, None];
         for (k, end) in [PassEnd::Entry, PassEnd::Exit].into_iter().enumerate() {
             while found[k].is_none() && run.stops.len() >= 2 {
-                match self.end(&run, end, uncut_left) {
+                match self.end(&run, end) {
                     Ok(moves) => found[k] = Some(moves),
                     Err(why) => {
                         let at = if end == PassEnd::Entry { 0 } else { run.stops.len() - 1 };
@@ -121,10 +114,10 @@ impl DualMover<'_, '_> {
     /// Moves from next to one end of a run outward to the clearance surfaces, or why there are none with the arcs as asked.
     /// Where both heads are in each other's way, smaller arcs are tried: beyond an edge, opposite cutters come nearer to each
     /// other along their tangents than the arcs lift them.
-    fn end(&self, run: &Run, end: PassEnd, uncut_left: [bool; 2]) -> Result<Vec<DualMove>, String> {
+    fn end(&self, run: &Run, end: PassEnd) -> Result<Vec<DualMove>, String> {
         let mut first = None;
         for share in ARC_SHARES {
-            match self.end_by(share, run, end, uncut_left) {
+            match self.end_by(share, run, end) {
                 Ok(moves) => return Ok(moves),
                 Err(why) => first = first.or(Some(why)),
             }
@@ -132,12 +125,12 @@ impl DualMover<'_, '_> {
         Err(first.unwrap_or_default())
     }
 
-    fn end_by(&self, share: f64, run: &Run, end: PassEnd, uncut_left: [bool; 2]) -> Result<Vec<DualMove>, String> {
+    fn end_by(&self, share: f64, run: &Run, end: PassEnd) -> Result<Vec<DualMove>, String> {
         let stop = if end == PassEnd::Entry { run.stops.first() } else { run.stops.last() };
         let Some(stop) = stop else { return Err(String::new()) };
         let what = if end == PassEnd::Entry { "entry" } else { "exit" };
         let mut ends = Ends { ways: [Vec::new(), Vec::new()], slow: [0; 2] };
-        for (h, uncut_left) in uncut_left.into_iter().enumerate() {
+        for (h, uncut_left) in run.uncut_left.into_iter().enumerate() {
             let (test, settings) = (self.test.tests[h], self.settings[h]);
             let refused = |why: &Infeasible| format!("head {}: no {what}: {}", h + 1, test.describe(why));
             let pose = &stop.pose.poses[h];
@@ -159,8 +152,9 @@ impl DualMover<'_, '_> {
             let poses = outward.iter().chain(out.iter().map(|w| &w.cl));
             ends.ways[h] = self.standing(h, &pose.configuration, poses).map_err(|why| refused(&why))?;
         }
-        self.joined_way(&ends, stop.pose.axes[self.test.shared])
-            .map_err(|why| format!("no {what} for both heads at once: {}", self.test.tests[0].describe(&why)))
+        self.joined_way(&ends, stop.pose.axes[self.test.shared]).map_err(|(head, why)| {
+            format!("no {what} for both heads at once: {}", self.test.tests[head].describe(&why))
+        })
     }
 
     /// Direction in the workpiece frame in which a head cannot move its tool while all rotary axes stand: of a head with two
@@ -205,9 +199,9 @@ impl DualMover<'_, '_> {
 
     /// Both ways at once, each head at the same part of its arc, then of its way out; the shared axis stands still. Every
     /// place is on both tested ways, because linear axes alone move.
-    fn joined_way(&self, ends: &Ends, shared: f64) -> Result<Vec<DualMove>, Infeasible> {
+    fn joined_way(&self, ends: &Ends, shared: f64) -> Result<Vec<DualMove>, (usize, Infeasible)> {
         let mut moves = Vec::new();
-        let mut hints = Hints::default();
+        let mut hints = [Hints::default(), Hints::default()];
         let slow: [&[AxisValues]; 2] = std::array::from_fn(|h| &ends.ways[h][..=ends.slow[h]]);
         let fast: [&[AxisValues]; 2] = std::array::from_fn(|h| &ends.ways[h][ends.slow[h]..]);
         let mut in_stock = true;
@@ -215,7 +209,7 @@ impl DualMover<'_, '_> {
             for of_heads in together(part) {
                 let mut axes = self.test.joined([&of_heads[0], &of_heads[1]]);
                 axes[self.test.shared] = shared;
-                if let Some(why) = self.test.tests[0].collision(&axes, &mut hints) {
+                if let Some(why) = self.test.blocked(&axes, &mut hints) {
                     return Err(why);
                 }
                 let touches = is_slow && (0..2).any(|h| self.in_stock(h, &axes));
@@ -327,8 +321,23 @@ impl DualMover<'_, '_> {
         Some(joined)
     }
 
+    /// Sends the other head home for `head` to work alone: rapids from where both are, and where the machine then is.
+    ///
+    /// # Errors
+    /// As [`DualMover::cross`].
+    pub(crate) fn park_other(
+        &self,
+        head: usize,
+        at: Option<AxisValues>,
+    ) -> Result<(Vec<DualMove>, Option<Move>), Failure> {
+        let Some(from) = at else { return Ok((Vec::new(), None)) };
+        let axes = self.parked(&from, 1 - head);
+        let start = Move { kind: MoveKind::Rapid, cl: self.cl(head, &axes), axes };
+        Ok((self.cross(&from, &axes)?, Some(start)))
+    }
+
     /// The position with one head's own axes at home.
-    pub(crate) fn parked(&self, axes: &AxisValues, head: usize) -> AxisValues {
+    fn parked(&self, axes: &AxisValues, head: usize) -> AxisValues {
         let machine = self.test.tests[head].cell.machine;
         let home = machine.home();
         let other = self.test.tests[1 - head].cell.machine;

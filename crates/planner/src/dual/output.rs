@@ -8,8 +8,8 @@ use facemill_nc_program::{
     write_program_of_heads,
 };
 use facemill_virtual_machine::{
-    Certificate, Certificates, Finding, GougeSection, SectionGouge, Verification, VerifySettings, VirtualSetup,
-    certify, verify,
+    Certificate, Certificates, ClearancePlace, Finding, GougeSection, SectionGouge, Verification, VerifySettings,
+    VirtualSetup, certify, verify,
 };
 
 use super::channels::channel_files;
@@ -285,11 +285,13 @@ pub(crate) fn merged(
     let deeper = |g: &facemill_virtual_machine::GougePlace| g.depth_mm;
     let largest_gouge =
         first.largest_gouge.into_iter().chain(second.largest_gouge).max_by(|a, b| deeper(a).total_cmp(&deeper(b)));
-    let nearer = |c: &facemill_virtual_machine::ClearancePlace| c.distance_mm;
+    let nearer = |c: &ClearancePlace| c.distance_mm;
+    let of_head = |h: usize, c: ClearancePlace| ClearancePlace { body: format!("head {h}: {}", c.body), ..c };
     let smallest_clearance = first
         .smallest_clearance
+        .map(|c| of_head(1, c))
         .into_iter()
-        .chain(second.smallest_clearance)
+        .chain(second.smallest_clearance.map(|c| of_head(2, c)))
         .min_by(|a, b| nearer(a).total_cmp(&nearer(b)));
     Verification {
         findings,
@@ -333,10 +335,13 @@ pub(crate) fn proven_for_both([first, second]: &[Certificates; 2]) -> Certificat
 
 fn proven_block(a: &Certificate, b: &Certificate) -> Certificate {
     let larger = |x: Option<f64>, y: Option<f64>| Some(f64::max(x?, y?));
+    let between = |c: &Certificate, h: usize| {
+        c.clearance_between.clone().map(|[body, obstacle]| [format!("head {h}: {body}"), obstacle])
+    };
     let (clearance_mm, clearance_between) = match (a.clearance_mm, b.clearance_mm) {
-        (Some(x), Some(y)) if y < x => (Some(y), b.clearance_between.clone()),
-        (Some(x), _) => (Some(x), a.clearance_between.clone()),
-        (None, y) => (y, b.clearance_between.clone()),
+        (Some(x), Some(y)) if y < x => (Some(y), between(b, 2)),
+        (Some(x), _) => (Some(x), between(a, 1)),
+        (None, y) => (y, between(b, 2)),
     };
     let reason = |c: &Certificate, h: usize| c.reason.as_ref().map(|r| format!("head {h}: {r}"));
     Certificate {

@@ -2,9 +2,7 @@
 
 use facemill_feedrate::{feed_for_pair, rapid_time};
 use facemill_inverse_kinematics::AxisValues;
-use facemill_nc_program::{
-    Block, FeedMode, HeadSpec, MappedAxis, NcProgram, ProgramSpec, SpindleSpec, ToolSpec, WordMap,
-};
+use facemill_nc_program::{Block, FeedMode, HeadSpec, MappedAxis, NcProgram, ProgramSpec, SpindleSpec, WordMap};
 use facemill_tool_model::SpindleRotation;
 
 use super::moves::DualMove;
@@ -12,7 +10,7 @@ use crate::Failure;
 use crate::job_file::FeedsFile;
 use crate::load::{Job, Setup};
 use crate::moves::MoveKind;
-use crate::program::{Timed, axis_offset, check_offset_axes, letter, programmed_feed};
+use crate::program::{Timed, axis_offset, check_offset_axes, letter, programmed_feed, tool_spec};
 
 /// How joint values become words: one length for each head, along its spindle's axis.
 ///
@@ -49,19 +47,11 @@ pub(crate) fn head_spec(jobs: [&Job; 2], head: usize, rpm: f64) -> Result<HeadSp
     let axis = axis.ok_or_else(|| {
         Failure::Infeasible(format!("head {}: no linear axis is along its spindle, for the tool's length", head + 1))
     })?;
-    let cutter = job.tool.cutter();
     Ok(HeadSpec {
         name: (head + 1).to_string(),
         spindle_axis: letter(job.machine.axes()[axis].letter.as_str())?,
         spindle_number: job.machine.channel(),
-        tool: ToolSpec {
-            number: job.tool.number(),
-            name: job.tool.name().to_owned(),
-            radius: cutter.radius(),
-            corner_radius: cutter.corner_radius(),
-            length: job.tool.gauge_length(),
-            length_register: job.tool.length_register(),
-        },
+        tool: tool_spec(&job.tool),
         spindle: SpindleSpec { rpm, clockwise: job.tool.spindle_rotation() == SpindleRotation::Clockwise },
     })
 }
@@ -84,8 +74,10 @@ pub(crate) struct DualTimes {
     pub paired: [f64; 2],
     /// Way of each tip in all cuts, mm.
     pub cut: [f64; 2],
-    /// Speed of each tip in every cut of both heads, mm/min.
+    /// Speed of each tip in each of its cuts, mm/min.
     pub tip_feeds: [Vec<f64>; 2],
+    /// Smallest and largest speed of each tip in cuts of both heads, mm/min.
+    pub paired_feeds: [Option<[f64; 2]>; 2],
     /// Largest speed of the shared axis in cuts of both heads, rad/s or mm/s.
     pub shared_speed: f64,
 }
@@ -168,10 +160,13 @@ impl<'a> DualWriter<'a> {
             let both = m.working == [true; 2];
             for h in (0..2).filter(|&h| m.working[h]) {
                 self.timed.cutting_length += ways[h];
+                let tip_feed = feed.tip_feeds[h];
                 times.cut[h] += ways[h];
+                times.tip_feeds[h].push(tip_feed);
                 if both {
                     times.paired[h] += ways[h];
-                    times.tip_feeds[h].push(feed.tip_feeds[h]);
+                    let [low, high] = times.paired_feeds[h].unwrap_or([tip_feed; 2]);
+                    times.paired_feeds[h] = Some([low.min(tip_feed), high.max(tip_feed)]);
                 }
             }
             if both && feed.time > 0.0 {

@@ -3,7 +3,9 @@
 use std::collections::BTreeMap;
 
 use facemill_cl_data::{Cancelled, CcPoint, Monitor};
-use facemill_cutter_location::{Hints, PairBlocked, PairOutcome, PairPose, PairSettings, PairTest, plan_pair};
+use facemill_cutter_location::{
+    Hints, PairBlocked, PairOutcome, PairPose, PairSettings, PairTest, PostureRange, plan_pair,
+};
 
 use super::pairing::{PiecePair, Station, between};
 use crate::linearity::Linearity;
@@ -32,6 +34,8 @@ impl Stop {
 pub(crate) struct Run {
     /// Indices of the pieces, one of each operation.
     pub pieces: [usize; 2],
+    /// Whether the uncut stock lies to the left of the feed, for each head.
+    pub uncut_left: [bool; 2],
     /// In cutting order.
     pub stops: Vec<Stop>,
 }
@@ -86,7 +90,9 @@ impl Causes {
 pub(crate) struct RunPlanner<'r, 'a> {
     /// Both heads.
     pub test: PairTest<'r, 'a>,
-    /// How postures are chosen.
+    /// Postures that each head may take where the uncut stock lies to the right of the feed, and where to the left.
+    pub ranges: [[PostureRange; 2]; 2],
+    /// How postures are chosen from them; its own ranges are those of the first piece.
     pub settings: PairSettings,
     /// How far each head's motion may stray between stops.
     pub linearity: [Linearity; 2],
@@ -103,8 +109,12 @@ impl RunPlanner<'_, '_> {
     /// When the monitor cancels.
     pub(crate) fn runs(&self, pair: &PiecePair, monitor: &dyn Monitor) -> Result<(Vec<Run>, Causes), Cancelled> {
         let stations: Vec<_> = pair.stations.iter().map(|s| s.pair).collect();
+        let uncut_left = std::array::from_fn(|h| self.pieces[h][pair.pieces[h]].uncut_left);
+        let ranges = self.ranges(uncut_left);
+        let settings = PairSettings { ranges, ..self.settings };
         let start = self.pieces[0][pair.pieces[0]].cuts[0].pose.configuration;
-        let outcomes = plan_pair(&self.test, &stations, &self.settings, &start, monitor)?;
+        let outcomes = plan_pair(&self.test, &stations, &settings, &start, monitor)?;
+        let run = |stops: Vec<Stop>| Run { pieces: pair.pieces, uncut_left, stops };
         let mut causes = Causes::default();
         let mut runs: Vec<Run> = Vec::new();
         let mut open: Vec<Stop> = Vec::new();
@@ -115,24 +125,24 @@ impl RunPlanner<'_, '_> {
                 Ok(stop) => {
                     let way = match open.last() {
                         None => Some(Vec::new()),
-                        Some(last) => self.between(last, &stop, MAX_HALVINGS, &mut hints),
+                        Some(last) => self.between(&ranges, last, &stop, MAX_HALVINGS, &mut hints),
                     };
                     if let Some(stops) = way {
                         open.extend(stops);
                     } else {
                         let why = "no blocks join the stations before and behind without straying".to_owned();
                         causes.add(why.clone(), why, &station.pair.cc[0]);
-                        runs.push(Run { pieces: pair.pieces, stops: std::mem::take(&mut open) });
+                        runs.push(run(std::mem::take(&mut open)));
                     }
                     open.push(stop);
                 }
                 Err(why) => {
                     causes.add(self.test.cause(&why), self.test.describe(&why), &station.pair.cc[0]);
-                    runs.push(Run { pieces: pair.pieces, stops: std::mem::take(&mut open) });
+                    runs.push(run(std::mem::take(&mut open)));
                 }
             }
         }
-        runs.push(Run { pieces: pair.pieces, stops: open });
+        runs.push(run(open));
         let short = |r: &Run| r.stops.len() < 2 || r.lengths().iter().all(|l| *l < self.shortest);
         for run in runs.iter().filter(|r| short(r)) {
             for stop in &run.stops {
@@ -144,12 +154,24 @@ impl RunPlanner<'_, '_> {
         Ok((runs, causes))
     }
 
+    /// Postures that each head may take with the uncut stock on these sides.
+    pub(crate) fn ranges(&self, uncut_left: [bool; 2]) -> [PostureRange; 2] {
+        std::array::from_fn(|h| self.ranges[h][usize::from(uncut_left[h])])
+    }
+
     fn stop(&self, station: &Station, outcome: PairOutcome) -> Result<Stop, PairBlocked> {
         outcome.map(|pose| Stop { cc: station.pair.cc, pose, at: station.at })
     }
 
     /// Stops strictly between two, close enough for the control in both heads; `None` where there are none.
-    fn between(&self, from: &Stop, to: &Stop, halvings: u32, hints: &mut [Hints; 2]) -> Option<Vec<Stop>> {
+    fn between(
+        &self,
+        ranges: &[PostureRange; 2],
+        from: &Stop,
+        to: &Stop,
+        halvings: u32,
+        hints: &mut [Hints; 2],
+    ) -> Option<Vec<Stop>> {
         let strays = |h: usize| self.linearity[h].judge(self.test.tests[h], &from.pose.axes, &to.pose.axes).1;
         if !strays(0) && !strays(1) {
             return Some(Vec::new());
@@ -157,17 +179,23 @@ impl RunPlanner<'_, '_> {
         if halvings == 0 {
             return None;
         }
-        let middle = self.middle(from, to, hints)?;
-        let mut stops = self.between(from, &middle, halvings - 1, hints)?;
+        let middle = self.middle(ranges, from, to, hints)?;
+        let mut stops = self.between(ranges, from, &middle, halvings - 1, hints)?;
         stops.push(middle);
-        stops.extend(self.between(&middle, to, halvings - 1, hints)?);
+        stops.extend(self.between(ranges, &middle, to, halvings - 1, hints)?);
         Some(stops)
     }
 
     /// The tested stop halfway between two.
-    pub(crate) fn middle(&self, from: &Stop, to: &Stop, hints: &mut [Hints; 2]) -> Option<Stop> {
+    pub(crate) fn middle(
+        &self,
+        ranges: &[PostureRange; 2],
+        from: &Stop,
+        to: &Stop,
+        hints: &mut [Hints; 2],
+    ) -> Option<Stop> {
         let cc = [between(&from.cc[0], &to.cc[0], 0.5)?, between(&from.cc[1], &to.cc[1], 0.5)?];
-        let pose = self.test.halfway(&self.settings.ranges, &cc, [&from.pose, &to.pose], hints).ok()?;
+        let pose = self.test.halfway(ranges, &cc, [&from.pose, &to.pose], hints).ok()?;
         let at = std::array::from_fn(|h| 0.5 * (from.at[h] + to.at[h]));
         Some(Stop { cc, pose, at })
     }

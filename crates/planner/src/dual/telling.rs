@@ -1,0 +1,70 @@
+//! What the report says of a program of two heads.
+
+use facemill_inverse_kinematics::Branch;
+
+use super::output::DualTexts;
+use super::plan::{DualGround, Part};
+use super::program::DualTimes;
+use super::report::PairReport;
+use crate::moves::{Move, MoveKind};
+use crate::turning::{Driven, Turning, rewinds_report, singular_blocks};
+
+impl DualTexts {
+    /// Axes that turn back or race at the pole, of either head.
+    pub(crate) fn turning(&self, parts: &[Part<'_>], ground: &DualGround<'_>) -> Turning {
+        let mut all: Option<Turning> = None;
+        for h in 0..2 {
+            let job = ground.jobs[h];
+            let work_from_table = ground.setups[h].table_from_work.inverse();
+            let mut from = None;
+            let mut driven = Vec::new();
+            for (line, place) in &self.places {
+                let part = &parts[place.part];
+                let m = part.sections[place.section].moves[place.at];
+                let cl = job.machine.cl_point(&m.axes, job.tool.gauge_length()).transformed(&work_from_table);
+                let to = Move { kind: m.kind, cl, axes: m.axes };
+                let before = from.replace(to);
+                if let Some(operation) = part.files[h].filter(|_| m.working[h]) {
+                    driven.push(Driven { operation, goes_on: false, from: before, to, line: *line });
+                }
+            }
+            let branches =
+                driven.iter().filter(|m| m.to.kind == MoveKind::Cut).map(|m| job.machine.branch_of(&m.to.axes));
+            let branches: Vec<Branch> = branches.collect();
+            let changes = branches.windows(2).filter(|w| w[0] != w[1]).count();
+            let rewinds = rewinds_report(job, &driven, changes);
+            let singular_blocks = singular_blocks(job, &driven);
+            match &mut all {
+                None => all = Some(Turning { rewinds, singular_blocks }),
+                Some(all) => all.join(Turning { rewinds, singular_blocks }),
+            }
+        }
+        all.unwrap_or_default()
+    }
+
+    /// What the report says of the program's pairs.
+    pub(crate) fn pair_reports(&self, parts: &[Part<'_>], ground: &DualGround<'_>) -> Vec<PairReport> {
+        parts.iter().zip(&self.times).filter_map(|(part, times)| pair_report(part, times, ground)).collect()
+    }
+}
+
+fn pair_report(part: &Part<'_>, times: &DualTimes, ground: &DualGround<'_>) -> Option<PairReport> {
+    let outline = part.pair.as_ref()?;
+    let axis = &ground.jobs[0].machine.axes()[ground.shared];
+    let (paired, cut): (f64, f64) = (times.paired.iter().sum(), times.cut.iter().sum());
+    Some(PairReport {
+        first: outline.file.first.clone(),
+        second: outline.file.second.clone(),
+        shared_axis: axis.letter.to_string(),
+        runs: outline.runs,
+        paired_length_mm: times.paired,
+        cutting_length_mm: times.cut,
+        paired_fraction: if cut > 0.0 { paired / cut } else { 0.0 },
+        time_s: times.time,
+        separate_time_s: outline.separate_time,
+        time_ratio: if outline.separate_time > 0.0 { times.time / outline.separate_time } else { 0.0 },
+        tip_feed_mm_min: times.paired_feeds,
+        shared_velocity: axis.in_word_unit(times.shared_speed),
+        splits: outline.splits.clone(),
+    })
+}
