@@ -251,7 +251,7 @@ impl PairPlan<'_, '_, '_> {
         loop {
             for station in wanted {
                 self.monitor.checkpoint()?;
-                let (states, blocked) = states(&axes.axes[station], station, axes, &mut hints);
+                let (states, blocked) = self.states(station, axes, &mut hints);
                 nodes.push(ValueNode { station, time: times[station], states, blocked });
             }
             nodes.sort_by_key(|n| n.station);
@@ -264,13 +264,72 @@ impl PairPlan<'_, '_, '_> {
             // Where the curve between nodes passes what a head can do, its values are looked at, too.
             let is_node = |k: &usize| nodes.binary_search_by_key(k, |n| n.station).is_ok();
             wanted = (0..found.len())
-                .filter(|k| matches!(found[*k], Err(PairBlocked::Head { .. })) && !is_node(k))
+                .filter(|k| {
+                    matches!(found[*k], Err(PairBlocked::Head { .. } | PairBlocked::Together { .. })) && !is_node(k)
+                })
                 .collect();
             rounds += 1;
             if wanted.is_empty() || rounds == NODE_ROUNDS {
                 return Ok(found);
             }
         }
+    }
+
+    /// Values of the shared axis at which both heads can stand at a station at once, of a lattice; and why there are none, if so.
+    fn states(&self, station: usize, axes: &Axes<'_, '_>, hints: &mut [Hints; 2]) -> (Vec<ValueState>, PairBlocked) {
+        let of_heads = &axes.axes[station];
+        let values = [of_heads[0].values(), of_heads[1].values()];
+        let none = PairBlocked::NoCommonValue(values);
+        let [Some(a), Some(b)] = values else { return (Vec::new(), none) };
+        let (low, high) = (a[0].max(b[0]), a[1].min(b[1]));
+        let mut blocked = None;
+        let mut states = Vec::new();
+        for index in (low / VALUE_STEP).ceil() as i64..=(high / VALUE_STEP).floor() as i64 {
+            let value = index as f64 * VALUE_STEP;
+            match self.cost_apart(station, value, axes, hints) {
+                Ok(cost) => states.push(ValueState { value, cost }),
+                Err(why) => blocked = blocked.or(Some(why)),
+            }
+        }
+        (states, blocked.unwrap_or(none))
+    }
+
+    /// What the cheapest postures at a value cost with which the heads are not in each other's way: both tilts raised as in
+    /// [`PairPlan::apart`].
+    fn cost_apart(
+        &self,
+        station: usize,
+        value: f64,
+        axes: &Axes<'_, '_>,
+        hints: &mut [Hints; 2],
+    ) -> Result<f64, PairBlocked> {
+        let mut least = self.least_tilts(station);
+        let mut together = [Hints::default(), Hints::default()];
+        loop {
+            let mut find = |head: usize| axes.cheapest(station, head, value, least[head], hints);
+            let [(a, cost_a), (b, cost_b)] = [find(0)?, find(1)?];
+            match self.pair.together([a, b], value, &mut together) {
+                Ok(_) => return Ok(cost_a + cost_b),
+                Err(why) => least = self.raised([&a, &b]).ok_or(why)?,
+            }
+        }
+    }
+
+    /// Least tilts at a station where nothing else asks for more.
+    fn least_tilts(&self, station: usize) -> [f64; 2] {
+        let at_end = station == 0 || station + 1 == self.stations.len();
+        self.settings.ranges.map(|range| {
+            let [low, high] = range.tilt;
+            if at_end { low + END_SHARE * (high - low) } else { low }
+        })
+    }
+
+    /// The next tilts above those of two poses, as far as there are any; `None` where there are none.
+    fn raised(&self, poses: [&FeasiblePose; 2]) -> Option<[f64; 2]> {
+        let next = |h: usize| self.settings.ranges[h].tilts().find(|t| *t > poses[h].posture.tilt + 1e-9);
+        let next = [next(0), next(1)];
+        let least = |h: usize| next[h].unwrap_or(poses[h].posture.tilt);
+        next.iter().any(Option::is_some).then(|| [least(0), least(1)])
     }
 
     /// Poses of both heads at the values of the shared axis. At the ends, where cutters reach beyond the edges, both tilts are
@@ -283,11 +342,7 @@ impl PairPlan<'_, '_, '_> {
         hints: &mut [Hints; 2],
     ) -> Result<Vec<PairOutcome>, Cancelled> {
         let n = values.len();
-        let mut least = [0, 1].map(|head: usize| {
-            let [low, high] = self.settings.ranges[head].tilt;
-            let at_end = low + END_SHARE * (high - low);
-            (0..n).map(|k| if k == 0 || k + 1 == n { at_end } else { low }).collect::<Vec<f64>>()
-        });
+        let mut least: Vec<[f64; 2]> = (0..n).map(|k| self.least_tilts(k)).collect();
         let none = || vec![Err(PairBlocked::Jump); n];
         let mut poses: [HeadPoses; 2] = [none(), none()];
         let mut open: Vec<usize> = (0..n).collect();
@@ -297,7 +352,7 @@ impl PairPlan<'_, '_, '_> {
             for (head, poses) in poses.iter_mut().enumerate() {
                 self.monitor.checkpoint()?;
                 for &k in &open {
-                    poses[k] = values[k].and_then(|value| Ok(axes.cheapest(k, head, value, least[head][k], hints)?.0));
+                    poses[k] = values[k].and_then(|value| Ok(axes.cheapest(k, head, value, least[k][head], hints)?.0));
                 }
                 self.smooth_tilts(head, values, axes, poses, hints);
             }
@@ -311,11 +366,10 @@ impl PairPlan<'_, '_, '_> {
             open = (0..n).filter(|&k| matches!(found[k], Err(PairBlocked::Together { .. }))).collect();
             let mut raised = false;
             for &k in &open {
-                for (head, least) in least.iter_mut().enumerate() {
-                    let tilt = poses[head][k].map_or(least[k], |pose| pose.posture.tilt);
-                    if let Some(next) = self.settings.ranges[head].tilts().find(|t| *t > tilt + 1e-9) {
-                        (least[k], raised) = (next, true);
-                    }
+                if let (Ok(a), Ok(b)) = (&poses[0][k], &poses[1][k])
+                    && let Some(next) = self.raised([a, b])
+                {
+                    (least[k], raised) = (next, true);
                 }
             }
             if !raised {
@@ -439,34 +493,6 @@ impl PairPlan<'_, '_, '_> {
         }
         tilts
     }
-}
-
-/// Values of the shared axis at which both heads are feasible alone, of a lattice; and why there are none, if so.
-fn states(
-    of_heads: &[SharedAxis<'_, '_>; 2],
-    station: usize,
-    axes: &Axes<'_, '_>,
-    hints: &mut [Hints; 2],
-) -> (Vec<ValueState>, PairBlocked) {
-    let values = [of_heads[0].values(), of_heads[1].values()];
-    let none = PairBlocked::NoCommonValue(values);
-    let [Some(a), Some(b)] = values else { return (Vec::new(), none) };
-    let (low, high) = (a[0].max(b[0]), a[1].min(b[1]));
-    let mut blocked = None;
-    let mut states = Vec::new();
-    for index in (low / VALUE_STEP).ceil() as i64..=(high / VALUE_STEP).floor() as i64 {
-        let value = index as f64 * VALUE_STEP;
-        let mut cost = 0.0;
-        let found = (0..2).try_for_each(|head| {
-            cost += axes.cheapest(station, head, value, 0.0, hints)?.1;
-            Ok(())
-        });
-        match found {
-            Ok(()) => states.push(ValueState { value, cost }),
-            Err(why) => blocked = blocked.or(Some(why)),
-        }
-    }
-    (states, blocked.unwrap_or(none))
 }
 
 /// Costs of postures per second, on a grid over a range; linear between its nodes, which is close enough to choose by.
