@@ -108,6 +108,13 @@ impl ApproachSettings {
         };
         Self { shape, step: self.step * share, ..*self }
     }
+
+    /// The arc of the same height with a larger radius, so that it is flatter everywhere; `None` of a roll-in.
+    fn flattened(&self, times: f64) -> Option<Self> {
+        let ApproachShape::TangentialArc { radius, angle } = self.shape else { return None };
+        let angle = (1.0 - (1.0 - angle.cos()) / times).acos();
+        Some(Self { shape: ApproachShape::TangentialArc { radius: radius * times, angle }, ..*self })
+    }
 }
 
 /// The way between a pass and the place where rapids begin or end.
@@ -138,7 +145,8 @@ pub struct PassEndPose<'a> {
 /// Arc and retract at one end of a pass, tested as they are driven: at poses no farther apart than the test step, on the
 /// branch of the pass, the cutter's test body cuts nothing that must stay (the arc is lifted along the normal where facets
 /// ask for it, as poses are seated), bodies hit nothing, axis values exist, and an entry goes down into stock no more steeply than the tool may. Where the arc is not possible as asked, smaller ones of the
-/// same angle are tried, down to an eighth of the radius. From the end of the arc the tool retracts along its axis in steps
+/// same angle are tried, down to an eighth of the radius, and where it goes down too steeply flatter ones of the same height, up
+/// to eight times the radius. From the end of the arc the tool retracts along its axis in steps
 /// until it is clear.
 ///
 /// # Errors
@@ -149,16 +157,22 @@ pub fn approach(
     at: &PassEndPose<'_>,
     hints: &mut Hints,
 ) -> Result<Approach, Infeasible> {
-    let mut first_reason = None;
-    for share in [1.0, 0.5, 0.25, 0.125] {
-        let scaled = settings.scaled(share);
-        match (Outward { test, settings: &scaled, hints, near: *at.configuration }).way(at) {
-            Ok(approach) => return Ok(approach),
-            Err(why) => first_reason = first_reason.or(Some(why)),
-        }
-    }
-    Err(first_reason.expect("at least one arc was tried"))
+    let mut way = |settings: &ApproachSettings| Outward { test, settings, hints, near: *at.configuration }.way(at);
+    let refused = match way(settings) {
+        Ok(approach) => return Ok(approach),
+        Err(why) => why,
+    };
+    let flatter = FLATTER.iter().filter_map(|&times| settings.flattened(times));
+    let flatter = flatter.take_while(|_| matches!(refused, Infeasible::Ramp { .. }));
+    let smaller = SMALLER.iter().map(|&share| settings.scaled(share));
+    flatter.chain(smaller).find_map(|settings| way(&settings).ok()).ok_or(refused)
 }
+
+/// Parts of an arc's radius that are tried.
+const SMALLER: [f64; 3] = [0.5, 0.25, 0.125];
+
+/// Multiples of an arc's radius that are tried where it goes down too steeply.
+const FLATTER: [f64; 3] = [2.0, 4.0, 8.0];
 
 /// Goes outward from the end of a pass, testing on the way.
 struct Outward<'t, 'a> {

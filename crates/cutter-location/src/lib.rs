@@ -26,7 +26,9 @@ pub mod link;
 mod machine_obstacles;
 mod machine_proof;
 pub mod map;
+mod pair_costs;
 mod pair_plan;
+mod pair_test;
 mod pair_values;
 mod pass_cost;
 mod pass_graph;
@@ -46,7 +48,8 @@ mod workcell;
 
 pub use bezier::{SearchCurve, SearchCurveError, SearchOrder, TurnTable};
 pub use certified::{CertifiedSearch, MOST_TESTS, Widened, certified_search};
-pub use pair_plan::{PairBlocked, PairOutcome, PairPose, PairSettings, PairStation, PairTest, plan_pair};
+pub use pair_plan::{PairSettings, PairStation, plan_pair};
+pub use pair_test::{PairBlocked, PairOutcome, PairPose, PairTest};
 pub use pass_plan::{
     AxisTarget, Optimum, Outcome, PassSettings, PassTask, PlannedPass, PostureMode, SmoothSettings, plan_passes,
 };

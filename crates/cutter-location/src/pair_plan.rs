@@ -1,23 +1,16 @@
 //! Two passes cut at once by two heads that share an axis: its values along the way, and both heads' postures.
 
+use std::f64::consts::TAU;
+
 use facemill_cl_data::{Cancelled, CcPoint, Monitor, Posture};
-use facemill_inverse_kinematics::AxisValues;
 
 use crate::cusp::Strip;
+use crate::pair_costs::CostTable;
+use crate::pair_test::{PairBlocked, PairOutcome, PairTest};
 use crate::pair_values::{ValueNode, ValuePath, ValueState};
 use crate::pass_cost::CuspScale;
 use crate::shared_axis::{PostureRange, SharedAxis, TILT_STEPS, turned_to};
-use crate::{Configuration, FeasiblePose, Hints, Infeasible, PoseTest};
-
-/// Two heads of one machine that share an axis. Both tests are of views of the same machine, whose axes are the same in the
-/// same order, the first of the head that is numbered 0.
-#[derive(Clone, Copy)]
-pub struct PairTest<'t, 'a> {
-    /// One test for each head.
-    pub tests: [&'t PoseTest<'a>; 2],
-    /// Index of the axis that both share.
-    pub shared: usize,
-}
+use crate::{Configuration, FeasiblePose, Hints};
 
 /// CC points that both heads are at at the same time.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,144 +39,12 @@ pub struct PairSettings {
     pub spacing: f64,
 }
 
-/// Both heads at a station, tested together.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PairPose {
-    /// One for each head; its configuration has the other head's axes where they are parked.
-    pub poses: [FeasiblePose; 2],
-    /// All axes, both heads at the station.
-    pub axes: AxisValues,
-}
-
-/// Why both heads cannot be at a station at once.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum PairBlocked {
-    /// No value of the shared axis is among those that both heads can stand at with their postures; told are the values of
-    /// each, rad or mm, where it has some.
-    NoCommonValue([Option<[f64; 2]>; 2]),
-    /// The values before and behind are too far apart for the axis to go on from one to the other.
-    Jump,
-    /// At the value of the shared axis a head has no feasible posture.
-    Head {
-        /// The head, 0 or 1.
-        head: usize,
-        /// Why its first posture with that value cannot be taken; `None` where it has none.
-        why: Option<Infeasible>,
-    },
-    /// Each head can stand there alone, but not both.
-    Together {
-        /// The head whose tool or bodies meet something, 0 or 1.
-        head: usize,
-        /// What they meet.
-        why: Infeasible,
-    },
-}
-
-/// What was found at a station.
-pub type PairOutcome = Result<PairPose, PairBlocked>;
-
-impl<'t, 'a> PairTest<'t, 'a> {
-    /// Axis values with each head as its own values say, and the shared axis as the first head's.
-    pub fn joined(&self, of_heads: [&AxisValues; 2]) -> AxisValues {
-        let moves = |head: usize, axis: usize| self.tests[head].cell.machine.moves_tool(axis);
-        let from_second = |k: usize| moves(1, k) && !moves(0, k);
-        AxisValues::from_fn(of_heads[0].len(), |k| of_heads[usize::from(from_second(k))].get_or_zero(k))
-    }
-
-    /// Both poses at one value of the shared axis as one stand of the machine, which is tested: each head was tested alone.
-    ///
-    /// # Errors
-    /// What one head hits of the other.
-    fn together(&self, mut poses: [FeasiblePose; 2], value: f64, hints: &mut [Hints; 2]) -> PairOutcome {
-        for pose in &mut poses {
-            pose.configuration.axes[self.shared] = value;
-        }
-        let axes = self.joined([&poses[0].configuration.axes, &poses[1].configuration.axes]);
-        match self.blocked(&axes, hints) {
-            None => Ok(PairPose { poses, axes }),
-            Some((head, why)) => Err(PairBlocked::Together { head, why }),
-        }
-    }
-
-    /// What one of the heads hits at axis values, and which head. Both are asked: what a head keeps off of the other one is
-    /// larger than that one's own body.
-    pub fn blocked(&self, axes: &AxisValues, hints: &mut [Hints; 2]) -> Option<(usize, Infeasible)> {
-        (0..2).find_map(|head| Some((head, self.tests[head].collision(axes, &mut hints[head])?)))
-    }
-
-    /// What stations that are blocked for the same cause have in common.
-    pub fn cause(&self, why: &PairBlocked) -> String {
-        match why {
-            PairBlocked::NoCommonValue(_) => format!("no common {}", self.letter()),
-            other => self.describe(other),
-        }
-    }
-
-    fn letter(&self) -> String {
-        self.tests[0].cell.machine.axes()[self.shared].letter.to_string()
-    }
-
-    /// One sentence on why both heads cannot be at a station at once.
-    pub fn describe(&self, why: &PairBlocked) -> String {
-        let axis = &self.tests[0].cell.machine.axes()[self.shared];
-        let letter = self.letter();
-        match why {
-            PairBlocked::NoCommonValue(values) => {
-                let of = |head: usize| match values[head] {
-                    Some([low, high]) => {
-                        let word = |v| axis.in_word_unit(v);
-                        format!("head {} needs {letter} from {:.1} to {:.1}", head + 1, word(low), word(high))
-                    }
-                    None => format!("head {} reaches it with none", head + 1),
-                };
-                format!("no common {letter}: {}, {}", of(0), of(1))
-            }
-            PairBlocked::Jump => format!("{letter} would have to jump"),
-            PairBlocked::Head { head, why } => {
-                let what = match why {
-                    Some(why) => self.tests[*head].describe(why),
-                    None => "no posture of the range".to_owned(),
-                };
-                format!("head {} at the common {letter}: {what}", head + 1)
-            }
-            PairBlocked::Together { head, why } => format!("both heads at once: {}", self.tests[*head].describe(why)),
-        }
-    }
-}
-
-impl PairTest<'_, '_> {
-    /// Both heads at CC points between two stops, with the shared axis and both tilts halfway between theirs.
-    ///
-    /// # Errors
-    /// Why they cannot be there.
-    pub fn halfway(
-        &self,
-        ranges: &[PostureRange; 2],
-        cc: &[CcPoint; 2],
-        [from, to]: [&PairPose; 2],
-        hints: &mut [Hints; 2],
-    ) -> PairOutcome {
-        let middle = |a: f64, b: f64| 0.5 * (a + b);
-        let value = middle(from.axes.get_or_zero(self.shared), to.axes.get_or_zero(self.shared));
-        let mut pose_of = |head: usize| {
-            let near = from.poses[head].configuration;
-            let axis = SharedAxis::new(self.tests[head], self.shared, ranges[head], cc[head], near);
-            let tilt = middle(from.poses[head].posture.tilt, to.poses[head].posture.tilt);
-            let found = axis.feasible(value, tilt, &mut hints[head]);
-            let by_tilt = |p: Posture| p.tilt;
-            let found = found.or_else(|_| axis.cheapest(value, tilt, &by_tilt, &mut hints[head]).map(|found| found.0));
-            found.map_err(|why| PairBlocked::Head { head, why })
-        };
-        let poses = [pose_of(0)?, pose_of(1)?];
-        self.together(poses, value, &mut [Hints::default(), Hints::default()])
-    }
-}
-
 /// Poses of both heads at every station, or why there are none.
 ///
 /// The values of the shared axis are the cheapest sequence over stations at most `spacing` apart: cusps on both sides against
 /// the allowed ones, tilts against their largest, and the axis' speed, each squared. Between them they follow a smooth
-/// curve. At every station each head has the cheapest feasible tilt of those looked at, raised where that keeps its change
+/// curve. Postures that leave a cusp above the allowed one, between passes that are `strips` apart, are not taken. At every
+/// station each head has the cheapest feasible tilt of those looked at, raised where that keeps its change
 /// within `max_turn_per_mm` and where the heads would else be in each other's way, and is tested as it stands, alone and
 /// then with the other head.
 ///
@@ -234,7 +95,10 @@ impl Axes<'_, '_> {
     ) -> Result<(FeasiblePose, f64), PairBlocked> {
         let cost = |posture: Posture| self.costs[head].at(posture);
         let found = self.axes[station][head].cheapest(value, least, &cost, &mut hints[head]);
-        found.map_err(|why| PairBlocked::Head { head, why })
+        match found {
+            Ok((_, cost)) if cost > self.costs[head].most => Err(PairBlocked::Cusp { head }),
+            found => found.map_err(|why| PairBlocked::Head { head, why }),
+        }
     }
 }
 
@@ -265,14 +129,45 @@ impl PairPlan<'_, '_, '_> {
             let is_node = |k: &usize| nodes.binary_search_by_key(k, |n| n.station).is_ok();
             wanted = (0..found.len())
                 .filter(|k| {
-                    matches!(found[*k], Err(PairBlocked::Head { .. } | PairBlocked::Together { .. })) && !is_node(k)
+                    matches!(
+                        found[*k],
+                        Err(PairBlocked::Head { .. } | PairBlocked::Cusp { .. } | PairBlocked::Together { .. })
+                    ) && !is_node(k)
                 })
                 .collect();
             rounds += 1;
             if wanted.is_empty() || rounds == NODE_ROUNDS {
-                return Ok(found);
+                return Ok(self.wound(found));
             }
         }
+    }
+
+    /// The same with a limited shared axis at turns within its limits: one for as many stations that follow each other as
+    /// there is one for, the fewest turns from where the values are.
+    fn wound(&self, mut found: Vec<PairOutcome>) -> Vec<PairOutcome> {
+        let shared = self.pair.shared;
+        let mut from = 0;
+        while from < found.len() {
+            let mut common: Option<[i64; 2]> = None;
+            let mut to = from;
+            while let Some(Ok(pose)) = found.get(to) {
+                let Some([least, most]) = self.pair.turns(pose.axes.get_or_zero(shared)) else { break };
+                let both = common.map_or([least, most], |[a, b]| [a.max(least), b.min(most)]);
+                if both[0] > both[1] {
+                    break;
+                }
+                (common, to) = (Some(both), to + 1);
+            }
+            if let Some([least, most]) = common {
+                let turn = 0i64.clamp(least, most) as f64 * TAU;
+                for pose in found[from..to].iter_mut().flatten() {
+                    pose.axes[shared] += turn;
+                    pose.poses.iter_mut().for_each(|p| p.configuration.axes[shared] += turn);
+                }
+            }
+            from = to.max(from + 1);
+        }
+        found
     }
 
     /// Values of the shared axis at which both heads can stand at a station at once, of a lattice; and why there are none, if so.
@@ -284,11 +179,15 @@ impl PairPlan<'_, '_, '_> {
         let (low, high) = (a[0].max(b[0]), a[1].min(b[1]));
         let mut blocked = None;
         let mut states = Vec::new();
-        for index in (low / VALUE_STEP).ceil() as i64..=(high / VALUE_STEP).floor() as i64 {
-            let value = index as f64 * VALUE_STEP;
+        let of_lattice = (low / VALUE_STEP).ceil() as i64..=(high / VALUE_STEP).floor() as i64;
+        // What both have in common may lie between two values of the lattice.
+        let between = (of_lattice.is_empty() && low <= high).then_some(0.5 * (low + high));
+        for value in of_lattice.map(|index| index as f64 * VALUE_STEP).chain(between) {
             match self.cost_apart(station, value, axes, hints) {
                 Ok(cost) => states.push(ValueState { value, cost }),
-                Err(why) => blocked = blocked.or(Some(why)),
+                // What came nearest to standing is told.
+                Err(why) if blocked.is_none_or(|b: PairBlocked| b.progress() < why.progress()) => blocked = Some(why),
+                Err(_) => {}
             }
         }
         (states, blocked.unwrap_or(none))
@@ -305,12 +204,17 @@ impl PairPlan<'_, '_, '_> {
     ) -> Result<f64, PairBlocked> {
         let mut least = self.least_tilts(station);
         let mut together = [Hints::default(), Hints::default()];
+        let mut hit = None;
         loop {
-            let mut find = |head: usize| axes.cheapest(station, head, value, least[head], hints);
+            let mut find =
+                |head: usize| axes.cheapest(station, head, value, least[head], hints).map_err(|why| hit.unwrap_or(why));
             let [(a, cost_a), (b, cost_b)] = [find(0)?, find(1)?];
             match self.pair.together([a, b], value, &mut together) {
                 Ok(_) => return Ok(cost_a + cost_b),
-                Err(why) => least = self.raised([&a, &b]).ok_or(why)?,
+                Err(why) => {
+                    hit = Some(why);
+                    least = self.raised([&a, &b]).ok_or(why)?;
+                }
             }
         }
     }
@@ -359,6 +263,8 @@ impl PairPlan<'_, '_, '_> {
             for k in 0..n {
                 found[k] = match (&poses[0][k], &poses[1][k], values[k]) {
                     (Ok(a), Ok(b), Ok(value)) => self.pair.together([*a, *b], value, &mut together),
+                    // Nothing to raise tilts to: what they were raised for is told.
+                    (Err(_), ..) | (_, Err(_), _) if matches!(found[k], Err(PairBlocked::Together { .. })) => found[k],
                     (Err(why), ..) | (_, Err(why), _) => Err(*why),
                     (.., Err(why)) => Err(why),
                 };
@@ -428,7 +334,11 @@ impl PairPlan<'_, '_, '_> {
                 let test = self.pair.tests[head];
                 let cutter = test.cell.tool.cutter();
                 let cl = facemill_tool_model::cl_from_cc(cutter, &station.cc[head], self.plain(head));
-                if let Ok(configuration) = test.configuration_like(&cl, near) {
+                if let Ok(mut configuration) = test.configuration_like(&cl, near) {
+                    // A limited axis goes on where its turns within the limits jump.
+                    let (shared, kind) = (self.pair.shared, self.pair.kind());
+                    let value = configuration.axes.get_or_zero(shared);
+                    configuration.axes[shared] = turned_to(kind, value, near.axes.get_or_zero(shared));
                     *near = configuration;
                 }
             }
@@ -439,8 +349,7 @@ impl PairPlan<'_, '_, '_> {
 
     /// How the second head stands at the first station: on the branch whose shared value is nearest to the first head's.
     fn second_start(&self, station: &PairStation, start: &Configuration) -> Configuration {
-        let (test, shared) = (self.pair.tests[1], self.pair.shared);
-        let kind = test.cell.machine.axes()[shared].kind;
+        let (test, shared, kind) = (self.pair.tests[1], self.pair.shared, self.pair.kind());
         let wanted = start.axes.get_or_zero(shared);
         let turned = |mut c: Configuration| {
             c.axes[shared] = turned_to(kind, c.axes.get_or_zero(shared), wanted);
@@ -495,51 +404,8 @@ impl PairPlan<'_, '_, '_> {
     }
 }
 
-/// Costs of postures per second, on a grid over a range; linear between its nodes, which is close enough to choose by.
-struct CostTable {
-    range: PostureRange,
-    /// By tilt, then rotate.
-    rates: Vec<[f64; ROTATE_NODES]>,
-}
-
-/// Nodes of a [`CostTable`].
-const TILT_NODES: usize = 17;
-const ROTATE_NODES: usize = 33;
-
-impl CostTable {
-    fn new(scale: &CuspScale, strip: &Strip, range: PostureRange) -> Self {
-        let most = range.tilt[1].max(VALUE_STEP);
-        let rate = |i: usize, j: usize| {
-            let posture =
-                Posture { tilt: node(range.tilt, i, TILT_NODES), rotate: node(range.rotate, j, ROTATE_NODES) };
-            scale.rate(posture, strip) + TILT_SHARE * (posture.tilt / most).powi(2)
-        };
-        Self { range, rates: (0..TILT_NODES).map(|i| std::array::from_fn(|j| rate(i, j))).collect() }
-    }
-
-    fn at(&self, posture: Posture) -> f64 {
-        let place = |[low, high]: [f64; 2], value: f64, n: usize| {
-            let x = if high > low { (value - low) / (high - low) * (n - 1) as f64 } else { 0.0 };
-            let k = (x.max(0.0) as usize).min(n - 2);
-            (k, (x - k as f64).clamp(0.0, 1.0))
-        };
-        let (i, s) = place(self.range.tilt, posture.tilt, TILT_NODES);
-        let (j, t) = place(self.range.rotate, posture.rotate, ROTATE_NODES);
-        let along = |i: usize| self.rates[i][j] * (1.0 - t) + self.rates[i][j + 1] * t;
-        along(i) * (1.0 - s) + along(i + 1) * s
-    }
-}
-
-fn node([low, high]: [f64; 2], k: usize, n: usize) -> f64 {
-    low + (high - low) * k as f64 / (n - 1) as f64
-}
-
 /// Step of the values of the shared axis that are compared, rad.
 const VALUE_STEP: f64 = 1.0 * std::f64::consts::PI / 180.0;
-
-/// What the square of a tilt over its largest costs, where a cusp as high as allowed costs 1: enough to decide between postures
-/// that leave no cusps.
-const TILT_SHARE: f64 = 0.1;
 
 /// Least tilt at the ends of a way, as part of the range: cutters reach beyond the edges there, with nothing between them.
 const END_SHARE: f64 = 0.375;

@@ -1,6 +1,6 @@
 //! The values of a shared axis along a way: the cheapest of a lattice, smoothed.
 
-use crate::pair_plan::PairBlocked;
+use crate::pair_test::PairBlocked;
 
 /// A value that both heads can stand at.
 #[derive(Clone, Copy, Debug)]

@@ -37,6 +37,11 @@ impl CuspScale {
         rate(self.height(posture, strip))
     }
 
+    /// Cost per second of a cusp by its height over the allowed one.
+    pub(crate) fn rate_of(height: f64) -> f64 {
+        rate(height)
+    }
+
     /// Height of the cusp in a posture as a multiple of the allowed one, at most [`HIGHEST`].
     pub(crate) fn height(&self, posture: Posture, strip: &Strip) -> f64 {
         self.relative_height(&Outline::new(&self.cutter, posture), strip).min(HIGHEST)

@@ -72,7 +72,24 @@ impl<'t, 'a> SharedAxis<'t, 'a> {
     }
 
     fn row(&self, cc: &CcPoint, tilt: f64) -> Row {
-        self.range.rotates().map(|rotate| (rotate, self.value_at(cc, Posture { tilt, rotate }))).collect()
+        let at = |rotate: f64| (rotate, self.value_at(cc, Posture { tilt, rotate }));
+        let mut row: Row = Vec::new();
+        for next in self.range.rotates().map(at) {
+            if let Some(&last) = row.last()
+                && last.1.is_some() != next.1.is_some()
+            {
+                row.push(edge(last, next, at));
+            }
+            row.push(next);
+        }
+        row
+    }
+
+    /// A value at the turn nearest to the reference: a limited axis has turns within its limits only, and would seem to jump
+    /// between them where it goes on.
+    fn unwound(&self, value: f64) -> f64 {
+        let kind = self.test.cell.machine.axes()[self.axis].kind;
+        turned_to(kind, value, self.near.axes.get_or_zero(self.axis))
     }
 
     /// Value of the axis in a posture; `None` where the machine cannot stand so.
@@ -83,7 +100,8 @@ impl<'t, 'a> SharedAxis<'t, 'a> {
 
     fn value_at(&self, cc: &CcPoint, posture: Posture) -> Option<f64> {
         let cl = cl_from_cc(self.test.cell.tool.cutter(), cc, posture);
-        self.test.configuration_like(&cl, &self.near).ok().map(|c| c.axes.get_or_zero(self.axis))
+        let configuration = self.test.configuration_like(&cl, &self.near).ok()?;
+        Some(self.unwound(configuration.axes.get_or_zero(self.axis)))
     }
 
     /// Smallest and largest value over the postures of the range that are looked at; `None` where there is none.
@@ -153,7 +171,7 @@ impl<'t, 'a> SharedAxis<'t, 'a> {
         (at_b.abs() < SHARED_ACCURACY).then_some(b)
     }
 
-    /// A tested pose with the axis at `value` and this tilt.
+    /// A tested pose with the axis at `value` and this tilt; its configuration may have the axis at another turn.
     ///
     /// # Errors
     /// `None` where no posture of the range has it there; else why the first one that has cannot be taken.
@@ -186,7 +204,7 @@ impl<'t, 'a> SharedAxis<'t, 'a> {
                 }
             }
             let pose = seated.ok_or(reason)?;
-            let strays = (pose.configuration.axes.get_or_zero(self.axis) - value).abs();
+            let strays = (self.unwound(pose.configuration.axes.get_or_zero(self.axis)) - value).abs();
             lift += pose.lift;
             if lift > self.test.cell.max_lift {
                 break;
@@ -227,6 +245,23 @@ impl<'t, 'a> SharedAxis<'t, 'a> {
         Err(reason)
     }
 }
+
+/// The last rotate with a value between one with and one without, to a part of their distance that no posture is as exact as.
+fn edge(
+    a: (f64, Option<f64>),
+    b: (f64, Option<f64>),
+    at: impl Fn(f64) -> (f64, Option<f64>),
+) -> (f64, Option<f64>) {
+    let (mut with, mut without) = if a.1.is_some() { (a, b.0) } else { (b, a.0) };
+    for _ in 0..EDGE_HALVINGS {
+        let middle = at(0.5 * (with.0 + without));
+        if middle.1.is_some() { with = middle } else { without = middle.0 }
+    }
+    with
+}
+
+/// Halvings of the way to the edge of reach: from 6° to 1e-5°.
+const EDGE_HALVINGS: usize = 19;
 
 /// A value turned by full turns to be nearest to a reference, for a rotary axis.
 pub(crate) fn turned_to(kind: AxisKind, value: f64, reference: f64) -> f64 {

@@ -210,7 +210,7 @@ pub(crate) fn blocked_way(test: &PoseTest<'_>, what: &str, blocked: &LinkBlocked
 }
 
 /// Entry and exit of a piece, shortened until both exist.
-fn reach(test: &PoseTest<'_>, settings: &MoveSettings, mut piece: Piece) -> (Option<Reached>, Vec<LeftOut>) {
+pub(crate) fn reach(test: &PoseTest<'_>, settings: &MoveSettings, mut piece: Piece) -> (Option<Reached>, Vec<LeftOut>) {
     let mut hints = Hints::default();
     let mut lost = Vec::new();
     let mut at_end = |piece: &Piece, end: PassEnd| {

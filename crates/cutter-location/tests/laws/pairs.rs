@@ -10,7 +10,7 @@ use facemill_interference::MeshTree;
 use facemill_inverse_kinematics::{Machine, preset_dual_xyzb};
 use facemill_sample_parts::PatchSpec;
 use facemill_surface_model::TriMesh;
-use facemill_tool_model::{ToolAssembly, cl_from_cc};
+use facemill_tool_model::{Cusp, Outline, ToolAssembly, cl_from_cc, cusp_height_between};
 use nalgebra::{Isometry3, Point3, Unit, Vector3};
 
 use crate::kit::{obstacle, tool, workcell};
@@ -52,7 +52,11 @@ fn stations(spec: &PatchSpec, n: usize) -> Vec<PairStation> {
 }
 
 fn heads(tools: &[ToolAssembly; 2]) -> [Machine; 2] {
-    let views = Machine::heads_from_json(preset_dual_xyzb().as_bytes()).unwrap();
+    heads_of(preset_dual_xyzb(), tools)
+}
+
+fn heads_of(file: &str, tools: &[ToolAssembly; 2]) -> [Machine; 2] {
+    let views = Machine::heads_from_json(file.as_bytes()).unwrap();
     [0, 1].map(|h: usize| views[h].with_tool_in_other_head(&tools[1 - h].whole(), tools[1 - h].gauge_length()))
 }
 
@@ -92,16 +96,22 @@ struct Planned {
 }
 
 fn planned(spacing: f64) -> Planned {
+    planned_on(preset_dual_xyzb(), spacing)
+}
+
+fn planned_on(machine_file: &str, spacing: f64) -> Planned {
     let (spec, mesh) = plate();
     let part = MeshTree::new(&mesh);
     let tools = [tool(16.0, 2.0, 6.0), tool(12.0, 1.5, 5.0)];
-    let machines = heads(&tools);
-    let cells = cells(&machines, &tools, &part);
-    let tests = [PoseTest::new(&cells[0]), PoseTest::new(&cells[1])];
+    let machines = heads_of(machine_file, &tools);
+    let of_heads = cells(&machines, &tools, &part);
+    let tests = [PoseTest::new(&of_heads[0]), PoseTest::new(&of_heads[1])];
     let shared = (0..9).find(|&k| machines[0].is_shared(k)).unwrap();
     let pair = PairTest { tests: [&tests[0], &tests[1]], shared };
     let stations = stations(&spec, 61);
-    let start = start(&tests[0], &stations[0], 3.0);
+    // Where an endless axis would be: a reference only.
+    let endless = heads(&tools);
+    let start = start(&PoseTest::new(&cells(&endless, &tools, &part)[0]), &stations[0], 3.0);
     let poses = plan_pair(&pair, &stations, &settings([3.0, 15.0], spacing), &start, &Silent).unwrap();
     drop(tests);
     Planned { stations, poses, machines, tools }
@@ -128,6 +138,10 @@ fn both_heads_stand_where_they_were_planned() {
             let tilt = pose.poses[h].posture.tilt.to_degrees();
             assert!((3.0 - 1e-9..=15.0 + 1e-9).contains(&tilt), "tilt {tilt}");
             assert!(machine.first_beyond_limit(&pose.axes).is_none());
+            let outline = Outline::new(tool.cutter(), pose.poses[h].posture);
+            let strip = settings([3.0, 15.0], 1.0).strips[h];
+            let cusp = cusp_height_between(&outline, &outline, strip.step_over, strip.curvature);
+            assert!(matches!(cusp, Cusp::Height(height) if height <= 0.1), "head {h}: {cusp:?}");
         }
     }
 }
@@ -147,6 +161,40 @@ fn the_shared_axis_does_not_jump() {
     let bends = steps.windows(2).map(|w| (w[1] - w[0]).abs()).fold(0.0, f64::max);
     assert!(steps.iter().all(|s| s.abs() < 0.06), "{steps:?}");
     assert!(bends < 0.02, "{bends}");
+}
+
+/// A limited shared axis stands where an endless one does, at turns within its limits, and changes the turn once where one end
+/// of its travel lies on the way.
+#[test]
+fn a_limited_shared_axis_goes_as_far_as_its_limits_and_on_from_the_other() {
+    let file: serde_json::Value = serde_json::from_str(preset_dual_xyzb()).unwrap();
+    let endless = planned(6.0);
+    let shared = (0..9).find(|&k| endless.machines[0].is_shared(k)).unwrap();
+    let value = |p: &Result<PairPose, PairBlocked>| p.as_ref().unwrap().axes[shared].to_degrees();
+    let values: Vec<f64> = endless.poses.iter().map(value).collect();
+    let (low, high) = values.iter().fold((f64::MAX, f64::MIN), |(a, b), v| (a.min(*v), b.max(*v)));
+    assert!(high - low > 2.0, "{low} to {high}");
+    let part_way = 0.5 * (low + high);
+    for (limits, changes) in [([low - 1.0, high + 1.0], 0), ([part_way - 360.0, part_way], 1), ([-900.0, -180.0], 0)] {
+        let mut limited = file.clone();
+        let joint = limited.pointer_mut("/workpiece_chain/rows/1/joint/revolute").unwrap();
+        joint["range"] = serde_json::json!({ "limited": { "min_deg": limits[0], "max_deg": limits[1] } });
+        joint["home_deg"] = serde_json::json!(limits[0] + 1.0);
+        let found = planned_on(&limited.to_string(), 6.0);
+        let turned: Vec<f64> = found.poses.iter().map(value).collect();
+        for (a, b) in turned.iter().zip(&values) {
+            assert!((limits[0] - 1e-9..=limits[1] + 1e-9).contains(a), "{a} in {limits:?}");
+            let turns = (a - b) / 360.0;
+            assert!((turns - turns.round()).abs() < 1e-6, "{a} for {b}");
+        }
+        let jumps = turned.windows(2).filter(|w| (w[1] - w[0]).abs() > 180.0).count();
+        // The way may pass the limit more than once where it turns back there.
+        let crossings = values.windows(2).filter(|w| (w[0] > limits[1]) != (w[1] > limits[1])).count();
+        assert!(
+            jumps == 0 && changes == 0 || changes == 1 && (1..=crossings).contains(&jumps),
+            "{limits:?}: {turned:?}"
+        );
+    }
 }
 
 /// Where both heads are told to be at the same place with nothing between them, they are refused for each other.

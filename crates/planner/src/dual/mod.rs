@@ -13,6 +13,7 @@ mod pair;
 mod pairing;
 mod plan;
 mod program;
+mod remains;
 mod report;
 mod runs;
 mod telling;

@@ -2,7 +2,6 @@
 
 use std::collections::BTreeSet;
 
-use facemill_cl_data::CcPoint;
 use facemill_cutter_location::cusp::Strip;
 use facemill_cutter_location::{PairSettings, PoseTest, PostureRange};
 use facemill_inverse_kinematics::AxisValues;
@@ -12,6 +11,7 @@ use rayon::prelude::*;
 use super::moves::{DualMove, DualMover, ReachedRun};
 use super::pairing::{PiecePair, pairs, stations};
 use super::plan::{DualGround, PairOutline, Part, Section, alone_sections, cells, mover, section};
+use super::remains::{Remains, paired_left};
 use super::report::PairSplit;
 use super::runs::{Cause, Causes, Run, RunPlanner, Stop, left_over};
 use crate::job_file::{OperationFile, PairFile};
@@ -63,20 +63,16 @@ impl<'a> PairPlanner<'_, 'a> {
         let settings = [0, 1].map(|h| move_settings(ground.jobs[h], ground.setups[h], files[h]));
         let mover = mover(ground, &tests, [&settings[0], &settings[1]]);
         let slices = [pieces[0].as_slice(), pieces[1].as_slice()];
-        let (reached, causes) = self.reached(&mover, slices, files, &settings)?;
+        let (reached, mut causes) = self.reached(&mover, slices, files, &settings)?;
         clock.lap("pair");
-        let mut sections = Vec::new();
-        for run in &reached {
-            sections.extend(Self::run_sections(&mover, run, slices, at)?);
-        }
-        let runs: Vec<_> = reached.iter().map(|r| r.run.clone()).collect();
-        let mut linearisation = 0.0_f64;
         let planner = run_planner(&mover, files, &settings, self.pair, slices);
-        for run in &runs {
-            linearisation = linearisation.max(planner.linearisation(&run.stops));
-        }
+        let both = self.both(&mover, &planner, reached, &mut causes, *at)?;
+        clock.lap("moves of both");
+        let mut sections = both.sections;
+        *at = both.at;
+        let linearisation = both.runs.iter().map(|r| planner.linearisation(&r.stops)).fold(0.0, f64::max);
         for h in 0..2 {
-            let left = left_over(slices[h], h, &runs);
+            let left = both.left[h].clone();
             let mut alone = OperationMoves::default();
             if !left.is_empty() {
                 let (parking, from) = mover.park_other(h, *at)?;
@@ -84,12 +80,12 @@ impl<'a> PairPlanner<'_, 'a> {
                 let monitor = self.stages.start("left for one head", 2 * left.len());
                 let left_out = &mut planned[h].2.left_out;
                 alone = operation_moves(&tests[h], &settings[h], left, from, left_out, &*monitor)?;
-                count_once(&mut alone, left_out, &reached, h);
                 sections.extend(alone_sections(h, &alone));
                 *at = alone.last().map(|m| m.axes).or(*at);
             }
-            let cut = reached.iter().map(|r| as_piece(h, &r.run, &pieces[h][r.run.pieces[h]]));
-            let all: Vec<PieceMoves> = cut.chain(alone.pieces).collect();
+            let cut = both.runs.iter().zip(&both.passes).map(|(run, passes)| as_piece(h, run, &passes[h]));
+            let mut all: Vec<PieceMoves> = cut.chain(alone.pieces).collect();
+            count_once(all.iter_mut(), &mut planned[h].2.left_out);
             let moves = OperationMoves {
                 pieces: all,
                 retract: alone.retract,
@@ -101,11 +97,60 @@ impl<'a> PairPlanner<'_, 'a> {
             own.along = along_passes(ground.jobs[h], ground.setups[h], files[h], &moves, self.stages)?;
             own.moves = moves;
         }
-        clock.lap("moves of both");
+        clock.lap("moves of each");
         let splits = splits(causes);
-        let pair = PairOutline { file: self.pair.clone(), runs: runs.len(), separate_time, splits };
+        let pair = PairOutline { file: self.pair.clone(), runs: both.runs.len(), separate_time, splits };
         let part = Part { files: files.map(Some), sections, pair: Some(pair) };
         Ok((planned, part))
+    }
+
+    /// The runs with the moves between them. Where no link leads to a run it is given back to each head alone.
+    fn both(
+        &self,
+        mover: &DualMover<'_, '_>,
+        planner: &RunPlanner<'_, '_>,
+        mut reached: Vec<ReachedRun>,
+        causes: &mut Causes,
+        from: Option<AxisValues>,
+    ) -> Result<Both, Failure> {
+        let slices = planner.pieces;
+        let feeds = planner.settings.feeds;
+        let remains = Remains { mover, pieces: slices, shortest: planner.shortest };
+        // Couples of left pieces that cannot be linked.
+        let mut apart: BTreeSet<[usize; 2]> = BTreeSet::new();
+        loop {
+            let monitor = self.stages.start("left beside both heads", reached.len());
+            reached = remains.given_back(reached, causes, &*monitor)?;
+            drop(monitor);
+            let runs: Vec<&Run> = reached.iter().map(|r| &r.run).collect();
+            let left = [left_over(slices[0], 0, &runs), left_over(slices[1], 1, &runs)];
+            let left_slices = [left[0].as_slice(), left[1].as_slice()];
+            let monitor = self.stages.start("left for both heads", left[0].len());
+            let of_left = RunPlanner { pieces: left_slices, shortest: 0.0, ..*planner };
+            let mut more = paired_left(mover, &of_left, feeds, &*monitor)?;
+            drop(monitor);
+            more.retain(|r| !apart.contains(&r.run.pieces));
+            let passes = |of: &[ReachedRun], pieces: [&[Piece]; 2]| -> Vec<[Piece; 2]> {
+                of.iter().map(|r| std::array::from_fn(|h| pieces[h][r.run.pieces[h]].clone())).collect()
+            };
+            let passes = [passes(&reached, slices), passes(&more, left_slices)].concat();
+            match linked(mover, reached.iter().chain(&more), &passes, from) {
+                Ok((sections, at)) => {
+                    let more: Vec<&Run> = more.iter().map(|r| &r.run).collect();
+                    let left = [0, 1].map(|h| left_over(left_slices[h], h, &more));
+                    let runs = runs.into_iter().chain(more).cloned().collect();
+                    return Ok(Both { runs, passes, left, sections, at });
+                }
+                Err((k, _)) if k >= reached.len() => {
+                    apart.insert(more[k - reached.len()].run.pieces);
+                }
+                Err((k, why)) => {
+                    let run = reached.remove(k).run;
+                    run.stops.iter().for_each(|stop| causes.add(why.clone(), why.clone(), &stop.cc[0]));
+                    apart.clear();
+                }
+            }
+        }
     }
 
     /// Time of both operations one after the other, each by its head alone, s.
@@ -162,46 +207,71 @@ impl<'a> PairPlanner<'_, 'a> {
         causes.join(why);
         Ok((reached, causes))
     }
+}
 
-    /// The link to a run, its entry, cuts and exit; `at` is where both heads are before and after it.
-    fn run_sections(
-        mover: &DualMover<'_, '_>,
-        run: &ReachedRun,
-        pieces: [&[Piece]; 2],
-        at: &mut Option<AxisValues>,
-    ) -> Result<Vec<Section>, Failure> {
-        let piece = |h: usize| &pieces[h][run.run.pieces[h]];
-        let comment = format!("PASSES {} AND {} PLACE {}", piece(0).pass + 1, piece(1).pass + 1, piece(0).copy + 1);
-        let mut sections = Vec::new();
-        let mut moves = Vec::new();
-        let mut last = *at;
-        for m in &run.down {
-            let axes = last.map_or(m.axes, |near| mover.turned(&m.axes, &near));
-            match last {
-                Some(from) if moves.is_empty() => moves.extend(mover.cross(&from, &axes)?),
-                _ => moves.push(DualMove { axes, ..*m }),
-            }
-            last = Some(axes);
-        }
-        let mut cuts = Vec::new();
-        for (k, stop) in run.run.stops.iter().enumerate() {
-            let axes = last.map_or(stop.pose.axes, |near| mover.turned(&stop.pose.axes, &near));
-            let kind = if k == 0 { MoveKind::Engage } else { MoveKind::Cut };
-            cuts.push(DualMove { kind, axes, working: [true; 2] });
-            last = Some(axes);
-        }
-        let mut up = Vec::new();
-        for m in &run.up {
-            let axes = last.map_or(m.axes, |near| mover.turned(&m.axes, &near));
-            up.push(DualMove { axes, ..*m });
-            last = Some(axes);
-        }
-        *at = last;
-        sections.push(section(comment, moves));
-        sections.push(Section { comment: String::new(), moves: cuts, run: Some(run.run.clone()) });
-        sections.push(section(String::new(), up));
-        Ok(sections)
+/// Runs of both heads in cutting order, and what they leave.
+struct Both {
+    runs: Vec<Run>,
+    /// The piece of each head that a run is or was a part of.
+    passes: Vec<[Piece; 2]>,
+    /// What each head cuts alone.
+    left: [Vec<Piece>; 2],
+    sections: Vec<Section>,
+    /// Where both heads are behind them.
+    at: Option<AxisValues>,
+}
+
+/// The moves of runs one after the other, and where both heads are then; or which run no link leads to, and why.
+fn linked<'s>(
+    mover: &DualMover<'_, '_>,
+    runs: impl Iterator<Item = &'s ReachedRun>,
+    passes: &[[Piece; 2]],
+    mut at: Option<AxisValues>,
+) -> Result<(Vec<Section>, Option<AxisValues>), (usize, String)> {
+    let mut sections = Vec::new();
+    for (k, (run, passes)) in runs.zip(passes).enumerate() {
+        sections.extend(run_sections(mover, run, passes, &mut at).map_err(|why| (k, why.to_string()))?);
     }
+    Ok((sections, at))
+}
+
+/// The link to a run, its entry, cuts and exit; `at` is where both heads are before and after it.
+fn run_sections(
+    mover: &DualMover<'_, '_>,
+    run: &ReachedRun,
+    passes: &[Piece; 2],
+    at: &mut Option<AxisValues>,
+) -> Result<Vec<Section>, Failure> {
+    let comment = format!("PASSES {} AND {} PLACE {}", passes[0].pass + 1, passes[1].pass + 1, passes[0].copy + 1);
+    let mut sections = Vec::new();
+    let mut moves = Vec::new();
+    let mut last = *at;
+    for m in &run.down {
+        let axes = last.map_or(m.axes, |near| mover.turned(&m.axes, &near));
+        match last {
+            Some(from) if moves.is_empty() => moves.extend(mover.cross(&from, &axes)?),
+            _ => moves.push(DualMove { axes, ..*m }),
+        }
+        last = Some(axes);
+    }
+    let mut cuts = Vec::new();
+    for (k, stop) in run.run.stops.iter().enumerate() {
+        let axes = last.map_or(stop.pose.axes, |near| mover.turned(&stop.pose.axes, &near));
+        let kind = if k == 0 { MoveKind::Engage } else { MoveKind::Cut };
+        cuts.push(DualMove { kind, axes, working: [true; 2] });
+        last = Some(axes);
+    }
+    let mut up = Vec::new();
+    for m in &run.up {
+        let axes = last.map_or(m.axes, |near| mover.turned(&m.axes, &near));
+        up.push(DualMove { axes, ..*m });
+        last = Some(axes);
+    }
+    *at = last;
+    sections.push(section(comment, moves));
+    sections.push(Section { comment: String::new(), moves: cuts, run: Some(run.run.clone()) });
+    sections.push(section(String::new(), up));
+    Ok(sections)
 }
 
 /// What the pieces of a pair are planned with.
@@ -255,16 +325,16 @@ pub(crate) fn as_piece(head: usize, run: &Run, piece: &Piece) -> PieceMoves {
     PieceMoves { piece: Piece { cuts: run.stops.iter().map(cut).collect(), ..piece.clone() }, moves: moves.collect() }
 }
 
-/// Points at which both a run and a piece of one head end belong to the run.
-fn count_once(alone: &mut OperationMoves, left_out: &mut Vec<LeftOut>, reached: &[ReachedRun], head: usize) {
-    let place = |p: &Point3<f64>| p.coords.map(f64::to_bits).into();
-    let bits = |cc: &CcPoint| place(&cc.position);
-    let in_runs: BTreeSet<[u64; 3]> =
-        reached.iter().flat_map(|r| &r.run.stops).filter(|s| s.is_point(head)).map(|s| bits(&s.cc[head])).collect();
-    for cut in alone.pieces.iter_mut().flat_map(|p| &mut p.piece.cuts) {
-        cut.inserted |= in_runs.contains(&bits(&cut.cc));
+/// Points at which two pieces of one head end belong to the first of them; what a piece has is not left out.
+pub(crate) fn count_once<'p>(pieces: impl Iterator<Item = &'p mut PieceMoves>, left_out: &mut Vec<LeftOut>) {
+    let place = |p: &Point3<f64>| -> [u64; 3] { p.coords.map(f64::to_bits).into() };
+    let mut seen: BTreeSet<[u64; 3]> = BTreeSet::new();
+    for piece in pieces {
+        let cuts = &mut piece.piece.cuts;
+        cuts.iter_mut().for_each(|c| c.inserted |= seen.contains(&place(&c.cc.position)));
+        seen.extend(cuts.iter().filter(|c| !c.inserted).map(|c| place(&c.cc.position)));
     }
-    left_out.retain(|lost| !in_runs.contains(&place(&lost.place)));
+    left_out.retain(|lost| !seen.contains(&place(&lost.place)));
 }
 
 /// Causes as the report tells them, the most frequent first.

@@ -64,7 +64,8 @@ fn in_order(n: usize, m: usize, score: impl Fn(usize, usize) -> f64) -> Vec<[usi
     found
 }
 
-fn length(piece: &Piece) -> f64 {
+/// Length of a piece along its cuts, mm.
+pub(crate) fn length(piece: &Piece) -> f64 {
     piece.cuts.windows(2).map(|w| (w[1].cc.position - w[0].cc.position).norm()).sum()
 }
 

@@ -7,7 +7,7 @@ use facemill_z_map::ZMap;
 use super::mending::{lines, mend};
 use super::moves::{DualMove, DualMover};
 use super::output::{DualProgram, merged, proven_for_both, write_dual_texts};
-use super::pair::{PairPlanner, as_piece};
+use super::pair::{PairPlanner, as_piece, count_once};
 use super::program::dual_word_map;
 use super::report::PairSplit;
 use super::runs::Run;
@@ -224,6 +224,7 @@ fn with_mended_stops(operations: &mut [PlannedOperation<'_>], parts: &[Part<'_>]
             for (piece, run) in operation.moves.pieces.iter_mut().zip(runs) {
                 *piece = as_piece(head, run, &piece.piece);
             }
+            count_once(operation.moves.pieces.iter_mut(), &mut operation.left_out);
         }
     }
 }

@@ -46,6 +46,11 @@ impl Run {
         let of = |h: usize| self.stops.windows(2).map(|w| (w[1].cc[h].position - w[0].cc[h].position).norm()).sum();
         [of(0), of(1)]
     }
+
+    /// Whether it is not worth its entries and exits, both ways shorter than this, mm.
+    pub(crate) fn is_shorter_than(&self, shortest: f64) -> bool {
+        self.stops.len() < 2 || self.lengths().iter().all(|l| *l < shortest)
+    }
 }
 
 /// Why stations of pairs are not cut at once.
@@ -143,7 +148,7 @@ impl RunPlanner<'_, '_> {
             }
         }
         runs.push(run(open));
-        let short = |r: &Run| r.stops.len() < 2 || r.lengths().iter().all(|l| *l < self.shortest);
+        let short = |r: &Run| r.is_shorter_than(self.shortest);
         for run in runs.iter().filter(|r| short(r)) {
             for stop in &run.stops {
                 let why = "the stretch that both can cut at once is too short".to_owned();
@@ -211,36 +216,48 @@ impl RunPlanner<'_, '_> {
 /// Halvings of the way between two stations.
 const MAX_HALVINGS: u32 = 10;
 
-/// What is left of each piece of an operation (0 or 1) where runs have cut the rest: pieces of its own cuts, each reaching to
-/// the cuts at which the runs beside it end. Single cuts are left out where a run passes over them.
-pub(crate) fn left_over(pieces: &[Piece], head: usize, runs: &[Run]) -> Vec<Piece> {
-    let mut left = Vec::new();
+/// A stretch of a piece that no run cuts.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Gap {
+    /// Index of the piece.
+    pub piece: usize,
+    /// From where to where in it: index of a cut, with a fraction between two.
+    pub at: [f64; 2],
+    /// Runs that end and begin there, by index.
+    pub beside: [Option<usize>; 2],
+}
+
+/// What runs leave of the pieces of an operation (0 or 1), in their order.
+pub(crate) fn gaps(pieces: &[Piece], head: usize, runs: &[&Run]) -> Vec<Gap> {
+    let mut gaps = Vec::new();
     for (index, piece) in pieces.iter().enumerate() {
-        let mut covered: Vec<[f64; 2]> = runs
-            .iter()
-            .filter(|r| r.pieces[head] == index)
-            .filter_map(|r| Some([r.stops.first()?.at[head], r.stops.last()?.at[head]]))
-            .collect();
-        covered.sort_by(|a, b| a[0].total_cmp(&b[0]));
-        let end = piece.cuts.iter().filter(|c| !c.inserted).count().saturating_sub(1) as f64;
-        let mut from = 0.0;
-        let mut gaps = Vec::new();
-        for [start, stop] in covered {
+        let ends = |(k, run): (usize, &&Run)| Some((run.stops.first()?.at[head], run.stops.last()?.at[head], k));
+        let of_piece = runs.iter().enumerate().filter(|(_, r)| r.pieces[head] == index);
+        let mut covered: Vec<_> = of_piece.filter_map(ends).collect();
+        covered.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let end = piece.points().saturating_sub(1) as f64;
+        let (mut from, mut before) = (0.0, None);
+        for (start, stop, run) in covered {
             if start > from {
-                gaps.push([from, start]);
+                gaps.push(Gap { piece: index, at: [from, start], beside: [before, Some(run)] });
             }
-            from = stop.max(from);
+            (from, before) = (stop.max(from), Some(run));
         }
         if from < end {
-            gaps.push([from, end]);
+            gaps.push(Gap { piece: index, at: [from, end], beside: [before, None] });
         }
-        left.extend(gaps.into_iter().filter_map(|gap| part_of(piece, gap)));
     }
-    left
+    gaps
+}
+
+/// What is left of each piece of an operation (0 or 1) where runs have cut the rest: pieces of its own cuts, each reaching to
+/// the cuts at which the runs beside it end. Single cuts are left out where a run passes over them.
+pub(crate) fn left_over(pieces: &[Piece], head: usize, runs: &[&Run]) -> Vec<Piece> {
+    gaps(pieces, head, runs).iter().filter_map(|gap| part_of(&pieces[gap.piece], gap.at)).collect()
 }
 
 /// The cuts of a piece from one place to another, whole cuts outward; `None` where that is fewer than two.
-fn part_of(piece: &Piece, [from, to]: [f64; 2]) -> Option<Piece> {
+pub(crate) fn part_of(piece: &Piece, [from, to]: [f64; 2]) -> Option<Piece> {
     // Places count the path's own points; what was put between them goes with the one before.
     let mut place: f64 = -1.0;
     let cuts: Vec<_> = piece
