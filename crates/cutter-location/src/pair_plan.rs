@@ -48,7 +48,7 @@ pub struct PairSettings {
 /// within `max_turn_per_mm` and where the heads would else be in each other's way, and is tested as it stands, alone and
 /// then with the other head.
 ///
-/// `start` is how the first head stands at the first station; the second one takes the branch on which it needs the nearest
+/// `start` is how the first head stands at the first station ([`PairTest::stands`] gives one for each branch); the second one takes the branch on which it needs the nearest
 /// value of the shared axis.
 ///
 /// # Errors
@@ -319,12 +319,6 @@ impl PairPlan<'_, '_, '_> {
         CostTable::new(&scale, &self.settings.strips[head], self.settings.ranges[head])
     }
 
-    /// The posture that a head has where nothing asks for another.
-    fn plain(&self, head: usize) -> Posture {
-        let PostureRange { tilt, rotate } = self.settings.ranges[head];
-        Posture { tilt: tilt[0], rotate: 0.0_f64.clamp(rotate[0], rotate[1]) }
-    }
-
     /// How each head would stand at each station in its plain posture: branch and windings along the way.
     fn nears(&self, start: &Configuration) -> Vec<[Configuration; 2]> {
         let Some(first) = self.stations.first() else { return Vec::new() };
@@ -333,7 +327,7 @@ impl PairPlan<'_, '_, '_> {
             for (head, near) in near.iter_mut().enumerate() {
                 let test = self.pair.tests[head];
                 let cutter = test.cell.tool.cutter();
-                let cl = facemill_tool_model::cl_from_cc(cutter, &station.cc[head], self.plain(head));
+                let cl = facemill_tool_model::cl_from_cc(cutter, &station.cc[head], self.settings.ranges[head].plain());
                 if let Ok(mut configuration) = test.configuration_like(&cl, near) {
                     // A limited axis goes on where its turns within the limits jump.
                     let (shared, kind) = (self.pair.shared, self.pair.kind());
@@ -349,14 +343,14 @@ impl PairPlan<'_, '_, '_> {
 
     /// How the second head stands at the first station: on the branch whose shared value is nearest to the first head's.
     fn second_start(&self, station: &PairStation, start: &Configuration) -> Configuration {
-        let (test, shared, kind) = (self.pair.tests[1], self.pair.shared, self.pair.kind());
+        let (shared, kind) = (self.pair.shared, self.pair.kind());
         let wanted = start.axes.get_or_zero(shared);
         let turned = |mut c: Configuration| {
             c.axes[shared] = turned_to(kind, c.axes.get_or_zero(shared), wanted);
             c
         };
-        let all = test.lifted_configurations(&station.cc[1], self.plain(1)).into_iter().map(turned);
         let distance = |c: &Configuration| (c.axes.get_or_zero(shared) - wanted).abs();
+        let all = self.pair.stands(1, &station.cc[1], &self.settings.ranges[1]).into_iter().map(turned);
         all.min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(*start)
     }
 

@@ -6,7 +6,7 @@ use facemill_cl_data::{CcPoint, Posture};
 use facemill_inverse_kinematics::{AxisKind, AxisValues};
 
 use crate::shared_axis::{PostureRange, SharedAxis};
-use crate::{FeasiblePose, Hints, Infeasible, PoseTest};
+use crate::{Configuration, FeasiblePose, Hints, Infeasible, PoseTest};
 
 /// Two heads of one machine that share an axis. Both tests are of views of the same machine, whose axes are the same in the
 /// same order, the first of the head that is numbered 0.
@@ -108,6 +108,24 @@ impl<'t, 'a> PairTest<'t, 'a> {
         }
     }
 
+    /// How a head (0 or 1) may stand at a CC point, nothing but limits tested: the first configuration of each branch, in the
+    /// plain posture of the range or else in another.
+    pub fn stands(&self, head: usize, cc: &CcPoint, range: &PostureRange) -> Vec<Configuration> {
+        let others = range.tilts().flat_map(|tilt| range.rotates().map(move |rotate| Posture { tilt, rotate }));
+        let mut found: Vec<Configuration> = Vec::new();
+        for posture in std::iter::once(range.plain()).chain(others) {
+            for stand in self.tests[head].lifted_configurations(cc, posture) {
+                if found.iter().all(|f| f.branch != stand.branch) {
+                    found.push(stand);
+                }
+            }
+            if found.len() == BRANCHES {
+                break;
+            }
+        }
+        found
+    }
+
     pub(crate) fn kind(&self) -> AxisKind {
         self.tests[0].cell.machine.axes()[self.shared].kind
     }
@@ -186,6 +204,9 @@ impl PairTest<'_, '_> {
         self.together(poses, value, &mut [Hints::default(), Hints::default()])
     }
 }
+
+/// Branches of a machine.
+const BRANCHES: usize = 2;
 
 /// Part of a turn by which an axis at its limit may seem to be beyond it.
 const TURN_SLACK: f64 = 1e-12;

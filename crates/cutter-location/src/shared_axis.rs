@@ -35,7 +35,12 @@ impl PostureRange {
         (0..=n).map(move |k| if k == 0 { low } else { low + (high - low) * k as f64 / TILT_STEPS as f64 })
     }
 
-    fn rotates(&self) -> impl Iterator<Item = f64> + use<> {
+    /// The posture that a head has where nothing asks for another.
+    pub(crate) fn plain(&self) -> Posture {
+        Posture { tilt: self.tilt[0], rotate: 0.0_f64.clamp(self.rotate[0], self.rotate[1]) }
+    }
+
+    pub(crate) fn rotates(&self) -> impl Iterator<Item = f64> + use<> {
         let [low, high] = self.rotate;
         let n = ((high - low) / ROTATE_STEP).ceil().clamp(1.0, 120.0);
         (0..=n as usize).map(move |k| low + (high - low) * k as f64 / n)
@@ -247,11 +252,7 @@ impl<'t, 'a> SharedAxis<'t, 'a> {
 }
 
 /// The last rotate with a value between one with and one without, to a part of their distance that no posture is as exact as.
-fn edge(
-    a: (f64, Option<f64>),
-    b: (f64, Option<f64>),
-    at: impl Fn(f64) -> (f64, Option<f64>),
-) -> (f64, Option<f64>) {
+fn edge(a: (f64, Option<f64>), b: (f64, Option<f64>), at: impl Fn(f64) -> (f64, Option<f64>)) -> (f64, Option<f64>) {
     let (mut with, mut without) = if a.1.is_some() { (a, b.0) } else { (b, a.0) };
     for _ in 0..EDGE_HALVINGS {
         let middle = at(0.5 * (with.0 + without));

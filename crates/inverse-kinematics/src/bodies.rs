@@ -70,6 +70,18 @@ impl MachineBody {
 }
 
 impl Machine {
+    /// The same machine with more clearance around its bodies: `by` gives what is added for each, mm.
+    #[must_use]
+    pub fn with_more_clearance(&self, by: impl Fn(&MachineBody) -> f64) -> Self {
+        let mut machine = self.clone();
+        for body in &mut machine.bodies {
+            let more = by(body).max(0.0);
+            body.body.solid = body.body.solid.dilated(more);
+            body.clearance += more;
+        }
+        machine
+    }
+
     /// Where every body is in the table frame, in the order of [`Machine::bodies`].
     ///
     /// Those of the other head are placed by its own axes. A table's bodies are among them; they touch the part by design, so filter by [`MachineBody::carrier`].

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use facemill_cl_data::{Aabb, CcPoint, CuttingLaw, PlacedSolid, RoundBox, Solid};
 use facemill_cutter_location::Pieces;
 use facemill_interference::{Interference, MeshTree, solid_mesh};
-use facemill_inverse_kinematics::{Carrier, Machine};
+use facemill_inverse_kinematics::{AxisKind, BodyPose, Carrier, Machine};
 use facemill_nc_program::{FeedMode, LAST_PROGRAM_NUMBER, PostSettings, Template, WorkOffset};
 use facemill_surface_model::{
     Group, ImportSettings, Imported, LengthUnit, MeshFormat, Surface, SurfaceSettings, TriMesh, UpAxis, import_mesh,
@@ -104,7 +104,8 @@ impl Job {
     }
 
     /// The job as one of the machine's two heads sees it (0 or 1): its tool, its clearance surfaces, and its view of the machine
-    /// with the other one's tool, thicker by `apart` mm. With one head it is the job itself.
+    /// with the other one's tool, thicker by `apart` mm, where that is above 0 with what the control may stray added to the
+    /// clearances of the head. With one head it is the job itself.
     pub(crate) fn seen_by(&self, head: usize, apart: f64) -> Self {
         let mut file = self.file.clone();
         let Some(second) = &self.second else { return self.clone() };
@@ -118,7 +119,10 @@ impl Job {
         }
         let thicker = |body: PlacedSolid| PlacedSolid { solid: body.solid.dilated(apart), ..body };
         let other_tool: Vec<PlacedSolid> = other.whole().into_iter().map(thicker).collect();
-        let machine = machine.with_tool_in_other_head(&other_tool, other.gauge_length());
+        let straying = if apart > 0.0 { straying(machine, tool.gauge_length()) } else { 0.0 };
+        let machine = machine
+            .with_more_clearance(|body| if body.carrier() == Some(Carrier::Head) { straying } else { 0.0 })
+            .with_tool_in_other_head(&other_tool, other.gauge_length());
         Self { file, tool: tool.clone(), machine, ..self.clone() }
     }
 
@@ -504,6 +508,22 @@ pub(crate) fn matches_pattern(pattern: &str, name: &str) -> bool {
             (0..=rest.len()).any(|k| rest.is_char_boundary(k) && matches_pattern(tail, &rest[k..]))
         }),
     }
+}
+
+/// By how much the bodies of a head may be beside their planned way, mm: a certificate counts the control's
+/// tolerance in, so stands at the very clearance could not be proven.
+fn straying(machine: &Machine, gauge_length: f64) -> f64 {
+    let home = machine.home();
+    let tip = machine.cl_point(&home, gauge_length).tip;
+    let farthest = |at: BodyPose<'_>| {
+        let around = at.body.body.solid.aabb();
+        let to_tip = (at.table_from_solid * around.center() - tip).norm() + around.half_extents().norm();
+        if at.body.carrier() == Some(Carrier::Head) { to_tip } else { 0.0 }
+    };
+    let reach = machine.body_poses(&home).map(farthest).fold(0.0, f64::max);
+    let rotaries = machine.axes().iter().filter(|a| a.kind == AxisKind::Rotary).count();
+    let tolerance = machine.motion_law().control_tolerance;
+    tolerance.path + rotaries as f64 * tolerance.orientation * reach
 }
 
 #[cfg(test)]

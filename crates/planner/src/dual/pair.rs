@@ -75,11 +75,10 @@ impl<'a> PairPlanner<'_, 'a> {
             let left = both.left[h].clone();
             let mut alone = OperationMoves::default();
             if !left.is_empty() {
-                let (parking, from) = mover.park_other(h, *at)?;
+                let (parking, moves, lost) = self.left_alone(&mover, h, left, *at)?;
                 sections.push(section(format!("HEAD {} ALONE", h + 1), parking));
-                let monitor = self.stages.start("left for one head", 2 * left.len());
-                let left_out = &mut planned[h].2.left_out;
-                alone = operation_moves(&tests[h], &settings[h], left, from, left_out, &*monitor)?;
+                planned[h].2.left_out.extend(lost);
+                alone = moves;
                 sections.extend(alone_sections(h, &alone));
                 *at = alone.last().map(|m| m.axes).or(*at);
             }
@@ -102,6 +101,36 @@ impl<'a> PairPlanner<'_, 'a> {
         let pair = PairOutline { file: self.pair.clone(), runs: both.runs.len(), separate_time, splits };
         let part = Part { files: files.map(Some), sections, pair: Some(pair) };
         Ok((planned, part))
+    }
+
+    /// What one head cuts alone: the way of both heads to its first move with the other one at home, its moves, and points
+    /// without an entry or exit. Where no link leads there, both heads go home first.
+    fn left_alone(
+        &self,
+        mover: &DualMover<'_, '_>,
+        head: usize,
+        left: Vec<Piece>,
+        at: Option<AxisValues>,
+    ) -> Result<(Vec<DualMove>, OperationMoves, Vec<LeftOut>), Failure> {
+        let (test, settings) = (mover.test.tests[head], mover.settings[head]);
+        let monitor = self.stages.start("left for one head", 2 * left.len());
+        let mut lost = Vec::new();
+        let linked = mover.park_other(head, at).and_then(|(parking, from)| {
+            Ok((parking, operation_moves(test, settings, left.clone(), from, &mut lost, &*monitor)?))
+        });
+        match (linked, at) {
+            (Err(Failure::Infeasible(_)), Some(from)) => {
+                let mut lost = Vec::new();
+                let moves = operation_moves(test, settings, left, None, &mut lost, &*monitor)?;
+                let home = test.cell.machine.home();
+                let mut way = mover.cross(&from, &home)?;
+                if let Some(first) = moves.pieces.first().and_then(|p| p.moves.first()) {
+                    way.extend(mover.cross(&home, &first.axes)?);
+                }
+                Ok((way, moves, lost))
+            }
+            (linked, _) => linked.map(|(parking, moves)| (parking, moves, lost)),
+        }
     }
 
     /// The runs with the moves between them. Where no link leads to a run it is given back to each head alone.

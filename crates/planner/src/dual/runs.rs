@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use facemill_cl_data::{Cancelled, CcPoint, Monitor};
 use facemill_cutter_location::{
-    Hints, PairBlocked, PairOutcome, PairPose, PairSettings, PairTest, PostureRange, plan_pair,
+    Hints, PairBlocked, PairOutcome, PairPose, PairSettings, PairStation, PairTest, PostureRange, plan_pair,
 };
 
 use super::pairing::{PiecePair, Station, between};
@@ -117,8 +117,7 @@ impl RunPlanner<'_, '_> {
         let uncut_left = std::array::from_fn(|h| self.pieces[h][pair.pieces[h]].uncut_left);
         let ranges = self.ranges(uncut_left);
         let settings = PairSettings { ranges, ..self.settings };
-        let start = self.pieces[0][pair.pieces[0]].cuts[0].pose.configuration;
-        let outcomes = plan_pair(&self.test, &stations, &settings, &start, monitor)?;
+        let outcomes = self.outcomes(pair, &stations, &settings, monitor)?;
         let run = |stops: Vec<Stop>| Run { pieces: pair.pieces, uncut_left, stops };
         let mut causes = Causes::default();
         let mut runs: Vec<Run> = Vec::new();
@@ -157,6 +156,33 @@ impl RunPlanner<'_, '_> {
         }
         runs.retain(|r| !short(r));
         Ok((runs, causes))
+    }
+
+    /// What is found at the stations with the first head on the branch that it has alone; where that leaves many out, on the
+    /// branch that leaves fewest out.
+    fn outcomes(
+        &self,
+        pair: &PiecePair,
+        stations: &[PairStation],
+        settings: &PairSettings,
+        monitor: &dyn Monitor,
+    ) -> Result<Vec<PairOutcome>, Cancelled> {
+        let Some(first) = stations.first() else { return Ok(Vec::new()) };
+        let blocked = |found: &[PairOutcome]| found.iter().filter(|f| f.is_err()).count();
+        let own = self.pieces[0][pair.pieces[0]].cuts[0].pose.configuration;
+        let mut best = plan_pair(&self.test, stations, settings, &own, monitor)?;
+        if blocked(&best) as f64 <= MANY * stations.len() as f64 {
+            return Ok(best);
+        }
+        for start in self.test.stands(0, &first.cc[0], &settings.ranges[0]) {
+            if start.branch != own.branch {
+                let found = plan_pair(&self.test, stations, settings, &start, monitor)?;
+                if blocked(&found) < blocked(&best) {
+                    best = found;
+                }
+            }
+        }
+        Ok(best)
     }
 
     /// Postures that each head may take with the uncut stock on these sides.
@@ -212,6 +238,9 @@ impl RunPlanner<'_, '_> {
         stops.windows(2).map(|w| strays(w, 0).max(strays(w, 1))).fold(0.0, f64::max)
     }
 }
+
+/// Part of the stations that may be blocked on a branch before another one is tried.
+const MANY: f64 = 0.3;
 
 /// Halvings of the way between two stations.
 const MAX_HALVINGS: u32 = 10;
