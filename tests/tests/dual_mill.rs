@@ -116,6 +116,24 @@ fn both_sides_of_a_blade_are_planned_run_and_certified_at_once() {
     separate_times_are_those_of_the_sides_one_after_the_other(&alone, &read);
 }
 
+/// The committed job, both sides of three blades, as a whole: minutes, so by
+/// `cargo test --release -p facemill-tests --test dual_mill -- --ignored`.
+#[test]
+#[ignore = "takes minutes"]
+fn the_whole_propeller_is_paired_in_less_than_two_thirds_of_the_time() {
+    let job = workspace().join("assets/propeller-dual/job.json");
+    let settings = PlanSettings { verify: true, certificates: true };
+    let planned = plan_setup(&Job::read(&job).unwrap(), 0, settings, &SilentStages).unwrap();
+    let report: Value = serde_json::from_str(&text_of(&planned, "report.json")).unwrap();
+    let pair = &report["pairs"][0];
+    assert!(number(&pair["paired_fraction"]) >= 0.9 && number(&pair["time_ratio"]) <= 0.65, "{pair}");
+    assert!(report["findings"].as_array().unwrap().is_empty(), "{}", report["findings"]);
+    assert!(number(&report["totals"]["planned_fraction"]) >= 0.99, "{}", report["totals"]);
+    let (blocks, certified) = (&report["certified"]["blocks"], &report["certified"]["certified"]);
+    assert!(number(certified) >= 0.999 * number(blocks), "{}", report["certified"]);
+    println!("paired {}, time {}, certified {certified} of {blocks}", pair["paired_fraction"], pair["time_ratio"]);
+}
+
 /// With a narrow range of rotate some ends of passes have no entry or exit for both heads at once: each head cuts them alone.
 #[test]
 fn what_both_heads_cannot_cut_at_once_is_cut_by_each_alone() {
@@ -283,27 +301,16 @@ fn between_bodies(certificate: &Value) -> bool {
     between.is_some_and(|names| names.iter().all(|n| n.as_str().is_some_and(|n| !n.starts_with("cutter of tool"))))
 }
 
-/// Every motion has a certificate. Where one proves nothing it says why, and that is about the cutters of both heads, which
-/// are less than a mm apart at an edge of the blade; there they are looked at closely.
+/// Every motion has a certificate, and every certificate holds.
 fn certificates_tell_every_block(read: &ReadPlan) {
     let all = read.certificates["certificates"].as_array().unwrap();
-    let unproven: Vec<&Value> = all.iter().filter(|c| c["certified"] == false).collect();
     assert_eq!(number(&read.certificates["blocks"]), all.len() as f64);
-    assert_eq!(number(&read.certificates["certified"]), (all.len() - unproven.len()) as f64);
-    assert!(unproven.len() * 20 <= all.len(), "{} of {} are not proven", unproven.len(), all.len());
+    assert_eq!(number(&read.certificates["certified"]), all.len() as f64);
     for block in &read.blocks[1..] {
         assert!(all.iter().any(|c| c["line"] == block.line), "no certificate of line {}", block.line);
     }
-    for certificate in unproven {
-        let reason = certificate["reason"].as_str().unwrap();
-        assert!(reason.contains("cutter of tool"), "{certificate}");
-        let block = read.blocks.iter().find(|b| certificate["line"] == b.line).unwrap();
-        for t in [0.0, 0.25, 0.5, 0.75, 1.0] {
-            let at = between(block, t);
-            let places: [Place; 2] = [0, 1].map(|h| read.heads.place(h, &at));
-            let apart = tools_apart(&read.tools, [&places[0], &places[1]], 1.0);
-            assert!(apart > 0.0, "line {}: the tools are {apart} mm apart", block.line);
-        }
+    for certificate in all {
+        assert_eq!(certificate["certified"], true, "{certificate}");
     }
 }
 

@@ -282,7 +282,59 @@ impl PairPlan<'_, '_, '_> {
                 break;
             }
         }
+        self.round_tilts(values, axes, &mut found, hints)?;
         Ok(found)
+    }
+
+    /// Draws tilts toward those of their neighbours, where both heads can stand so: those that were found step from one of a
+    /// few looked at to the next.
+    fn round_tilts(
+        &self,
+        values: &[Result<f64, PairBlocked>],
+        axes: &Axes<'_, '_>,
+        found: &mut [PairOutcome],
+        hints: &mut [Hints; 2],
+    ) -> Result<(), Cancelled> {
+        let mut together = [Hints::default(), Hints::default()];
+        for _ in 0..ROUNDING_ROUNDS {
+            self.monitor.checkpoint()?;
+            for k in 1..found.len().saturating_sub(1) {
+                let ([Ok(before), Ok(own), Ok(behind)], Ok(value)) = (&found[k - 1..=k + 1], values[k]) else {
+                    continue;
+                };
+                let rounded = |head: usize| {
+                    let [a, b, c] = [before, own, behind].map(|pose| pose.poses[head].posture.tilt);
+                    let wanted = 0.5 * b + 0.25 * (a + c);
+                    let is_even = (wanted - b).abs() < EVEN;
+                    if is_even {
+                        own.poses[head]
+                    } else {
+                        self.at_tilt(axes, k, head, (value, wanted), hints).unwrap_or(own.poses[head])
+                    }
+                };
+                let poses = [0, 1].map(rounded);
+                if poses != own.poses
+                    && let Ok(pose) = self.pair.together(poses, value, &mut together)
+                {
+                    found[k] = Ok(pose);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The pose of a head at a value of the shared axis and a tilt, next to the one it has; `None` where none may be taken.
+    fn at_tilt(
+        &self,
+        axes: &Axes<'_, '_>,
+        station: usize,
+        head: usize,
+        (value, tilt): (f64, f64),
+        hints: &mut [Hints; 2],
+    ) -> Option<FeasiblePose> {
+        let pose = axes.axes[station][head].feasible(value, tilt, &mut hints[head]).ok()?;
+        let cost = &axes.costs[head];
+        (cost.at(pose.posture) <= cost.most).then_some(pose)
     }
 
     /// Raises tilts that are below what their neighbours allow.
@@ -406,6 +458,12 @@ const END_SHARE: f64 = 0.375;
 
 /// Rounds of looking at values of the shared axis where the curve between others is not feasible.
 const NODE_ROUNDS: usize = 3;
+
+/// Rounds of drawing tilts to their neighbours': a step of the lattice is spread over about as many stations.
+const ROUNDING_ROUNDS: usize = 8;
+
+/// Tilts nearer than this to their neighbours' stay, rad.
+const EVEN: f64 = 5e-4;
 
 /// Rounds of raising tilts to their neighbours'.
 const SMOOTHING_ROUNDS: usize = 4;
