@@ -1,49 +1,10 @@
-//! The FANUC dialect: writer (template around a body of blocks) and reader.
+//! Reader of the FANUC dialect.
 
 mod block;
-mod body;
 mod g_words;
 mod lexer;
-mod lines;
 mod modal;
 mod motion;
 mod reader;
-mod template;
-mod text;
-
-use std::collections::BTreeSet;
 
 pub use reader::{FanucReader, read_fanuc};
-pub(crate) use template::{coolant_code, spindle_code, spindle_speed};
-pub(crate) use text::clean_comment;
-
-use crate::{HeadSpec, PostSettings, ProgramSpec, WriteError, WrittenProgram};
-use body::BodyWriter;
-use lines::LineSink;
-
-/// The program as FANUC text, with `\n` line ends. `heads` is empty for a machine of one head.
-pub(crate) fn write(
-    spec: &ProgramSpec,
-    heads: &[HeadSpec],
-    settings: &PostSettings,
-) -> Result<WrittenProgram, WriteError> {
-    let lines = template::render(spec, heads, settings)?;
-    let labels: BTreeSet<u32> = lines.iter().filter_map(|line| label(line)).collect();
-    let mut sink = LineSink::new(settings, labels, spec.program.blocks.len());
-    let mut block_lines = Vec::new();
-    for line in &lines {
-        if line == template::BODY {
-            block_lines = BodyWriter::new(spec, heads, settings, &mut sink).write(&spec.program.blocks)?;
-        } else {
-            sink.push_template_line(line)?;
-        }
-    }
-    Ok(WrittenProgram { text: sink.into_text(), block_lines })
-}
-
-/// Block number that a line of the template has already.
-fn label(line: &str) -> Option<u32> {
-    let digits = line.strip_prefix(['N', 'n'])?.trim_start();
-    let end = digits.find(|c: char| !c.is_ascii_digit()).unwrap_or(digits.len());
-    digits[..end].parse().ok()
-}

@@ -67,10 +67,13 @@
 mod apt;
 mod axis_lengths;
 mod axis_words;
+mod dialect;
+mod dialect_file;
 mod fanuc;
 mod heads;
 mod number_text;
 mod post_file;
+mod post_law;
 mod program;
 mod program_spec;
 mod read_error;
@@ -79,6 +82,7 @@ mod read_program;
 mod siemens;
 mod word_map;
 mod write_error;
+mod writer;
 
 pub use apt::{
     AptCutter, AptFile, AptMeaning, AptMove, AptPoint, AptPointKind, AptSpec, AptStatement, AptUnknownWord, read_apt,
@@ -86,12 +90,19 @@ pub use apt::{
 };
 pub use axis_lengths::AxisLengths;
 pub use axis_words::{AxisKind, AxisLetter, AxisNameError, AxisWord, AxisWords, TooManyAxes};
+pub use dialect::Dialect;
+pub use dialect_file::{
+    BlendingRule, CommentRule, CoolantRule, CuttingRule, DIALECT_FORMAT, DialectFile, FeedRule, HomeRule, HomeWords,
+    LengthRule, LineRule, MotionRule, NumberRule, Numbering, OffsetRule, ProgramRule, RapidRule, RtcpLaw, RtcpRule,
+    Switch, VectorRule, WordRule,
+};
 pub use fanuc::{FanucReader, read_fanuc};
 pub use heads::{HeadError, HeadSpec, MappedHead};
 pub use post_file::{
-    BlockNumbers, Decimals, Dialect, LAST_PROGRAM_NUMBER, PostError, PostFile, PostSettings, RoundingBound, Template,
+    BlockNumbers, Decimals, LAST_PROGRAM_NUMBER, Orientation, PostError, PostFile, PostSettings, RoundingBound,
+    Template,
 };
-pub use program::{Block, Coolant, FeedMode, NcProgram, WorkOffset};
+pub use program::{Block, Coolant, CutVectors, FeedMode, NcProgram, WorkOffset};
 pub use program_spec::{AxisSpec, ProgramSpec, SpindleSpec, ToolSpec};
 pub use read_error::{ReadError, ReadFault};
 pub use read_position::{AxisAt, ReadPosition};
@@ -108,8 +119,9 @@ pub use write_error::WriteError;
 
 /// The program in the dialect of the settings, with `\n` line ends; the same input always gives the same bytes.
 ///
-/// FANUC: every axis, feed and length number has a decimal point (`X100.`, or `X100.000` with trailing zeros), fixed
-/// decimals, no exponent, no negative zero; rotary words are deg. Feeds are rounded down, also inverse times, where a
+/// Numbers have fixed decimals, no exponent, no negative zero; whether a whole number has a decimal point (`X100.`, or
+/// `X100.000` with trailing zeros) and a positive one its sign, the dialect's file says; rotary words are deg. Feeds are
+/// rounded down, also inverse times, where a
 /// larger number is faster, but not to zero nor below [`ProgramSpec::smallest_feed`]. The first motion of the body states every word it
 /// names, absolute mode and feed mode, so that it does not depend on the template.
 ///
@@ -136,15 +148,14 @@ pub struct WrittenProgram {
 /// # Errors
 /// As [`write_program`].
 pub fn write_program_with_lines(spec: &ProgramSpec, settings: &PostSettings) -> Result<WrittenProgram, WriteError> {
-    match settings.dialect {
-        Dialect::Fanuc => fanuc::write(spec, &[], settings),
-    }
+    writer::write(spec, &[], settings)
 }
 
 /// [`write_program_with_lines`] for a machine of several heads, whose axes all stand in one block: `heads` are all of
 /// them, and the tool and spindle of `spec` those of the first. The template has them as `heads`.
 ///
-/// FANUC: the length of each head is switched on in a block of its own, for its spindle axis (tool length offset type
+/// Only for dialects with words for each spindle and axes with numbers. FANUC: the length of each head is switched on in a
+/// block of its own, for its spindle axis (tool length offset type
 /// C), and S, M3, M4 and M5 of each spindle have its number as P.
 ///
 /// # Errors
@@ -158,9 +169,7 @@ pub fn write_program_of_heads(
     if heads.is_empty() {
         return Err(HeadError::Count { n: 0 }.into());
     }
-    match settings.dialect {
-        Dialect::Fanuc => fanuc::write(spec, heads, settings),
-    }
+    writer::write(spec, heads, settings)
 }
 
 /// Reads a program of a dialect.

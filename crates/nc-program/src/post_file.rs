@@ -1,7 +1,8 @@
+use facemill_cl_data::MotionLaw;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::{AxisKind, FeedMode};
+use crate::{AxisKind, AxisWords, Dialect, DialectFile, FeedMode};
 
 /// The `post` section of a job file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -30,19 +31,27 @@ pub struct PostFile {
     /// Write `X100.000` instead of `X100.`; both have a decimal point, without which a control may count in micrometres.
     #[serde(default)]
     pub trailing_zeros: bool,
-    /// Longest line, 20 to 500 characters.
+    /// Longest line, 20 to 500 characters, and at most what the control takes.
     #[serde(default = "default_max_line_length")]
     pub max_line_length: u16,
+    /// How the tool's direction is said under `rtcp`.
+    #[serde(default)]
+    pub orientation: Orientation,
+    /// Switch the control's look-ahead on around the motions.
+    #[serde(default)]
+    pub look_ahead: bool,
 }
 
-/// Control a program is written for or was written for.
+/// How a program under RTCP says which way the tool stands.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
-#[non_exhaustive]
-pub enum Dialect {
-    /// FANUC 15M and later: G94 norm over all axes, G93, G43.4.
+pub enum Orientation {
+    /// By words of the rotary axes: the control goes to the positions that were planned and tested.
     #[default]
-    Fanuc,
+    Rotary,
+    /// By unit vectors of the tool's axis in cutting moves: the control finds the rotary positions itself, and of two it
+    /// takes the one it finds nearer.
+    Vectors,
 }
 
 /// Numbering of blocks. Behind 99999 it starts again; numbers that the template uses itself are left out.
@@ -69,25 +78,63 @@ pub struct Decimals {
     pub inverse_time: u8,
 }
 
-/// A value of a [`PostFile`] that is out of its range.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{field} is {value}: it must be from {min} to {max}")]
-pub struct PostError {
-    /// Name in the file, below `post`.
-    pub field: &'static str,
-    /// As given.
-    pub value: u32,
-    /// Smallest allowed.
-    pub min: u32,
-    /// Largest allowed.
-    pub max: u32,
+/// What a [`PostFile`], a dialect file or a machine asks for that cannot be written.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum PostError {
+    /// A number that is out of its range.
+    #[error("{field} is {value}: it must be from {min} to {max}")]
+    Range {
+        /// Name in the file, below `post`.
+        field: &'static str,
+        /// As given.
+        value: u32,
+        /// Smallest allowed.
+        min: u32,
+        /// Largest allowed.
+        max: u32,
+    },
+    /// Something that the control does not do.
+    #[error("{field}: {name} has no {value}{}", if instead.is_empty() { String::new() } else { format!("; {instead}") })]
+    Absent {
+        /// Name in the file, below `post`.
+        field: &'static str,
+        /// As given.
+        value: String,
+        /// Name of the control.
+        name: String,
+        /// What to do.
+        instead: String,
+    },
+    /// The machine's motion law is not one of the control's.
+    #[error("dialect: {name} does not move as the machine file says, {key}: {value}; it does {allowed}")]
+    Law {
+        /// Name of the control.
+        name: String,
+        /// Key of the machine file.
+        key: &'static str,
+        /// Value in the machine file.
+        value: &'static str,
+        /// What the control can do.
+        allowed: String,
+    },
+    /// A dialect file that nothing can be written with.
+    #[error("dialect file, {field}: {why}")]
+    Dialect {
+        /// Name in the file.
+        field: String,
+        /// What is wrong.
+        why: String,
+    },
 }
 
 /// How a program is written: a checked [`PostFile`] with the template's text.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PostSettings {
     pub(crate) dialect: Dialect,
+    pub(crate) rules: DialectFile,
     pub(crate) feed_mode: FeedMode,
+    pub(crate) orientation: Orientation,
+    pub(crate) look_ahead: bool,
     pub(crate) template: Template,
     pub(crate) program_number: u32,
     pub(crate) program_name: Option<String>,
@@ -95,6 +142,10 @@ pub struct PostSettings {
     pub(crate) decimals: Decimals,
     pub(crate) trailing_zeros: bool,
     pub(crate) max_line_length: usize,
+    /// What plan and verification assume.
+    pub(crate) motion: Option<MotionLaw>,
+    /// Machine values of the reference position, mm or deg.
+    pub(crate) home: Option<AxisWords>,
 }
 
 /// A template and what its errors call it.
@@ -148,6 +199,8 @@ impl Default for PostFile {
             decimals: Decimals::default(),
             trailing_zeros: false,
             max_line_length: default_max_line_length(),
+            orientation: Orientation::default(),
+            look_ahead: false,
         }
     }
 }
@@ -174,49 +227,84 @@ impl PostFile {
     /// caller has read, or `None` for the dialect's own.
     ///
     /// # Errors
-    /// When a number is out of its range.
+    /// When a number is out of its range, or the control has no word for what is asked.
     pub fn settings(&self, template: Option<Template>) -> Result<PostSettings, PostError> {
-        in_range("program_number", self.program_number, 1, LAST_PROGRAM_NUMBER)?;
-        for (field, decimals) in [
-            ("decimals.linear", self.decimals.linear),
-            ("decimals.rotary", self.decimals.rotary),
-            ("decimals.feed", self.decimals.feed),
-            ("decimals.inverse_time", self.decimals.inverse_time),
+        self.settings_of(self.dialect.file(), template.unwrap_or_else(|| self.dialect.template()))
+    }
+
+    /// The same with a dialect file and a template of one's own.
+    ///
+    /// # Errors
+    /// As [`PostFile::settings`], and when nothing can be written with the dialect file.
+    pub fn settings_of(&self, rules: DialectFile, template: Template) -> Result<PostSettings, PostError> {
+        rules.check()?;
+        in_range("program_number", self.program_number, 1, rules.program.last_number.min(LAST_PROGRAM_NUMBER))?;
+        let most = rules.numbers.max_decimals;
+        for (field, decimals, most) in [
+            ("decimals.linear", self.decimals.linear, most.linear),
+            ("decimals.rotary", self.decimals.rotary, most.rotary),
+            ("decimals.feed", self.decimals.feed, most.feed),
+            ("decimals.inverse_time", self.decimals.inverse_time, most.inverse_time),
         ] {
-            in_range(field, decimals.into(), 0, 6)?;
+            in_range(field, decimals.into(), 0, most.min(6).into())?;
         }
-        in_range("max_line_length", self.max_line_length.into(), 20, 500)?;
+        in_range("max_line_length", self.max_line_length.into(), 20, rules.lines.max_length.min(500).into())?;
         if let Some(numbers) = self.block_numbers {
             in_range("block_numbers.start", numbers.start, 1, LAST_BLOCK_NUMBER)?;
             in_range("block_numbers.step", numbers.step, 1, 1000)?;
         }
+        self.check_words(&rules)?;
         Ok(PostSettings {
             dialect: self.dialect,
+            rules,
             feed_mode: self.feed_mode,
-            template: template.unwrap_or_else(|| Template::of(self.dialect)),
+            orientation: self.orientation,
+            look_ahead: self.look_ahead,
+            template,
             program_number: self.program_number,
             program_name: self.program_name.clone(),
             block_numbers: self.block_numbers,
             decimals: self.decimals,
             trailing_zeros: self.trailing_zeros,
             max_line_length: self.max_line_length.into(),
+            motion: None,
+            home: None,
         })
+    }
+
+    /// Whether the control has words for feed mode, tool vectors and look-ahead.
+    fn check_words(&self, rules: &DialectFile) -> Result<(), PostError> {
+        let absent = |field, value: &str, instead: &str| {
+            let (value, name, instead) = (value.to_owned(), rules.name.clone(), instead.to_owned());
+            Err(PostError::Absent { field, value, name, instead })
+        };
+        if rules.feed_code(self.feed_mode).is_none() {
+            return absent("feed_mode", self.feed_mode.name(), &rules.feeds.absent);
+        }
+        if self.orientation == Orientation::Vectors {
+            if self.feed_mode != FeedMode::Rtcp {
+                return absent("orientation", "tool vectors without RTCP", "take the feed mode rtcp");
+            }
+            if rules.motion.rtcp.as_ref().is_none_or(|r| r.vectors.is_none()) {
+                return absent("orientation", "tool vectors", "take rotary");
+            }
+        }
+        if self.look_ahead && rules.motion.look_ahead.is_none() {
+            return absent("look_ahead", "switch for its look-ahead", "leave it out");
+        }
+        Ok(())
     }
 }
 
 fn in_range(field: &'static str, value: u32, min: u32, max: u32) -> Result<(), PostError> {
-    if (min..=max).contains(&value) { Ok(()) } else { Err(PostError { field, value, min, max }) }
+    if (min..=max).contains(&value) { Ok(()) } else { Err(PostError::Range { field, value, min, max }) }
 }
 
 impl Template {
     /// The template that comes with a dialect: a start for one's own.
     #[must_use]
     pub fn of(dialect: Dialect) -> Self {
-        match dialect {
-            Dialect::Fanuc => {
-                Self { name: "fanuc.j2".to_owned(), text: include_str!("../templates/fanuc.j2").to_owned() }
-            }
-        }
+        dialect.template()
     }
 }
 

@@ -1,5 +1,6 @@
 use std::fmt;
 
+use nalgebra::{Unit, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -33,6 +34,15 @@ pub enum Block {
         /// In the unit of the program's [`FeedMode`]: mm/min over all axes, 1/min, or mm/min of the tip. At least half
         /// a unit of its last decimal, and not below the control's smallest.
         feed: f64,
+    },
+    /// The same with the directions that dialects with tool vectors name; others write it as [`Block::Linear`].
+    LinearVectors {
+        /// Axes that are given; the others stay.
+        words: AxisWords,
+        /// As in [`Block::Linear`].
+        feed: f64,
+        /// At the block's end.
+        vectors: Box<CutVectors>,
     },
     /// Change to the tool of this number.
     ToolCall {
@@ -85,6 +95,16 @@ pub enum Block {
     Raw(String),
 }
 
+/// Directions at the end of a cutting move, in the frame that X, Y and Z count in under RTCP: that of the work offset, fixed
+/// to the table.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CutVectors {
+    /// From the tip to the spindle.
+    pub tool_axis: Unit<Vector3<f64>>,
+    /// Outward, of the surface at the contact point.
+    pub normal: Unit<Vector3<f64>>,
+}
+
 /// What F means in cutting moves.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
@@ -96,6 +116,18 @@ pub enum FeedMode {
     G93,
     /// mm/min of the tool tip, under RTCP; the words are the tip's.
     Rtcp,
+}
+
+impl FeedMode {
+    /// Its name in files.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::G94 => "g94",
+            Self::G93 => "g93",
+            Self::Rtcp => "rtcp",
+        }
+    }
 }
 
 /// Coolant state.
@@ -156,7 +188,7 @@ impl NcProgram {
     pub fn first_motion(&self) -> Option<(&AxisWords, bool)> {
         self.blocks.iter().find_map(|block| match block {
             Block::Rapid { words } | Block::LengthCompensation { words, .. } => Some((words, true)),
-            Block::Linear { words, .. } => Some((words, false)),
+            Block::Linear { words, .. } | Block::LinearVectors { words, .. } => Some((words, false)),
             _ => None,
         })
     }

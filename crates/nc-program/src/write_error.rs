@@ -65,6 +65,58 @@ pub enum WriteError {
         /// Why not.
         why: &'static str,
     },
+    /// Something that the control has no word for.
+    #[error("{place}: {name} has no word for this: {what}")]
+    NotInDialect {
+        /// Block, such as `block 12`, or field, such as `coolant`.
+        place: String,
+        /// What was to be said.
+        what: String,
+        /// Name of the control.
+        name: String,
+    },
+    /// The control does not move at rapid rate as was planned.
+    #[error(
+        "rapids were planned {}, and {name} does not move so: change motion.rapid of the machine file",
+        if *linear { "on straight lines" } else { "with each axis at its own speed" }
+    )]
+    Rapid {
+        /// Name of the control.
+        name: String,
+        /// As planned.
+        linear: bool,
+    },
+    /// The control always blends, and has to be told how much, or cannot be told so little.
+    #[error(
+        "{name} smooths paths within a tolerance that the program tells it: \
+         motion.control_tolerance.{key} of the machine file must be at least 0.0001"
+    )]
+    Tolerance {
+        /// Name of the control.
+        name: String,
+        /// Key of the machine file.
+        key: &'static str,
+    },
+    /// The dialect's way home needs the machine's reference position.
+    #[error("the reference position of axis {axis} is not known: the settings need the machine (`on_machine`)")]
+    NoHome {
+        /// The axis.
+        axis: AxisLetter,
+    },
+    /// A cut without tool axis in a program of tool vectors.
+    #[error("{place}: a cut must say its tool axis and surface normal where post.orientation is vectors; take rotary")]
+    NoVectors {
+        /// Block, such as `block 12`.
+        place: String,
+    },
+    /// A block of a program of tool vectors must name every linear axis.
+    #[error("{place}: the position of axis {letter} must be said before the first block with vectors")]
+    UnknownWord {
+        /// Block, such as `block 12`.
+        place: String,
+        /// The axis.
+        letter: AxisLetter,
+    },
     /// Two axes of the machine have the same name.
     #[error("two axes are named {0}")]
     TwoAxes(AxisLetter),

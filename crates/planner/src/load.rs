@@ -7,7 +7,7 @@ use facemill_cl_data::{Aabb, CcPoint, CuttingLaw, PlacedSolid, RoundBox, Solid};
 use facemill_cutter_location::Pieces;
 use facemill_interference::{Interference, MeshTree, solid_mesh};
 use facemill_inverse_kinematics::{AxisKind, BodyPose, Carrier, Machine};
-use facemill_nc_program::{FeedMode, LAST_PROGRAM_NUMBER, PostSettings, Template, WorkOffset};
+use facemill_nc_program::{AxisWords, FeedMode, LAST_PROGRAM_NUMBER, PostSettings, Template, WorkOffset};
 use facemill_surface_model::{
     Group, ImportSettings, Imported, LengthUnit, MeshFormat, Surface, SurfaceSettings, TriMesh, UpAxis, import_mesh,
 };
@@ -39,6 +39,18 @@ pub struct Job {
     pub post: PostSettings,
     /// The second head of its machine, where it has one.
     pub second: Option<SecondHead>,
+}
+
+/// Where the axes stand at the reference position, in the unit of words.
+fn home_words(machine: &Machine) -> Result<AxisWords, Failure> {
+    let mut words = AxisWords::new();
+    for (k, axis) in machine.axes().iter().enumerate() {
+        let value = axis.in_word_unit(machine.home()[k]);
+        words
+            .set(crate::program::letter(axis.letter.as_str())?, value)
+            .map_err(|e| Failure::Internal(e.to_string()))?;
+    }
+    Ok(words)
 }
 
 /// What the second head of a machine has of its own.
@@ -95,6 +107,9 @@ impl Job {
                            tip_linear_vector_turned, because that is what the control then does; its is axes_linear";
             return Err(Failure::input(path, message));
         }
+        let home = home_words(&machine)?;
+        let post =
+            post.on_machine(machine.motion_law(), home).map_err(|e| Failure::input(path, format!("post.{e}")))?;
         Ok(Self { path: path.to_owned(), file, tool, machine, post, second })
     }
 

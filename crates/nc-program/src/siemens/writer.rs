@@ -6,10 +6,9 @@ use super::{
     statement::{ALARM, CHECK_TOLERANCE, FGREF, LABEL, SAFE_START},
 };
 use crate::{
-    AxisKind, AxisLetter, AxisWords, Block, BlockNumbers, Decimals, FeedMode, HeadSpec, ProgramSpec, WorkOffset,
-    WriteError,
-    fanuc::{clean_comment, coolant_code, spindle_code, spindle_speed},
-    heads, number_text,
+    AxisKind, AxisLetter, AxisWords, Block, BlockNumbers, Coolant, Decimals, FeedMode, HeadSpec, ProgramSpec,
+    WorkOffset, WriteError, heads, number_text,
+    writer::{clean_fanuc_comment as clean_comment, spindle_speed},
 };
 
 /// Decimals of the seconds of a dwell.
@@ -319,6 +318,18 @@ fn tool(channel: &Channel<'_>, offset: &str, text: &mut Text) -> Result<(), Writ
     text.block(offset);
     text.block(&format!("S{speed} {}", spindle_code(spindle.clockwise)));
     Ok(())
+}
+
+fn spindle_code(clockwise: bool) -> &'static str {
+    if clockwise { "M3" } else { "M4" }
+}
+
+fn coolant_code(coolant: Coolant) -> &'static str {
+    match coolant {
+        Coolant::Off => "M9",
+        Coolant::Flood => "M8",
+        Coolant::Mist => "M7",
+    }
 }
 
 /// G54 to G57, then G505 and on.

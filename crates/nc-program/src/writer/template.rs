@@ -2,10 +2,13 @@ use facemill_cl_data::RapidLaw;
 use minijinja::{Environment, Error, ErrorKind, UndefinedBehavior, syntax::SyntaxConfig, value::Serde};
 use serde::Serialize;
 
-use super::text::{clean_comment, push_axis_word};
+use super::{
+    spindle_code, spindle_speed,
+    text::{clean_comment, program_id, push_axis_word},
+};
 use crate::{
-    AxisKind, AxisLetter, AxisSpec, AxisWords, Coolant, FeedMode, HeadSpec, PostSettings, ProgramSpec, SpindleSpec,
-    ToolSpec, WriteError, heads, number_text,
+    AxisKind, AxisLetter, AxisSpec, AxisWords, Coolant, DialectFile, FeedMode, HeadSpec, PostSettings, ProgramSpec,
+    RtcpLaw, SpindleSpec, Switch, ToolSpec, WorkOffset, WriteError, dialect::fill, heads, number_text,
 };
 
 /// Stands for the motions while the template is rendered, because they can be longer than all the rest together.
@@ -24,8 +27,14 @@ struct Context {
     work_offset: String,
     feed: FeedContext,
     rapid: RapidContext,
+    rtcp: RtcpContext,
+    tolerance: ToleranceContext,
+    blending: Switch,
+    look_ahead: Switch,
     axes: Vec<AxisContext>,
     home: WordsContext,
+    /// Machine values of the reference position.
+    reference: Option<WordsContext>,
     first: WordsContext,
     approach: WordsContext,
     body: &'static str,
@@ -34,7 +43,11 @@ struct Context {
 #[derive(Serialize)]
 struct ProgramContext {
     number: u32,
+    /// With leading zeros.
+    padded: String,
     name: String,
+    /// Letters, digits and underscores.
+    id: String,
 }
 
 #[derive(Serialize)]
@@ -56,7 +69,7 @@ struct ToolContext {
 struct SpindleContext {
     rpm: i64,
     clockwise: bool,
-    code: &'static str,
+    code: String,
 }
 
 #[derive(Serialize)]
@@ -72,18 +85,45 @@ struct HeadContext {
 
 #[derive(Serialize)]
 struct CodeContext {
-    code: &'static str,
+    code: String,
+    /// What switches it off.
+    off: String,
 }
 
 #[derive(Serialize)]
 struct FeedContext {
     mode: FeedMode,
-    code: &'static str,
+    code: String,
+    /// What goes back to feed per minute.
+    per_minute: String,
 }
 
 #[derive(Serialize)]
 struct RapidContext {
     linear: bool,
+    code: String,
+    note: String,
+}
+
+/// Empty without RTCP.
+#[derive(Default, Serialize)]
+struct RtcpContext {
+    law: Option<RtcpLaw>,
+    /// Words that select the law.
+    code: String,
+    /// Lines before the move that switches it on.
+    before: Vec<String>,
+    off: Vec<String>,
+    vectors: bool,
+}
+
+/// What plan and verification allow the control.
+#[derive(Serialize)]
+struct ToleranceContext {
+    /// mm.
+    path: f64,
+    /// deg.
+    orientation: f64,
 }
 
 #[derive(Serialize)]
@@ -157,30 +197,82 @@ fn context(spec: &ProgramSpec, heads: &[HeadSpec], settings: &PostSettings) -> R
         FeedMode::Rtcp => spec.approach.as_ref().ok_or(WriteError::NoApproach)?,
         FeedMode::G94 | FeedMode::G93 => first,
     };
-    check_axes(&spec.axes)?;
+    let rules = &settings.rules;
+    check_axes(&spec.axes, rules)?;
     check_heads(spec, heads, settings)?;
+    let clean = |text: &str| clean_comment(text, &rules.comments);
+    let name = settings.program_name.as_ref().unwrap_or(&spec.job_name);
+    let digits = usize::from(rules.program.digits);
     Ok(Context {
         program: ProgramContext {
             number: settings.program_number,
-            name: clean_comment(settings.program_name.as_ref().unwrap_or(&spec.job_name)),
+            padded: format!("{:0digits$}", settings.program_number),
+            name: clean(name),
+            id: program_id(name, settings.program_number, rules.program.name_length.into()),
         },
-        job: JobContext { name: clean_comment(&spec.job_name) },
-        tool: tool(&spec.tool, "tool")?,
-        spindle: spindle(&spec.spindle, "spindle.rpm")?,
+        job: JobContext { name: clean(&spec.job_name) },
+        tool: tool(&spec.tool, "tool", rules)?,
+        spindle: spindle(&spec.spindle, "spindle.rpm", settings)?,
         heads: heads.iter().map(|head| head_context(head, first, settings)).collect::<Result<_, _>>()?,
-        coolant: CodeContext { code: coolant_code(spec.coolant) },
-        work_offset: spec.work_offset.to_string(),
-        feed: FeedContext { mode: settings.feed_mode, code: feed_code(settings.feed_mode) },
-        rapid: RapidContext { linear: spec.rapid == RapidLaw::Linear },
+        coolant: CodeContext {
+            code: coolant_code(spec.coolant, rules, "coolant")?,
+            off: rules.words.coolant.off.clone(),
+        },
+        work_offset: work_offset(spec.work_offset, rules, "work_offset")?,
+        feed: FeedContext {
+            mode: settings.feed_mode,
+            code: rules.feed_code(settings.feed_mode).unwrap_or_default().to_owned(),
+            per_minute: rules.feed_code(FeedMode::G94).unwrap_or_default().to_owned(),
+        },
+        rapid: rapid(spec.rapid, rules)?,
+        rtcp: rtcp(&spec.tool, settings),
+        tolerance: tolerance(settings),
+        blending: settings.blending()?,
+        look_ahead: settings.look_ahead(),
         axes: spec.axes.iter().map(|axis| axis_context(axis, settings)).collect(),
         home: home(&spec.axes, settings)?,
+        reference: reference(&spec.axes, settings)?,
         first: position(first, &spec.axes, settings, "the first motion")?,
         approach: position(approach, &spec.axes, settings, "the approach")?,
         body: BODY,
     })
 }
 
-fn check_axes(axes: &[AxisSpec]) -> Result<(), WriteError> {
+fn rapid(law: RapidLaw, rules: &DialectFile) -> Result<RapidContext, WriteError> {
+    let linear = law == RapidLaw::Linear;
+    let rule = rules.rapid(linear).ok_or_else(|| WriteError::Rapid { name: rules.name.clone(), linear })?;
+    Ok(RapidContext { linear, code: rule.code.clone(), note: clean_comment(&rule.note, &rules.comments) })
+}
+
+fn rtcp(tool: &ToolSpec, settings: &PostSettings) -> RtcpContext {
+    let Some(rule) = settings.rules.motion.rtcp.as_ref().filter(|_| settings.feed_mode == FeedMode::Rtcp) else {
+        return RtcpContext::default();
+    };
+    let register = tool.length_register.to_string();
+    let values = [("register", register.as_str()), ("law", settings.law_code())];
+    RtcpContext {
+        law: settings.rtcp_law().map(|l| l.law),
+        code: settings.law_code().to_owned(),
+        before: rule.on.before.iter().map(|line| fill(line, &values)).collect(),
+        off: rule.off.clone(),
+        vectors: settings.orientation == crate::Orientation::Vectors,
+    }
+}
+
+fn tolerance(settings: &PostSettings) -> ToleranceContext {
+    let allowed = settings.control_tolerance();
+    ToleranceContext { path: allowed.path, orientation: allowed.orientation.to_degrees() }
+}
+
+fn check_axes(axes: &[AxisSpec], rules: &DialectFile) -> Result<(), WriteError> {
+    if let Some(axis) = axes.iter().find(|a| a.letter.number() > 0 && !rules.numbers.numbered_axes) {
+        let what = "axes with a number".to_owned();
+        return Err(WriteError::NotInDialect {
+            place: format!("axis {}", axis.letter),
+            what,
+            name: rules.name.clone(),
+        });
+    }
     match axes.iter().enumerate().find(|(k, axis)| axes[..*k].iter().any(|other| other.letter == axis.letter)) {
         Some((_, axis)) => Err(WriteError::TwoAxes(axis.letter)),
         None => Ok(()),
@@ -191,6 +283,10 @@ fn check_axes(axes: &[AxisSpec]) -> Result<(), WriteError> {
 fn check_heads(spec: &ProgramSpec, all: &[HeadSpec], settings: &PostSettings) -> Result<(), WriteError> {
     if all.is_empty() {
         return Ok(());
+    }
+    if settings.rules.words.spindles.is_none() || !settings.rules.numbers.numbered_axes {
+        let (what, name) = ("several heads in one program".to_owned(), settings.rules.name.clone());
+        return Err(WriteError::NotInDialect { place: "heads".to_owned(), what, name });
     }
     heads::check_program(spec, all)?;
     if settings.feed_mode == FeedMode::Rtcp { Err(WriteError::RtcpOfHeads) } else { Ok(()) }
@@ -206,16 +302,16 @@ fn head_context(head: &HeadSpec, first: &AxisWords, settings: &PostSettings) -> 
     let mut word = String::new();
     push_axis_word(&mut word, axis, units, settings);
     Ok(HeadContext {
-        name: clean_comment(&head.name),
-        tool: tool(&head.tool, &format!("tool of head {}", head.name))?,
-        spindle: spindle(&head.spindle, &format!("spindle.rpm of head {}", head.name))?,
+        name: clean_comment(&head.name, &settings.rules.comments),
+        tool: tool(&head.tool, &format!("tool of head {}", head.name), &settings.rules)?,
+        spindle: spindle(&head.spindle, &format!("spindle.rpm of head {}", head.name), settings)?,
         spindle_number: head.spindle_number,
         spindle_axis: axis,
         first: word,
     })
 }
 
-fn tool(tool: &ToolSpec, place: &str) -> Result<ToolContext, WriteError> {
+fn tool(tool: &ToolSpec, place: &str, rules: &DialectFile) -> Result<ToolContext, WriteError> {
     let lengths = [("radius", tool.radius), ("corner_radius", tool.corner_radius), ("length", tool.length)];
     for (field, value) in lengths {
         if number_text::units(value, 3).is_none() {
@@ -224,7 +320,7 @@ fn tool(tool: &ToolSpec, place: &str) -> Result<ToolContext, WriteError> {
     }
     Ok(ToolContext {
         number: tool.number,
-        name: clean_comment(&tool.name),
+        name: clean_comment(&tool.name, &rules.comments),
         radius: tool.radius,
         corner_radius: tool.corner_radius,
         length: tool.length,
@@ -232,34 +328,30 @@ fn tool(tool: &ToolSpec, place: &str) -> Result<ToolContext, WriteError> {
     })
 }
 
-fn spindle(spindle: &SpindleSpec, place: &str) -> Result<SpindleContext, WriteError> {
+fn spindle(spindle: &SpindleSpec, place: &str, settings: &PostSettings) -> Result<SpindleContext, WriteError> {
     let (rpm, clockwise) = (spindle.rpm, spindle.clockwise);
-    Ok(SpindleContext { rpm: spindle_speed(rpm, place)?, clockwise, code: spindle_code(clockwise) })
+    Ok(SpindleContext { rpm: spindle_speed(rpm, place)?, clockwise, code: spindle_code(spindle, settings) })
 }
 
-/// Whole revolutions per minute; controls take no decimals there.
-pub(crate) fn spindle_speed(rpm: f64, place: &str) -> Result<i64, WriteError> {
-    let speed = number_text::units(rpm, 0).filter(|speed| *speed > 0);
-    speed.ok_or_else(|| WriteError::Number { place: place.to_owned(), what: "a spindle speed", value: rpm })
+/// The word of a coolant.
+pub(super) fn coolant_code(coolant: Coolant, rules: &DialectFile, place: &str) -> Result<String, WriteError> {
+    let words = &rules.words.coolant;
+    let (code, what) = match coolant {
+        Coolant::Off => (Some(&words.off), "no coolant"),
+        Coolant::Flood => (words.flood.as_ref(), "flood coolant"),
+        Coolant::Mist => (words.mist.as_ref(), "mist coolant"),
+    };
+    let (what, name) = (what.to_owned(), rules.name.clone());
+    code.cloned().ok_or_else(|| WriteError::NotInDialect { place: place.to_owned(), what, name })
 }
 
-pub(crate) fn spindle_code(clockwise: bool) -> &'static str {
-    if clockwise { "M3" } else { "M4" }
-}
-
-pub(crate) fn coolant_code(coolant: Coolant) -> &'static str {
-    match coolant {
-        Coolant::Off => "M9",
-        Coolant::Flood => "M8",
-        Coolant::Mist => "M7",
-    }
-}
-
-pub(super) fn feed_code(mode: FeedMode) -> &'static str {
-    match mode {
-        FeedMode::G94 | FeedMode::Rtcp => "G94",
-        FeedMode::G93 => "G93",
-    }
+/// The word of a work offset.
+pub(super) fn work_offset(offset: WorkOffset, rules: &DialectFile, place: &str) -> Result<String, WriteError> {
+    let number = offset.number();
+    let rule = rules.words.work_offsets.iter().find(|r| (r.first..=r.last).contains(&number));
+    let (what, name) = (format!("work offset {number}"), rules.name.clone());
+    let rule = rule.ok_or_else(|| WriteError::NotInDialect { place: place.to_owned(), what, name })?;
+    Ok(fill(&rule.word, &[("n", &(i32::from(number) + rule.plus).to_string())]))
 }
 
 fn axis_context(axis: &AxisSpec, settings: &PostSettings) -> AxisContext {
@@ -281,6 +373,18 @@ fn home(axes: &[AxisSpec], settings: &PostSettings) -> Result<WordsContext, Writ
         add_word(&mut words, axis, 0.0, settings, "home")?;
     }
     Ok(words)
+}
+
+/// `None` where no machine has been said.
+fn reference(axes: &[AxisSpec], settings: &PostSettings) -> Result<Option<WordsContext>, WriteError> {
+    if settings.home.is_none() {
+        return Ok(None);
+    }
+    let mut words = WordsContext::default();
+    for axis in axes {
+        add_word(&mut words, axis, settings.home_of(axis.letter)?, settings, "the reference position")?;
+    }
+    Ok(Some(words))
 }
 
 fn position(

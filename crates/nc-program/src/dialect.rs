@@ -1,0 +1,153 @@
+//! The dialects that come with the crate, and what makes a dialect file one that can be written with.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::{
+    CuttingRule, DialectFile, FeedMode, PostError, RapidRule, RtcpRule, Template, dialect_file::DIALECT_FORMAT,
+};
+
+/// Control a program is written for or was written for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum Dialect {
+    /// FANUC 15M and later: G94 norm over all axes, G93, G43.4.
+    #[default]
+    Fanuc,
+}
+
+impl Dialect {
+    /// All of them.
+    pub const ALL: [Self; 1] = [Self::Fanuc];
+
+    /// Its name in files.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Fanuc => "fanuc",
+        }
+    }
+
+    /// The text of its dialect file: a start for one's own.
+    #[must_use]
+    pub fn source(self) -> &'static str {
+        match self {
+            Self::Fanuc => include_str!("../dialects/fanuc.json"),
+        }
+    }
+
+    /// How its programs look.
+    ///
+    /// # Panics
+    /// Never: the files that come with the crate are read by its tests.
+    #[must_use]
+    pub fn file(self) -> DialectFile {
+        facemill_file_format::from_json(self.source().as_bytes()).expect("a dialect file of this crate")
+    }
+
+    /// The template that comes with it: a start for one's own.
+    #[must_use]
+    pub fn template(self) -> Template {
+        let text = match self {
+            Self::Fanuc => include_str!("../templates/fanuc.j2"),
+        };
+        Template { name: format!("{}.j2", self.name()), text: text.to_owned() }
+    }
+}
+
+impl DialectFile {
+    /// Checks what the types do not say.
+    ///
+    /// # Errors
+    /// With the field and what is wrong with it.
+    pub fn check(&self) -> Result<(), PostError> {
+        let fault = |field: &str, why: String| Err(PostError::Dialect { field: field.to_owned(), why });
+        if self.format != DIALECT_FORMAT {
+            return fault("format", format!("must be \"{DIALECT_FORMAT}\", is \"{}\"", self.format));
+        }
+        if !(20..=2000).contains(&self.lines.max_length) {
+            return fault("lines.max_length", format!("is {}: it must be from 20 to 2000", self.lines.max_length));
+        }
+        if self.program.name_length == 0 || self.program.last_number == 0 {
+            return fault("program", "name_length and last_number must be at least 1".to_owned());
+        }
+        if self.numbers.vector_decimals > 9 {
+            return fault("numbers.vector_decimals", "must be at most 9".to_owned());
+        }
+        if let Some(c) = self.comments.characters.chars().find(|c| !c.is_ascii_graphic()) {
+            return fault("comments.characters", format!("{c:?} is no printable ASCII character"));
+        }
+        if self.feeds.rtcp.is_some() != self.motion.rtcp.is_some() {
+            return fault("feeds.rtcp", "must be there if, and only if, motion.rtcp is".to_owned());
+        }
+        if self.motion.rtcp.as_ref().is_some_and(|r| r.cutting.is_empty()) {
+            return fault("motion.rtcp.cutting", "must name a law".to_owned());
+        }
+        for (field, lines, names) in self.texts() {
+            for line in lines {
+                if let Some(name) = unknown_placeholder(line, names) {
+                    let known = names.iter().map(|n| format!("{{{n}}}")).collect::<Vec<_>>().join(", ");
+                    return fault(field, format!("`{line}` holds {{{name}}}; known there: {known}"));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Texts with placeholders: field, lines, names.
+    fn texts(&self) -> Vec<(&'static str, Vec<&String>, &'static [&'static str])> {
+        let w = &self.words;
+        let mut all: Vec<(&'static str, Vec<&String>, &'static [&'static str])> = vec![
+            ("words.tool_change", w.tool_change.iter().collect(), &["number"]),
+            ("words.spindle_on", w.spindle_on.iter().collect(), &["rpm", "code", "m"]),
+            ("words.dwell", w.dwell.iter().collect(), &["ms", "s"]),
+            ("words.work_offsets", w.work_offsets.iter().map(|o| &o.word).collect(), &["n"]),
+            ("words.length", w.length.before.iter().chain([&w.length.code, &w.length.end]).collect(), &["register"]),
+        ];
+        if let Some(s) = &w.spindles {
+            let names = &["rpm", "code", "m", "spindle"];
+            all.push(("words.spindles", s.on.iter().chain(&s.off).collect(), names));
+        }
+        if let Some(r) = &self.motion.rtcp {
+            let on = r.on.before.iter().chain([&r.on.code, &r.on.end]);
+            all.push(("motion.rtcp.on", on.collect(), &["register", "law"]));
+        }
+        if let Some(b) = &self.motion.blending {
+            all.push(("motion.blending.within", b.within.iter().collect(), &["path", "orientation"]));
+        }
+        all
+    }
+
+    /// What says that F means this; `None` where the control has nothing.
+    pub(crate) fn feed_code(&self, mode: FeedMode) -> Option<&str> {
+        match mode {
+            FeedMode::G94 => self.feeds.g94.as_deref(),
+            FeedMode::G93 => self.feeds.g93.as_deref(),
+            FeedMode::Rtcp => self.feeds.rtcp.as_deref(),
+        }
+    }
+
+    /// The rule of a rapid law, `None` where the control does not move so.
+    pub(crate) fn rapid(&self, is_linear: bool) -> Option<&RapidRule> {
+        if is_linear { self.motion.rapid_linear.as_ref() } else { self.motion.rapid_per_axis.as_ref() }
+    }
+}
+
+impl RtcpRule {
+    /// The rule of a cutting law, `None` where the control does not move so.
+    pub(crate) fn cutting(&self, law: facemill_cl_data::CuttingLaw) -> Option<&CuttingRule> {
+        self.cutting.iter().find(|c| facemill_cl_data::CuttingLaw::from(c.law) == law)
+    }
+}
+
+/// The text with `{name}` replaced by its value.
+pub(crate) fn fill(text: &str, values: &[(&str, &str)]) -> String {
+    values.iter().fold(text.to_owned(), |text, (name, value)| text.replace(&format!("{{{name}}}"), value))
+}
+
+/// A name in braces that is none of these.
+fn unknown_placeholder<'a>(text: &'a str, names: &[&str]) -> Option<&'a str> {
+    let parts = text.split('{').skip(1).map(|part| part.split('}').next().unwrap_or(part));
+    parts.into_iter().find(|part| !names.contains(part))
+}

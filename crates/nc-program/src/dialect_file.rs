@@ -1,0 +1,351 @@
+//! What a dialect says and how, as data: `"format": "facemill-dialect/1"`.
+//!
+//! Texts hold placeholders in braces, such as `T{number} M6`; each field says which.
+
+use facemill_cl_data::CuttingLaw;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::Decimals;
+
+/// Value of the key `format` in a dialect file.
+pub const DIALECT_FORMAT: &str = "facemill-dialect/1";
+
+/// How programs of a control look.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DialectFile {
+    /// Always "facemill-dialect/1".
+    pub format: String,
+    /// What errors call the control.
+    pub name: String,
+    /// Numbers and names of programs.
+    pub program: ProgramRule,
+    /// Lines and their numbers.
+    pub lines: LineRule,
+    /// Comments.
+    pub comments: CommentRule,
+    /// Numbers in words.
+    pub numbers: NumberRule,
+    /// What F means: the words that say so, by feed mode; a mode that is absent is refused.
+    pub feeds: FeedRule,
+    /// What the control does between two positions.
+    pub motion: MotionRule,
+    /// Words of the body.
+    pub words: WordRule,
+}
+
+/// Numbers and names of programs.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ProgramRule {
+    /// Ending of the file's name, without the point.
+    pub extension: String,
+    /// Largest program number, up to 99999999.
+    pub last_number: u32,
+    /// Digits that a number is filled up to with zeros in `program.padded`.
+    pub digits: u8,
+    /// Most characters of a name in `program.id`: upper-case letters, digits and underscores.
+    pub name_length: u8,
+}
+
+/// Lines and their numbers.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LineRule {
+    /// Longest line that the control takes, characters; a job can ask for shorter ones.
+    pub max_length: u16,
+    /// How blocks are numbered.
+    pub numbering: Numbering,
+    /// Lines of the template that start with one of these are no blocks, and get no number.
+    pub unnumbered: Vec<String>,
+    /// A line that ends in this goes on in the next one, which gets no number.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub continued: Option<String>,
+}
+
+/// How blocks are numbered.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Numbering {
+    /// `N12`, where the job asks for numbers; comments have none.
+    Optional,
+    /// Every line has its number, from 0, without a letter; the job's `block_numbers` say nothing here.
+    EveryLine,
+}
+
+/// Comments. Letters become upper case, parentheses brackets, what is not allowed `?` or nothing.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CommentRule {
+    /// What they start with.
+    pub open: String,
+    /// What they end with; empty where the end of the line ends them.
+    pub close: String,
+    /// Characters that they may hold besides letters, digits and blanks.
+    pub characters: String,
+    /// Comments that start with one of these do something on this control: a point is written in front.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub active: Vec<String>,
+}
+
+/// Numbers in words.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct NumberRule {
+    /// Whether axis words and vectors have a plus sign, too.
+    pub plus_sign: bool,
+    /// Whether `X100` is written `X100.`: some controls count in micrometres without a point.
+    pub always_point: bool,
+    /// Most decimals that the control takes.
+    pub max_decimals: Decimals,
+    /// Decimals of the components of unit vectors.
+    pub vector_decimals: u8,
+    /// Whether axes can have numbers (`X2=100.`).
+    pub numbered_axes: bool,
+}
+
+/// Words of the feed modes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FeedRule {
+    /// mm/min as the norm over all axes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub g94: Option<String>,
+    /// 1/min.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub g93: Option<String>,
+    /// mm/min of the tip under RTCP.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rtcp: Option<String>,
+    /// Why a mode is absent and what to take instead, for the error.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub absent: String,
+}
+
+/// What the control does between two positions.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MotionRule {
+    /// Rapids with all axes on a line; absent where the control cannot.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rapid_linear: Option<RapidRule>,
+    /// Rapids with each axis at its own speed; absent where the control cannot.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rapid_per_axis: Option<RapidRule>,
+    /// RTCP; absent where the control has none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rtcp: Option<RtcpRule>,
+    /// Smoothing and corner blending; absent where the control's own settings decide.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub blending: Option<BlendingRule>,
+    /// Look-ahead; absent where it is always on or cannot be switched.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub look_ahead: Option<Switch>,
+}
+
+/// How a rapid law is said.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RapidRule {
+    /// Words that select it; empty where a setting of the control does.
+    pub code: String,
+    /// What the operator has to check, as a comment.
+    pub note: String,
+}
+
+/// RTCP.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RtcpRule {
+    /// Switches it on.
+    pub on: LengthRule,
+    /// Lines that switch it off and let no length compensation stay.
+    pub off: Vec<String>,
+    /// What the tool can do between two positions, each with the words that select it. The first is taken where no
+    /// machine says which.
+    pub cutting: Vec<CuttingRule>,
+    /// Tool vectors in place of rotary words; absent where the control, or this program, has none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub vectors: Option<VectorRule>,
+}
+
+/// How a cutting law is said.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CuttingRule {
+    /// The law.
+    pub law: RtcpLaw,
+    /// Words that select it; empty where a setting of the control does.
+    pub code: String,
+}
+
+/// What the tool does under RTCP between two positions.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum RtcpLaw {
+    /// The tip goes straight, the rotary axes linearly.
+    TipAndRotariesLinear,
+    /// The tip goes straight, the tool vector turns in the plane of its two ends.
+    TipLinearVectorTurned,
+}
+
+impl From<RtcpLaw> for CuttingLaw {
+    fn from(law: RtcpLaw) -> Self {
+        match law {
+            RtcpLaw::TipAndRotariesLinear => Self::TipAndRotariesLinear,
+            RtcpLaw::TipLinearVectorTurned => Self::TipLinearVectorTurned,
+        }
+    }
+}
+
+/// Blocks with the tool's axis as a unit vector.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct VectorRule {
+    /// Motion word of such a block in place of that of a cut; empty for the same.
+    pub code: String,
+    /// What stands before the components of the tool's axis.
+    pub tool: [String; 3],
+    /// What stands before the components of the surface normal; absent where the control takes none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub normal: Option<[String; 3]>,
+    /// Whether every such block names all linear axes and vectors, changed or not.
+    pub complete: bool,
+}
+
+/// Blending within a tolerance. `{path}` is mm, `{orientation}` deg: what plan and verification allow the control.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BlendingRule {
+    /// Lines that allow so much.
+    pub within: Vec<String>,
+    /// Lines that allow nothing; absent where the control always blends, and has to be told how much.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub exact: Option<Vec<String>>,
+    /// Lines that undo it at the end.
+    pub off: Vec<String>,
+}
+
+/// Lines that switch something on and off.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Switch {
+    /// On.
+    pub on: Vec<String>,
+    /// Off.
+    pub off: Vec<String>,
+}
+
+/// Length compensation switched on with a move. `{register}` is the length register, `{law}` the words of the cutting law.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LengthRule {
+    /// Lines before the move.
+    pub before: Vec<String>,
+    /// Words before the axis words.
+    pub code: String,
+    /// Words behind the axis words.
+    pub end: String,
+}
+
+/// Words of the body.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct WordRule {
+    /// What makes words absolute, said with the feed mode in the first motion; empty where words are so anyway.
+    pub absolute: String,
+    /// A rapid.
+    pub rapid: String,
+    /// What ends a rapid; never left out.
+    pub rapid_end: String,
+    /// A cut.
+    pub linear: String,
+    /// What stands before F in a cut; never left out.
+    pub linear_end: String,
+    /// Whether rapid and cut are remembered, and left out where nothing changes.
+    pub motion_is_modal: bool,
+    /// Length compensation along the axis.
+    pub length: LengthRule,
+    /// Lines that end it.
+    pub length_off: Vec<String>,
+    /// The way to the reference position.
+    pub home: HomeRule,
+    /// Lines that change to tool `{number}`.
+    pub tool_change: Vec<String>,
+    /// Lines that start the only spindle: `{rpm}`, `{code}` of [`WordRule::clockwise`] or the other, `{m}` its number.
+    pub spindle_on: Vec<String>,
+    /// Lines that stop it.
+    pub spindle_off: Vec<String>,
+    /// The same for spindle `{spindle}` of several; absent where there is one alone.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub spindles: Option<Switch>,
+    /// M word of a spindle that turns clockwise.
+    pub clockwise: String,
+    /// M word of one that turns counter-clockwise.
+    pub counter_clockwise: String,
+    /// Coolant words.
+    pub coolant: CoolantRule,
+    /// Lines of a dwell: `{ms}` or `{s}`.
+    pub dwell: Vec<String>,
+    /// Work offsets, by number.
+    pub work_offsets: Vec<OffsetRule>,
+    /// Lines that wait for the operator.
+    pub stop: Vec<String>,
+    /// Lines that end the program.
+    pub end: Vec<String>,
+}
+
+/// Coolant words; what is absent is refused.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CoolantRule {
+    /// None.
+    pub off: String,
+    /// Flood.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub flood: Option<String>,
+    /// Mist or air.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mist: Option<String>,
+}
+
+/// Work offsets `first` to `last` as `{n}`, which is the offset's number plus `plus`.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct OffsetRule {
+    /// First number, from 1.
+    pub first: u16,
+    /// Last number.
+    pub last: u16,
+    /// Difference.
+    pub plus: i32,
+    /// The word.
+    pub word: String,
+}
+
+/// How axes go to the reference position.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct HomeRule {
+    /// What the axis words of such a block are.
+    pub words: HomeWords,
+    /// Words before them.
+    pub code: String,
+    /// Words behind them.
+    pub end: String,
+    /// Lines behind the move.
+    pub after: Vec<String>,
+    /// Whether it can be said under RTCP.
+    pub under_rtcp: bool,
+}
+
+/// What axis words on the way home are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum HomeWords {
+    /// Zeros: the control knows the place (G28 with G91).
+    Zeros,
+    /// Machine values of the reference position (G53).
+    MachineValues,
+}
