@@ -15,17 +15,23 @@ pub enum Dialect {
     /// FANUC 15M and later: G94 norm over all axes, G93, G43.4.
     #[default]
     Fanuc,
+    /// Haas NGC: as FANUC, with G234.
+    Haas,
+    /// Mazak, EIA programs: as FANUC.
+    Mazak,
 }
 
 impl Dialect {
     /// All of them.
-    pub const ALL: [Self; 1] = [Self::Fanuc];
+    pub const ALL: [Self; 3] = [Self::Fanuc, Self::Haas, Self::Mazak];
 
     /// Its name in files.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Fanuc => "fanuc",
+            Self::Haas => "haas",
+            Self::Mazak => "mazak",
         }
     }
 
@@ -34,6 +40,8 @@ impl Dialect {
     pub fn source(self) -> &'static str {
         match self {
             Self::Fanuc => include_str!("../dialects/fanuc.json"),
+            Self::Haas => include_str!("../dialects/haas.json"),
+            Self::Mazak => include_str!("../dialects/mazak.json"),
         }
     }
 
@@ -51,6 +59,8 @@ impl Dialect {
     pub fn template(self) -> Template {
         let text = match self {
             Self::Fanuc => include_str!("../templates/fanuc.j2"),
+            Self::Haas => include_str!("../templates/haas.j2"),
+            Self::Mazak => include_str!("../templates/mazak.j2"),
         };
         Template { name: format!("{}.j2", self.name()), text: text.to_owned() }
     }

@@ -178,6 +178,6 @@ pub fn write_program_of_heads(
 /// When a word is not understood, with its place.
 pub fn read_program(text: impl AsRef<[u8]>, dialect: Dialect) -> Result<ReadProgram, ReadError> {
     match dialect {
-        Dialect::Fanuc => read_fanuc(text),
+        Dialect::Fanuc | Dialect::Haas | Dialect::Mazak => read_fanuc(text),
     }
 }

@@ -2,9 +2,11 @@
 
 mod apt;
 mod block_lines;
+mod dialects;
 mod fanuc;
 mod fanuc_reader;
 mod heads;
 mod kit;
 mod post_file;
 mod siemens;
+mod slow_control;
