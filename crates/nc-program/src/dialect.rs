@@ -19,11 +19,14 @@ pub enum Dialect {
     Haas,
     /// Mazak, EIA programs: as FANUC.
     Mazak,
+    /// LinuxCNC: G93, G64 with a tolerance, RTCP by switched kinematics.
+    #[serde(rename = "linuxcnc")]
+    LinuxCnc,
 }
 
 impl Dialect {
     /// All of them.
-    pub const ALL: [Self; 3] = [Self::Fanuc, Self::Haas, Self::Mazak];
+    pub const ALL: [Self; 4] = [Self::Fanuc, Self::Haas, Self::Mazak, Self::LinuxCnc];
 
     /// Its name in files.
     #[must_use]
@@ -32,6 +35,7 @@ impl Dialect {
             Self::Fanuc => "fanuc",
             Self::Haas => "haas",
             Self::Mazak => "mazak",
+            Self::LinuxCnc => "linuxcnc",
         }
     }
 
@@ -42,6 +46,7 @@ impl Dialect {
             Self::Fanuc => include_str!("../dialects/fanuc.json"),
             Self::Haas => include_str!("../dialects/haas.json"),
             Self::Mazak => include_str!("../dialects/mazak.json"),
+            Self::LinuxCnc => include_str!("../dialects/linuxcnc.json"),
         }
     }
 
@@ -61,6 +66,7 @@ impl Dialect {
             Self::Fanuc => include_str!("../templates/fanuc.j2"),
             Self::Haas => include_str!("../templates/haas.j2"),
             Self::Mazak => include_str!("../templates/mazak.j2"),
+            Self::LinuxCnc => include_str!("../templates/linuxcnc.j2"),
         };
         Template { name: format!("{}.j2", self.name()), text: text.to_owned() }
     }

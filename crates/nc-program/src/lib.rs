@@ -179,5 +179,10 @@ pub fn write_program_of_heads(
 pub fn read_program(text: impl AsRef<[u8]>, dialect: Dialect) -> Result<ReadProgram, ReadError> {
     match dialect {
         Dialect::Fanuc | Dialect::Haas | Dialect::Mazak => read_fanuc(text),
+        other => Err(ReadError {
+            line: 1,
+            column: 1,
+            fault: ReadFault::Unsupported { word: other.name().to_owned(), why: "no reader knows this dialect" },
+        }),
     }
 }

@@ -16,6 +16,7 @@ fn look(dialect: Dialect) -> (Look, usize) {
     match dialect {
         Dialect::Fanuc => (WORD_ADDRESS, 500),
         Dialect::Haas | Dialect::Mazak => (WORD_ADDRESS, 128),
+        Dialect::LinuxCnc => (WORD_ADDRESS, 255),
         _ => unreachable!("{dialect:?} needs a look"),
     }
 }
@@ -143,11 +144,19 @@ fn lines_are_as_short_as_the_control_wants_them_and_comments_in_its_characters()
                 }
                 let code = line.split(look.comment).next().unwrap();
                 assert!(!code.contains("SCHOEN") && !code.contains("DEBUG"), "{dialect:?} {line}");
+                let template = line.starts_with("(ABORT,TOOL LENGTH");
+                assert!(dialect != Dialect::LinuxCnc || template || !is_active(line), "{line}");
             }
         }
         let long = PostFile { dialect, feed_mode: mode, max_line_length: 500, ..PostFile::default() };
         assert_eq!(long.settings(None).is_ok(), longest >= 500, "{dialect:?}");
     });
+}
+
+/// Whether a comment does something on LinuxCNC.
+fn is_active(line: &str) -> bool {
+    let text = line.split_once('(').map_or("", |(_, text)| text.trim_start());
+    ["MSG,", "DEBUG,", "PRINT,", "PROBEOPEN", "PROBECLOSE", "LOG", "PY", "ABORT,"].iter().any(|a| text.starts_with(a))
 }
 
 #[test]
@@ -192,6 +201,7 @@ fn rtcp_marks(dialect: Dialect) -> (&'static str, &'static str, &'static [&'stat
     match dialect {
         Dialect::Fanuc | Dialect::Mazak => ("G43.4", "G49", &["G28 X", "G28 B", "M30"]),
         Dialect::Haas => ("G234", "G49", &["G28 X", "G28 B", "M30"]),
+        Dialect::LinuxCnc => ("M428", "M429", &["G53 G0 Z", "G53 G0 X", "G53 G0 B", "M2"]),
         _ => unreachable!("{dialect:?} needs marks"),
     }
 }
@@ -206,7 +216,8 @@ fn rtcp_is_off_before_rotary_axes_go_home_and_before_the_end() {
         let spec = spec(random_blocks(&mut Random(35), 20));
         let written = write(&spec, &post);
         let (on, off, behind) = rtcp_marks(dialect);
-        let lines: Vec<&str> = written.text.lines().collect();
+        let comment = look(dialect).0.comment;
+        let lines: Vec<&str> = written.text.lines().map(|l| l.split(comment).next().unwrap()).collect();
         let first = written.block_lines[0] as usize - 1;
         let last = *written.block_lines.last().unwrap() as usize - 1;
         assert!(lines[..first].iter().any(|l| l.contains(on)), "{dialect:?}\n{}", written.text);
@@ -332,4 +343,46 @@ fn what_a_control_has_no_word_for_is_refused_by_its_name() {
     assert_eq!(number.settings(None).unwrap_err().to_string(), "program_number is 100000: it must be from 1 to 99999");
     let decimals = PostFile { decimals: Decimals { linear: 5, ..Decimals::default() }, ..post.clone() };
     assert!(decimals.settings(None).unwrap_err().to_string().starts_with("decimals.linear is 5"));
+}
+
+#[test]
+fn linuxcnc_keeps_joints_without_rtcp_and_switches_kinematics_with_it() {
+    let spec = spec(random_blocks(&mut Random(38), 10));
+    let post = PostFile { dialect: Dialect::LinuxCnc, feed_mode: FeedMode::G93, ..PostFile::default() };
+    let text = write(&spec, &post).text;
+    assert!(!text.contains("M428") && !text.contains("M429") && text.contains("G64 P0.0100 Q0.0001\n"), "{text}");
+    assert!(text.contains("G53 G0 Z1500.\n") && text.ends_with("M2\n"), "{text}");
+    let exact = post.settings(None).unwrap().on_machine(law(0.0), home()).unwrap();
+    let exact = write_program(&spec, &exact).unwrap();
+    assert!(exact.contains("G61\n") && !exact.contains("G64"), "{exact}");
+    let rtcp = write(&spec, &PostFile { feed_mode: FeedMode::Rtcp, ..post.clone() }).text;
+    let mut rest = rtcp.as_str();
+    for line in [
+        "M429\n",
+        "G53 G0 Z1500.\n",
+        "G43 H7\n",
+        "G0 G90 B14. C15.\n",
+        "M428\n",
+        "G0 G90 X11. Y12. Z13.\n",
+        "M429\n",
+        "G49\n",
+        "G53 G0 Z1500.\n",
+        "G53 G0 X0. Y0.\n",
+        "G53 G0 B0. C0.\n",
+    ] {
+        rest = rest.split_once(line).unwrap_or_else(|| panic!("{line} in\n{rtcp}")).1;
+    }
+    let g94 = PostFile { feed_mode: FeedMode::G94, ..post.clone() }.settings(None).unwrap_err().to_string();
+    assert!(g94.starts_with("feed_mode: LinuxCNC has no g94") && g94.ends_with("take g93"), "{g94}");
+    let per_axis = MotionLaw { rapid: RapidLaw::PerAxis, ..law(0.0) };
+    let error = post.settings(None).unwrap().on_machine(per_axis, home()).unwrap_err().to_string();
+    assert!(error.contains("motion.rapid: per_axis; it does linear"), "{error}");
+    // Without the machine nobody knows where home is.
+    let error = write_program(&spec, &post.settings(None).unwrap()).unwrap_err().to_string();
+    assert!(error.contains("linuxcnc.j2"), "{error}");
+    let dwell = ProgramSpec {
+        program: NcProgram { blocks: vec![spec.program.blocks[0].clone(), Block::Dwell { seconds: 1.5 }] },
+        ..spec
+    };
+    assert!(write(&dwell, &post).text.contains("G4 P1.500\n"));
 }
