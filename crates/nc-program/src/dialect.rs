@@ -3,9 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::{
-    CuttingRule, DialectFile, FeedMode, PostError, RapidRule, RtcpRule, Template, dialect_file::DIALECT_FORMAT,
-};
+use crate::{DialectFile, FeedMode, PostError, RapidRule, Template, dialect_file::DIALECT_FORMAT};
 
 /// Control a program is written for or was written for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
@@ -22,11 +20,14 @@ pub enum Dialect {
     /// LinuxCNC: G93, G64 with a tolerance, RTCP by switched kinematics.
     #[serde(rename = "linuxcnc")]
     LinuxCnc,
+    /// Siemens 840D and 840D sl, one channel: TRAORI with rotary words or tool vectors, CYCLE832.
+    #[serde(rename = "siemens_840d")]
+    Siemens840d,
 }
 
 impl Dialect {
     /// All of them.
-    pub const ALL: [Self; 4] = [Self::Fanuc, Self::Haas, Self::Mazak, Self::LinuxCnc];
+    pub const ALL: [Self; 5] = [Self::Fanuc, Self::Haas, Self::Mazak, Self::LinuxCnc, Self::Siemens840d];
 
     /// Its name in files.
     #[must_use]
@@ -36,6 +37,7 @@ impl Dialect {
             Self::Haas => "haas",
             Self::Mazak => "mazak",
             Self::LinuxCnc => "linuxcnc",
+            Self::Siemens840d => "siemens_840d",
         }
     }
 
@@ -47,6 +49,7 @@ impl Dialect {
             Self::Haas => include_str!("../dialects/haas.json"),
             Self::Mazak => include_str!("../dialects/mazak.json"),
             Self::LinuxCnc => include_str!("../dialects/linuxcnc.json"),
+            Self::Siemens840d => include_str!("../dialects/siemens_840d.json"),
         }
     }
 
@@ -67,6 +70,7 @@ impl Dialect {
             Self::Haas => include_str!("../templates/haas.j2"),
             Self::Mazak => include_str!("../templates/mazak.j2"),
             Self::LinuxCnc => include_str!("../templates/linuxcnc.j2"),
+            Self::Siemens840d => include_str!("../templates/siemens_840d.j2"),
         };
         Template { name: format!("{}.j2", self.name()), text: text.to_owned() }
     }
@@ -100,6 +104,15 @@ impl DialectFile {
         if self.motion.rtcp.as_ref().is_some_and(|r| r.cutting.is_empty()) {
             return fault("motion.rtcp.cutting", "must name a law".to_owned());
         }
+        let vectors = self.motion.rtcp.as_ref().and_then(|r| Some((r, r.vectors.as_ref()?)));
+        if let Some((rtcp, vectors)) = vectors
+            && !rtcp.cutting.iter().any(|c| vectors.laws.contains(&c.law))
+        {
+            return fault("motion.rtcp.vectors.laws", "must name one of motion.rtcp.cutting".to_owned());
+        }
+        if self.several_heads && (self.words.spindles.is_none() || !self.numbers.numbered_axes) {
+            return fault("several_heads", "needs words.spindles and numbered_axes".to_owned());
+        }
         for (field, lines, names) in self.texts() {
             for line in lines {
                 if let Some(name) = unknown_placeholder(line, names) {
@@ -130,7 +143,7 @@ impl DialectFile {
             all.push(("motion.rtcp.on", on.collect(), &["register", "law"]));
         }
         if let Some(b) = &self.motion.blending {
-            all.push(("motion.blending.within", b.within.iter().collect(), &["path", "orientation"]));
+            all.push(("motion.blending.within", b.within.on.iter().collect(), &["path", "orientation"]));
         }
         all
     }
@@ -147,13 +160,6 @@ impl DialectFile {
     /// The rule of a rapid law, `None` where the control does not move so.
     pub(crate) fn rapid(&self, is_linear: bool) -> Option<&RapidRule> {
         if is_linear { self.motion.rapid_linear.as_ref() } else { self.motion.rapid_per_axis.as_ref() }
-    }
-}
-
-impl RtcpRule {
-    /// The rule of a cutting law, `None` where the control does not move so.
-    pub(crate) fn cutting(&self, law: facemill_cl_data::CuttingLaw) -> Option<&CuttingRule> {
-        self.cutting.iter().find(|c| facemill_cl_data::CuttingLaw::from(c.law) == law)
     }
 }
 

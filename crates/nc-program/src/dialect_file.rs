@@ -31,6 +31,9 @@ pub struct DialectFile {
     pub feeds: FeedRule,
     /// What the control does between two positions.
     pub motion: MotionRule,
+    /// Whether one program can move several heads.
+    #[serde(default)]
+    pub several_heads: bool,
     /// Words of the body.
     pub words: WordRule,
 }
@@ -165,9 +168,21 @@ pub struct RtcpRule {
     /// What the tool can do between two positions, each with the words that select it. The first is taken where no
     /// machine says which.
     pub cutting: Vec<CuttingRule>,
+    /// What rapids do.
+    pub rapids: RtcpRapids,
     /// Tool vectors in place of rotary words; absent where the control, or this program, has none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub vectors: Option<VectorRule>,
+}
+
+/// What the control does at rapid rate under RTCP.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum RtcpRapids {
+    /// The tip goes straight, as in cuts.
+    TipLinear,
+    /// A setting of the control says whether the tip goes straight or the axes go as without RTCP.
+    BySetting,
 }
 
 /// How a cutting law is said.
@@ -205,6 +220,8 @@ impl From<RtcpLaw> for CuttingLaw {
 pub struct VectorRule {
     /// Motion word of such a block in place of that of a cut; empty for the same.
     pub code: String,
+    /// Laws that can be had with vectors.
+    pub laws: Vec<RtcpLaw>,
     /// What stands before the components of the tool's axis.
     pub tool: [String; 3],
     /// What stands before the components of the surface normal; absent where the control takes none.
@@ -218,13 +235,11 @@ pub struct VectorRule {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BlendingRule {
-    /// Lines that allow so much.
-    pub within: Vec<String>,
+    /// Lines that allow so much, and that undo it at the end.
+    pub within: Switch,
     /// Lines that allow nothing; absent where the control always blends, and has to be told how much.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub exact: Option<Vec<String>>,
-    /// Lines that undo it at the end.
-    pub off: Vec<String>,
+    pub exact: Option<Switch>,
 }
 
 /// Lines that switch something on and off.

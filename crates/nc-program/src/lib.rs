@@ -93,8 +93,8 @@ pub use axis_words::{AxisKind, AxisLetter, AxisNameError, AxisWord, AxisWords, T
 pub use dialect::Dialect;
 pub use dialect_file::{
     BlendingRule, CommentRule, CoolantRule, CuttingRule, DIALECT_FORMAT, DialectFile, FeedRule, HomeRule, HomeWords,
-    LengthRule, LineRule, MotionRule, NumberRule, Numbering, OffsetRule, ProgramRule, RapidRule, RtcpLaw, RtcpRule,
-    Switch, VectorRule, WordRule,
+    LengthRule, LineRule, MotionRule, NumberRule, Numbering, OffsetRule, ProgramRule, RapidRule, RtcpLaw, RtcpRapids,
+    RtcpRule, Switch, VectorRule, WordRule,
 };
 pub use fanuc::{FanucReader, read_fanuc};
 pub use heads::{HeadError, HeadSpec, MappedHead};

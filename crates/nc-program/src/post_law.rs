@@ -3,8 +3,8 @@
 use facemill_cl_data::{ControlTolerance, CuttingLaw, MotionLaw, RapidLaw};
 
 use crate::{
-    AxisLetter, AxisWords, CuttingRule, FeedMode, PostError, PostSettings, Switch, WriteError, dialect::fill,
-    number_text,
+    AxisLetter, AxisWords, CuttingRule, FeedMode, Orientation, PostError, PostSettings, RtcpRapids, RtcpRule, Switch,
+    WriteError, dialect::fill, number_text,
 };
 
 /// Decimals of tolerances in words.
@@ -42,10 +42,11 @@ impl PostSettings {
         let Some(rtcp) = self.rules.motion.rtcp.as_ref().filter(|_| self.feed_mode == FeedMode::Rtcp) else {
             return Ok(());
         };
-        if rtcp.cutting(law).is_some() {
+        let rules = self.sayable_laws(rtcp);
+        if rules.iter().any(|rule| CuttingLaw::from(rule.law) == law) {
             return Ok(());
         }
-        let allowed: Vec<&str> = rtcp.cutting.iter().map(|c| law_name(c.law.into())).collect();
+        let allowed: Vec<&str> = rules.iter().map(|c| law_name(c.law.into())).collect();
         let (name, value) = (self.rules.name.clone(), law_name(law));
         Err(PostError::Law { name, key: "motion.cutting", value, allowed: allowed.join(" or ") })
     }
@@ -53,8 +54,22 @@ impl PostSettings {
     /// `None` without RTCP.
     pub(crate) fn rtcp_law(&self) -> Option<&CuttingRule> {
         let rtcp = self.rules.motion.rtcp.as_ref().filter(|_| self.feed_mode == FeedMode::Rtcp)?;
-        let of_machine = self.motion.and_then(|m| rtcp.cutting(m.cutting));
-        of_machine.or(rtcp.cutting.first())
+        let rules = self.sayable_laws(rtcp);
+        let of_machine = |rule: &&&CuttingRule| self.motion.is_some_and(|m| m.cutting == CuttingLaw::from(rule.law));
+        rules.iter().find(of_machine).or(rules.first()).copied()
+    }
+
+    /// The laws that can be had with the way in which the tool's direction is said.
+    fn sayable_laws<'a>(&self, rtcp: &'a RtcpRule) -> Vec<&'a CuttingRule> {
+        let vectors = rtcp.vectors.as_ref().filter(|_| self.orientation == Orientation::Vectors);
+        rtcp.cutting.iter().filter(|rule| vectors.is_none_or(|v| v.laws.contains(&rule.law))).collect()
+    }
+
+    /// What rapids do under RTCP; `None` without it. Plan and verification have to assume the same.
+    #[must_use]
+    pub fn rtcp_rapids(&self) -> Option<RtcpRapids> {
+        let rtcp = self.rules.motion.rtcp.as_ref().filter(|_| self.feed_mode == FeedMode::Rtcp);
+        rtcp.map(|r| r.rapids)
     }
 
     /// Words that select the law under RTCP.
@@ -69,20 +84,19 @@ impl PostSettings {
 
     /// Lines that allow the control so much, and that undo it; none where its own settings decide.
     pub(crate) fn blending(&self) -> Result<Switch, WriteError> {
-        let none = Switch { on: Vec::new(), off: Vec::new() };
-        let Some(rule) = &self.rules.motion.blending else { return Ok(none) };
+        let Some(rule) = &self.rules.motion.blending else { return Ok(Switch { on: Vec::new(), off: Vec::new() }) };
         let allowed = self.control_tolerance();
-        let off = rule.off.clone();
         if allowed.path <= 0.0 {
             let error = || WriteError::Tolerance { name: self.rules.name.clone(), key: "path_mm" };
-            return Ok(Switch { on: rule.exact.clone().ok_or_else(error)?, off });
+            return rule.exact.clone().ok_or_else(error);
         }
         let path = self.tolerance(allowed.path, "path_mm")?;
-        let needs_orientation = rule.within.iter().any(|line| line.contains("{orientation}"));
+        let needs_orientation = rule.within.on.iter().any(|line| line.contains("{orientation}"));
         let degrees = allowed.orientation.to_degrees();
         let orientation = if needs_orientation { self.tolerance(degrees, "orientation_deg")? } else { String::new() };
         let values = [("path", path.as_str()), ("orientation", &orientation)];
-        Ok(Switch { on: rule.within.iter().map(|line| fill(line, &values)).collect(), off })
+        let on = rule.within.on.iter().map(|line| fill(line, &values)).collect();
+        Ok(Switch { on, off: rule.within.off.clone() })
     }
 
     /// A tolerance as a word's number, rounded down, so that the control is not allowed more than was assumed.

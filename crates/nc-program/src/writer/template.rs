@@ -284,7 +284,7 @@ fn check_heads(spec: &ProgramSpec, all: &[HeadSpec], settings: &PostSettings) ->
     if all.is_empty() {
         return Ok(());
     }
-    if settings.rules.words.spindles.is_none() || !settings.rules.numbers.numbered_axes {
+    if !settings.rules.several_heads {
         let (what, name) = ("several heads in one program".to_owned(), settings.rules.name.clone());
         return Err(WriteError::NotInDialect { place: "heads".to_owned(), what, name });
     }

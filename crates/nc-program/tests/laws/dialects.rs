@@ -17,6 +17,7 @@ fn look(dialect: Dialect) -> (Look, usize) {
         Dialect::Fanuc => (WORD_ADDRESS, 500),
         Dialect::Haas | Dialect::Mazak => (WORD_ADDRESS, 128),
         Dialect::LinuxCnc => (WORD_ADDRESS, 255),
+        Dialect::Siemens840d => (Look { comment: ';', ..WORD_ADDRESS }, 512),
         _ => unreachable!("{dialect:?} needs a look"),
     }
 }
@@ -121,13 +122,13 @@ fn lines_are_as_short_as_the_control_wants_them_and_comments_in_its_characters()
     let mut random = Random(32);
     each(|dialect, mode| {
         let (look, longest) = look(dialect);
-        for limit in [75, 90, 120, longest as u16] {
+        for limit in [75, 90, 120, longest.min(500) as u16] {
             let mut blocks = random_blocks(&mut random, 30);
             for text in ["Ende (schön) \u{1f600} ;{x}_%$\"<>~|@^` ", "a)b(c", "\n\r\tN5 G0 X9", "", "MSG,x (debug,#1)"]
             {
                 blocks.push(Block::Comment(text.repeat(7)));
             }
-            let post = PostFile { dialect, feed_mode: mode, max_line_length: limit.min(500), ..PostFile::default() };
+            let post = PostFile { dialect, feed_mode: mode, max_line_length: limit, ..PostFile::default() };
             let Ok(written) = write_program_with_lines(&spec(blocks), &on_machine(&post)) else {
                 // A line that does not fit is an error, never cut.
                 assert!(limit < 120, "{dialect:?} {mode:?}");
@@ -202,6 +203,7 @@ fn rtcp_marks(dialect: Dialect) -> (&'static str, &'static str, &'static [&'stat
         Dialect::Fanuc | Dialect::Mazak => ("G43.4", "G49", &["G28 X", "G28 B", "M30"]),
         Dialect::Haas => ("G234", "G49", &["G28 X", "G28 B", "M30"]),
         Dialect::LinuxCnc => ("M428", "M429", &["G53 G0 Z", "G53 G0 X", "G53 G0 B", "M2"]),
+        Dialect::Siemens840d => ("TRAORI", "TRAFOOF", &["SUPA Z", "SUPA X", "SUPA B", "M30"]),
         _ => unreachable!("{dialect:?} needs marks"),
     }
 }

@@ -10,3 +10,4 @@ mod kit;
 mod post_file;
 mod siemens;
 mod slow_control;
+mod vectors;

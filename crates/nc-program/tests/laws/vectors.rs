@@ -1,0 +1,234 @@
+//! Laws of programs that name the tool's axis in place of rotary words.
+
+use facemill_cl_data::{CuttingLaw, MotionLaw};
+use facemill_nc_program::*;
+use nalgebra::{Unit, Vector3};
+
+use crate::dialects::{home, law};
+use crate::kit::{AXES, Random, spec, words};
+use crate::slow_control::split_word;
+
+/// How a dialect names vectors: of the tool, and of the surface.
+struct Names {
+    tool: [&'static str; 3],
+    normal: Option<[&'static str; 3]>,
+    /// Every block says everything.
+    is_complete: bool,
+    law: CuttingLaw,
+}
+
+fn names(dialect: Dialect) -> Option<Names> {
+    match dialect {
+        Dialect::Siemens840d => Some(Names {
+            tool: ["A3", "B3", "C3"],
+            normal: None,
+            is_complete: false,
+            law: CuttingLaw::TipLinearVectorTurned,
+        }),
+        _ => None,
+    }
+}
+
+fn post(dialect: Dialect) -> PostFile {
+    PostFile {
+        dialect,
+        feed_mode: FeedMode::Rtcp,
+        orientation: Orientation::Vectors,
+        max_line_length: 200,
+        ..PostFile::default()
+    }
+}
+
+fn settings(dialect: Dialect) -> PostSettings {
+    let cutting = names(dialect).unwrap().law;
+    post(dialect).settings(None).unwrap().on_machine(MotionLaw { cutting, ..law(0.01) }, home()).unwrap()
+}
+
+fn unit(random: &mut Random) -> Unit<Vector3<f64>> {
+    // Often along an axis, where components are 0 and 1.
+    let along = [Vector3::x(), -Vector3::y(), Vector3::z()];
+    match random.below(4) {
+        0 => Unit::new_normalize(along[random.below(3)]),
+        _ => Unit::new_normalize(Vector3::from_fn(|_, _| random.unit() - 0.5)),
+    }
+}
+
+/// A rapid that names every axis, then cuts with vectors, some of which say little new, and rapids between.
+fn blocks(random: &mut Random, n: usize) -> Vec<Block> {
+    let mut at: Vec<(AxisLetter, f64)> = AXES.iter().map(|l| (*l, random.coordinate())).collect();
+    let mut vectors = CutVectors { tool_axis: unit(random), normal: unit(random) };
+    let mut all = vec![Block::Rapid { words: words(&at) }];
+    for _ in 0..n {
+        for word in &mut at {
+            if random.below(2) == 0 {
+                word.1 = random.coordinate();
+            }
+        }
+        if random.below(2) == 0 {
+            vectors = CutVectors { tool_axis: unit(random), normal: unit(random) };
+        }
+        let words = words(&at);
+        all.push(match random.below(6) {
+            0 => Block::Rapid { words },
+            _ => Block::LinearVectors { words, feed: 10.0 + 900.0 * random.unit(), vectors: Box::new(vectors) },
+        });
+    }
+    all
+}
+
+/// What the text says is, within half a unit, what the blocks say, with what it leaves out remembered; rotary words stand in
+/// rapids alone, and there anew behind every cut, because only the control knows where it turned them.
+#[test]
+fn vectors_come_back_from_the_text() {
+    for dialect in Dialect::ALL {
+        let Some(names) = names(dialect) else { continue };
+        let settings = settings(dialect);
+        let mut random = Random(51);
+        for _ in 0..20 {
+            let spec = spec(blocks(&mut random, 50));
+            let written = write_program_with_lines(&spec, &settings).unwrap_or_else(|e| panic!("{dialect:?} {e}"));
+            let lines: Vec<&str> = written.text.lines().collect();
+            let mut known = std::collections::BTreeMap::<String, f64>::new();
+            for (block, line) in spec.program.blocks.iter().zip(&written.block_lines) {
+                let line = lines[*line as usize - 1];
+                let said: Vec<(String, String)> = line.split(' ').filter_map(split_word).collect();
+                let has = |name: &str| said.iter().any(|(n, _)| n == name);
+                known.extend(said.iter().filter_map(|(n, v)| Some((n.clone(), v.parse().ok()?))));
+                let (at, vectors) = match block {
+                    Block::Rapid { words } => (words, None),
+                    Block::LinearVectors { words, vectors, .. } => (words, Some(vectors)),
+                    other => panic!("{other:?}"),
+                };
+                for word in at.iter() {
+                    let name = word.letter.to_string();
+                    if word.letter.kind() == AxisKind::Rotary && vectors.is_some() {
+                        assert!(!has(&name), "{line}");
+                        known.remove(&name);
+                        continue;
+                    }
+                    assert!((known[&name] - word.value).abs() <= 0.0005 + 1e-9, "{dialect:?} {line}");
+                    assert!(!names.is_complete || vectors.is_none() || has(&name), "{dialect:?} {line}");
+                }
+                let Some(vectors) = vectors else {
+                    assert!(names.tool.iter().all(|n| !has(n)), "{line}");
+                    known.retain(|name, _| !names.tool.contains(&name.as_str()));
+                    continue;
+                };
+                let pairs = [(Some(names.tool), vectors.tool_axis), (names.normal, vectors.normal)];
+                for (names_of, vector) in pairs.into_iter().filter_map(|(n, v)| Some((n?, v))) {
+                    let found = Vector3::from_fn(|k, _| known[names_of[k]]);
+                    // Half a unit of six decimals in each component.
+                    assert!((found - vector.into_inner()).amax() <= 0.5e-6 + 1e-12, "{dialect:?} {line}");
+                    assert!(!names.is_complete || names_of.iter().all(|n| has(n)), "{line}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_cut_without_vectors_is_refused_where_vectors_are_asked_for() {
+    for dialect in Dialect::ALL {
+        if names(dialect).is_none() {
+            let error = post(dialect).settings(None).unwrap_err().to_string();
+            assert!(error.starts_with("orientation: ") || error.starts_with("max_line_length"), "{dialect:?} {error}");
+            continue;
+        }
+        let first = Block::Rapid { words: words(&AXES.map(|l| (l, 0.0))) };
+        let cut = Block::Linear { words: words(&[(AxisLetter::X, 1.0)]), feed: 100.0 };
+        let error = write_program(&spec(vec![first.clone(), cut]), &settings(dialect)).unwrap_err();
+        assert_eq!(error, WriteError::NoVectors { place: "block 1".to_owned() });
+        let long = Unit::new_unchecked(Vector3::new(0.0, 0.0, 1.001));
+        for (tool_axis, normal) in [(long, Vector3::z_axis()), (Vector3::z_axis(), long)] {
+            let vectors = Box::new(CutVectors { tool_axis, normal });
+            let cut = Block::LinearVectors { words: words(&[(AxisLetter::X, 1.0)]), feed: 100.0, vectors };
+            let written = write_program(&spec(vec![first.clone(), cut]), &settings(dialect));
+            let is_named = tool_axis == long || names(dialect).unwrap().normal.is_some();
+            assert_eq!(written.is_err(), is_named, "{dialect:?} {written:?}");
+        }
+    }
+}
+
+/// The same blocks with rotary words: vectors are not needed and not written.
+#[test]
+fn dialects_that_name_no_vectors_write_the_rotary_words() {
+    let blocks = blocks(&mut Random(52), 30);
+    let plain: Vec<Block> = blocks
+        .iter()
+        .map(|b| match b {
+            Block::LinearVectors { words, feed, .. } => Block::Linear { words: *words, feed: *feed },
+            other => other.clone(),
+        })
+        .collect();
+    for dialect in Dialect::ALL {
+        let post = PostFile { orientation: Orientation::Rotary, max_line_length: 120, ..post(dialect) };
+        let settings = post.settings(None).unwrap().on_machine(law(0.01), home()).unwrap();
+        let write = |blocks: &[Block]| write_program(&spec(blocks.to_vec()), &settings).unwrap();
+        assert_eq!(write(&blocks), write(&plain), "{dialect:?}");
+    }
+}
+
+#[test]
+fn siemens_turns_rotary_words_linearly_and_vectors_in_their_plane() {
+    let spec = spec(blocks(&mut Random(53), 10));
+    let rotary = PostFile { orientation: Orientation::Rotary, ..post(Dialect::Siemens840d) }.settings(None).unwrap();
+    let linear = rotary.on_machine(law(0.01), home()).unwrap();
+    assert_eq!(linear.cutting_law(), CuttingLaw::TipAndRotariesLinear);
+    let text = write_program(&spec, &linear).unwrap();
+    assert!(text.contains("TRAORI\n") && text.contains("ORIMKS ORIAXES\n") && !text.contains("A3="), "{text}");
+    assert!(text.contains("FGROUP(X,Y,Z)\n") && text.contains("CYCLE832(0.0100,11,0.0100)\n"), "{text}");
+    let turned = MotionLaw { cutting: CuttingLaw::TipLinearVectorTurned, ..law(0.01) };
+    for settings in [rotary.on_machine(turned, home()).unwrap(), settings(Dialect::Siemens840d)] {
+        assert_eq!(settings.cutting_law(), CuttingLaw::TipLinearVectorTurned);
+        assert!(write_program(&spec, &settings).unwrap().contains("ORIWKS ORIVECT\n"));
+        assert_eq!(settings.rtcp_rapids(), Some(RtcpRapids::TipLinear));
+    }
+    // Which interpolation vectors with ORIAXES get is a machine datum.
+    let error =
+        post(Dialect::Siemens840d).settings(None).unwrap().on_machine(law(0.01), home()).unwrap_err().to_string();
+    assert!(error.contains("tip_and_rotaries_linear; it does tip_linear_vector_turned"), "{error}");
+}
+
+/// Way home, check of the tool, and all axes in F without RTCP.
+#[test]
+fn siemens_goes_home_without_transformation_and_without_length() {
+    let first = Block::Rapid { words: words(&AXES.map(|l| (l, 1.5))) };
+    let cut = Block::Linear { words: words(&[(AxisLetter::X, 2.0)]), feed: 800.0 };
+    let post = PostFile { dialect: Dialect::Siemens840d, ..PostFile::default() };
+    let exact = post.settings(None).unwrap().on_machine(law(0.0), home()).unwrap();
+    let text = write_program(&spec(vec![first, cut]), &exact).unwrap();
+    let mut rest = text.as_str();
+    let lines = [
+        "; AXIS C TURNS WITHOUT END, ITS WORDS GO ON BEYOND 360: NO MODULO AXIS (MD30310 IS 0)\n",
+        "N1 G710 G17 G40 G90 G94\n",
+        "TRAFOOF\n",
+        "RTLION\n",
+        "G0 SUPA Z1500. D0\n",
+        "G0 SUPA X0. Y0. D0\n",
+        "G0 SUPA B0. C0. D0\n",
+        "T7 M6\n",
+        "D1\n",
+        "IF ABS($P_TOOLL[1]-420.000)>0.01 GOTOF WRONG_TOOL\n",
+        "G54\n",
+        "S350 M3\n",
+        "FGROUP(X,Y,Z,B,C)\n",
+        "FGREF[B]=57.29578\n",
+        "FGREF[C]=57.29578\n",
+        "G0 B1.5 C1.5\n",
+        "G0 X1.5 Y1.5\n",
+        "G0 Z1.5\n",
+        "M8\n",
+        "G60\n",
+        "G90 G94 G0 X1.5 Y1.5 Z1.5 B1.5 C1.5\n",
+        "G1 X2. F800.\n",
+        "G64\n",
+        "TRAFOOF\n",
+        "G0 SUPA Z1500. D0\n",
+        "M30\n",
+    ];
+    for line in lines {
+        rest = rest.split_once(line).unwrap_or_else(|| panic!("{line} in\n{text}")).1;
+    }
+    let per_axis = MotionLaw { rapid: facemill_cl_data::RapidLaw::PerAxis, ..law(0.0) };
+    assert!(post.settings(None).unwrap().on_machine(per_axis, home()).is_err());
+}
