@@ -23,11 +23,14 @@ pub enum Dialect {
     /// Siemens 840D and 840D sl, one channel: TRAORI with rotary words or tool vectors, CYCLE832.
     #[serde(rename = "siemens_840d")]
     Siemens840d,
+    /// Heidenhain TNC, Klartext: FUNCTION TCPM, LN blocks with tool and normal vectors, cycle 32.
+    Heidenhain,
 }
 
 impl Dialect {
     /// All of them.
-    pub const ALL: [Self; 5] = [Self::Fanuc, Self::Haas, Self::Mazak, Self::LinuxCnc, Self::Siemens840d];
+    pub const ALL: [Self; 6] =
+        [Self::Fanuc, Self::Haas, Self::Mazak, Self::LinuxCnc, Self::Siemens840d, Self::Heidenhain];
 
     /// Its name in files.
     #[must_use]
@@ -38,6 +41,7 @@ impl Dialect {
             Self::Mazak => "mazak",
             Self::LinuxCnc => "linuxcnc",
             Self::Siemens840d => "siemens_840d",
+            Self::Heidenhain => "heidenhain",
         }
     }
 
@@ -50,6 +54,7 @@ impl Dialect {
             Self::Mazak => include_str!("../dialects/mazak.json"),
             Self::LinuxCnc => include_str!("../dialects/linuxcnc.json"),
             Self::Siemens840d => include_str!("../dialects/siemens_840d.json"),
+            Self::Heidenhain => include_str!("../dialects/heidenhain.json"),
         }
     }
 
@@ -71,6 +76,7 @@ impl Dialect {
             Self::Mazak => include_str!("../templates/mazak.j2"),
             Self::LinuxCnc => include_str!("../templates/linuxcnc.j2"),
             Self::Siemens840d => include_str!("../templates/siemens_840d.j2"),
+            Self::Heidenhain => include_str!("../templates/heidenhain.j2"),
         };
         Template { name: format!("{}.j2", self.name()), text: text.to_owned() }
     }
@@ -131,7 +137,11 @@ impl DialectFile {
             ("words.tool_change", w.tool_change.iter().collect(), &["number"]),
             ("words.spindle_on", w.spindle_on.iter().collect(), &["rpm", "code", "m"]),
             ("words.dwell", w.dwell.iter().collect(), &["ms", "s"]),
-            ("words.work_offsets", w.work_offsets.iter().map(|o| &o.word).collect(), &["n"]),
+            (
+                "words.work_offsets",
+                w.work_offsets.iter().flat_map(|o| o.lines.iter().chain([&o.word])).collect(),
+                &["n"],
+            ),
             ("words.length", w.length.before.iter().chain([&w.length.code, &w.length.end]).collect(), &["register"]),
         ];
         if let Some(s) = &w.spindles {

@@ -282,7 +282,7 @@ pub struct WordRule {
     pub motion_is_modal: bool,
     /// Length compensation along the axis.
     pub length: LengthRule,
-    /// Lines that end it.
+    /// Lines that end it; none where it goes on as long as the tool is in the spindle.
     pub length_off: Vec<String>,
     /// The way to the reference position.
     pub home: HomeRule,
@@ -335,8 +335,11 @@ pub struct OffsetRule {
     pub last: u16,
     /// Difference.
     pub plus: i32,
-    /// The word.
+    /// The word; of a control that needs more, what comments call the offset.
     pub word: String,
+    /// Lines that select it; the word alone where there are none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub lines: Vec<String>,
 }
 
 /// How axes go to the reference position.

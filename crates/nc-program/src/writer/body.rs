@@ -64,17 +64,11 @@ impl<'s, 'a> BodyWriter<'s, 'a> {
             Block::Dwell { seconds } => self.dwell(*seconds),
             Block::WorkOffset(offset) => {
                 self.modal.words.clear();
-                let word = super::template::work_offset(*offset, &self.settings.rules, &self.place())?;
-                self.sink.push_block(&word)
+                let (_, lines) = super::template::work_offset(*offset, &self.settings.rules, &self.place())?;
+                self.lines(&lines, &[])
             }
             Block::LengthCompensation { register, length, words } => self.compensation(*register, *length, words),
-            Block::LengthCompensationOff => {
-                self.modal.words.clear();
-                match (&self.settings.rules.motion.rtcp, self.settings.feed_mode) {
-                    (Some(rtcp), FeedMode::Rtcp) => self.lines(&rtcp.off, &[]),
-                    _ => self.lines(&words.length_off, &[]),
-                }
-            }
+            Block::LengthCompensationOff => self.compensation_off(),
             Block::Home { axes } => self.home(axes),
             Block::Stop => self.lines(&words.stop, &[]),
             Block::End => self.lines(&words.end, &[]),
@@ -149,6 +143,20 @@ impl<'s, 'a> BodyWriter<'s, 'a> {
         self.push_text(&fill(&rule.end, &values));
         self.push_text(&settings.rules.words.rapid_end);
         self.sink.push_block(&self.line)
+    }
+
+    fn compensation_off(&mut self) -> Result<(), WriteError> {
+        self.modal.words.clear();
+        let rules = &self.settings.rules;
+        let lines = match (&rules.motion.rtcp, self.settings.feed_mode) {
+            (Some(rtcp), FeedMode::Rtcp) => &rtcp.off,
+            _ => &rules.words.length_off,
+        };
+        if lines.is_empty() {
+            let what = "words without the tool's length".to_owned();
+            return Err(WriteError::NotInDialect { place: self.place(), what, name: self.name() });
+        }
+        self.lines(lines, &[])
     }
 
     /// Of several heads: the block names the spindle axis of the head whose register and length it takes, and no other

@@ -25,6 +25,7 @@ struct Context {
     heads: Vec<HeadContext>,
     coolant: CodeContext,
     work_offset: String,
+    work_offset_lines: Vec<String>,
     feed: FeedContext,
     rapid: RapidContext,
     rtcp: RtcpContext,
@@ -203,6 +204,7 @@ fn context(spec: &ProgramSpec, heads: &[HeadSpec], settings: &PostSettings) -> R
     let clean = |text: &str| clean_comment(text, &rules.comments);
     let name = settings.program_name.as_ref().unwrap_or(&spec.job_name);
     let digits = usize::from(rules.program.digits);
+    let (work_offset, work_offset_lines) = work_offset(spec.work_offset, rules, "work_offset")?;
     Ok(Context {
         program: ProgramContext {
             number: settings.program_number,
@@ -218,7 +220,8 @@ fn context(spec: &ProgramSpec, heads: &[HeadSpec], settings: &PostSettings) -> R
             code: coolant_code(spec.coolant, rules, "coolant")?,
             off: rules.words.coolant.off.clone(),
         },
-        work_offset: work_offset(spec.work_offset, rules, "work_offset")?,
+        work_offset,
+        work_offset_lines,
         feed: FeedContext {
             mode: settings.feed_mode,
             code: rules.feed_code(settings.feed_mode).unwrap_or_default().to_owned(),
@@ -345,13 +348,20 @@ pub(super) fn coolant_code(coolant: Coolant, rules: &DialectFile, place: &str) -
     code.cloned().ok_or_else(|| WriteError::NotInDialect { place: place.to_owned(), what, name })
 }
 
-/// The word of a work offset.
-pub(super) fn work_offset(offset: WorkOffset, rules: &DialectFile, place: &str) -> Result<String, WriteError> {
+/// The word of a work offset, and the lines that select it.
+pub(super) fn work_offset(
+    offset: WorkOffset,
+    rules: &DialectFile,
+    place: &str,
+) -> Result<(String, Vec<String>), WriteError> {
     let number = offset.number();
     let rule = rules.words.work_offsets.iter().find(|r| (r.first..=r.last).contains(&number));
     let (what, name) = (format!("work offset {number}"), rules.name.clone());
     let rule = rule.ok_or_else(|| WriteError::NotInDialect { place: place.to_owned(), what, name })?;
-    Ok(fill(&rule.word, &[("n", &(i32::from(number) + rule.plus).to_string())]))
+    let n = (i32::from(number) + rule.plus).to_string();
+    let word = fill(&rule.word, &[("n", &n)]);
+    let lines: Vec<String> = rule.lines.iter().map(|line| fill(line, &[("n", &n)])).collect();
+    Ok(if lines.is_empty() { (word.clone(), vec![word]) } else { (word, lines) })
 }
 
 fn axis_context(axis: &AxisSpec, settings: &PostSettings) -> AxisContext {

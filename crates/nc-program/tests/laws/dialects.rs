@@ -8,8 +8,27 @@ use crate::slow_control::{Look, State};
 
 const MODES: [FeedMode; 3] = [FeedMode::G94, FeedMode::G93, FeedMode::Rtcp];
 
-const WORD_ADDRESS: Look =
-    Look { rapid: "G0", cut: "G1", rapid_mark: None, comment: '(', plus: false, point: true, all_numbered: false };
+const WORD_ADDRESS: Look = Look {
+    rapid: "G0",
+    cut: "G1",
+    rapid_mark: None,
+    comment: '(',
+    plus: false,
+    point: true,
+    all_numbered: false,
+    any_point: false,
+};
+
+const KLARTEXT: Look = Look {
+    rapid: "L",
+    cut: "L",
+    rapid_mark: Some("FMAX"),
+    comment: ';',
+    plus: true,
+    point: false,
+    all_numbered: true,
+    any_point: false,
+};
 
 /// How the text of a dialect looks; the characters and the longest line of the manuals.
 fn look(dialect: Dialect) -> (Look, usize) {
@@ -18,6 +37,7 @@ fn look(dialect: Dialect) -> (Look, usize) {
         Dialect::Haas | Dialect::Mazak => (WORD_ADDRESS, 128),
         Dialect::LinuxCnc => (WORD_ADDRESS, 255),
         Dialect::Siemens840d => (Look { comment: ';', ..WORD_ADDRESS }, 512),
+        Dialect::Heidenhain => (KLARTEXT, 150),
         _ => unreachable!("{dialect:?} needs a look"),
     }
 }
@@ -71,7 +91,8 @@ fn a_control_that_remembers_words_goes_where_the_blocks_say() {
             let decimals = Decimals { linear: 2 + round % 3, rotary: 1 + round % 4, feed: round % 3, inverse_time: 3 };
             let post =
                 PostFile { dialect, feed_mode: mode, decimals, trailing_zeros: round % 5 == 4, ..PostFile::default() };
-            let look = Look { point: look.point || post.trailing_zeros && decimals.feed > 0, ..look };
+            // With trailing zeros a number of no decimals is whole.
+            let look = Look { any_point: post.trailing_zeros, ..look };
             let spec = ProgramSpec { smallest_feed: 0.0, ..spec(sayable(blocks, mode, decimals)) };
             let written = write(&spec, &post);
             let lines: Vec<&str> = written.text.lines().collect();
@@ -172,8 +193,16 @@ fn every_line_is_a_comment_or_is_numbered_as_the_control_wants() {
         assert_eq!(none.lines().count(), some.lines().count());
         if look.all_numbered {
             assert_eq!(none, some);
-            for (k, line) in none.lines().enumerate() {
-                assert!(line.starts_with(&format!("{k} ")), "{line}");
+            let mut before = "";
+            let mut k = 0;
+            for line in none.lines() {
+                if before.ends_with('~') {
+                    assert!(!line.starts_with(|c: char| c.is_ascii_digit()), "{line}");
+                } else {
+                    assert!(line.starts_with(&format!("{k} ")), "{line}");
+                    k += 1;
+                }
+                before = line;
             }
             return;
         }
@@ -204,6 +233,9 @@ fn rtcp_marks(dialect: Dialect) -> (&'static str, &'static str, &'static [&'stat
         Dialect::Haas => ("G234", "G49", &["G28 X", "G28 B", "M30"]),
         Dialect::LinuxCnc => ("M428", "M429", &["G53 G0 Z", "G53 G0 X", "G53 G0 B", "M2"]),
         Dialect::Siemens840d => ("TRAORI", "TRAFOOF", &["SUPA Z", "SUPA X", "SUPA B", "M30"]),
+        Dialect::Heidenhain => {
+            ("FUNCTION TCPM", "FUNCTION RESET TCPM", &["L Z+1500 R0 FMAX M91", "L X+0", "L B+0", "M30"])
+        }
         _ => unreachable!("{dialect:?} needs marks"),
     }
 }

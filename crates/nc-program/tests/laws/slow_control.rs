@@ -16,6 +16,8 @@ pub(crate) struct Look {
     pub(crate) point: bool,
     /// Every line has a number without a letter.
     pub(crate) all_numbered: bool,
+    /// Whole numbers may have zeros behind a point.
+    pub(crate) any_point: bool,
 }
 
 /// Where a control is behind a block.
@@ -92,6 +94,7 @@ fn check_number(number: &str, look: &Look, is_signed: bool, line: &str) {
     assert!(look.plus || !number.starts_with('+'), "{number} in {line}");
     assert!(!look.point || number.contains('.'), "{number} has no point in {line}");
     assert!(look.point || !number.ends_with('.'), "{number} in {line}");
+    assert!(look.any_point || !number.contains('.') || !number.ends_with('0'), "{number} in {line}");
     let value: f64 = number.parse().unwrap();
     assert!(!(value == 0.0 && number.starts_with('-')), "negative zero in {line}");
 }

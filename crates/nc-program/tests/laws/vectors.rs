@@ -25,6 +25,12 @@ fn names(dialect: Dialect) -> Option<Names> {
             is_complete: false,
             law: CuttingLaw::TipLinearVectorTurned,
         }),
+        Dialect::Heidenhain => Some(Names {
+            tool: ["TX", "TY", "TZ"],
+            normal: Some(["NX", "NY", "NZ"]),
+            is_complete: true,
+            law: CuttingLaw::TipAndRotariesLinear,
+        }),
         _ => None,
     }
 }
@@ -34,7 +40,7 @@ fn post(dialect: Dialect) -> PostFile {
         dialect,
         feed_mode: FeedMode::Rtcp,
         orientation: Orientation::Vectors,
-        max_line_length: 200,
+        max_line_length: 150,
         ..PostFile::default()
     }
 }
@@ -231,4 +237,74 @@ fn siemens_goes_home_without_transformation_and_without_length() {
     }
     let per_axis = MotionLaw { rapid: facemill_cl_data::RapidLaw::PerAxis, ..law(0.0) };
     assert!(post.settings(None).unwrap().on_machine(per_axis, home()).is_err());
+}
+
+#[test]
+fn heidenhain_says_face_mill_blocks_with_normal_and_tool_vector() {
+    let first = Block::Rapid { words: words(&AXES.map(|l| (l, 1.5))) };
+    let tool_axis = Unit::new_normalize(Vector3::new(0.6, 0.0, 0.8));
+    let vectors = CutVectors { tool_axis, normal: -Vector3::z_axis() };
+    let cut = |x: f64| Block::LinearVectors {
+        words: words(&[(AxisLetter::X, x)]),
+        feed: 1200.07,
+        vectors: Box::new(vectors),
+    };
+    let blocks = vec![first, cut(-2.0), cut(-2.5)];
+    let text = write_program(&spec(blocks.clone()), &settings(Dialect::Heidenhain)).unwrap();
+    let mut rest = text.as_str();
+    let lines = [
+        "0 BEGIN PGM PROPELLER_PRUEFUNG MM\n1 ; PROGRAM PROPELLER (PRUEFUNG)\n",
+        "FUNCTION RESET TCPM\n",
+        "PLANE RESET STAY\n",
+        "L Z+1500 R0 FMAX M91\n",
+        "L B+0 C+0 R0 FMAX M91\n",
+        "TOOL CALL 7 Z S350\n",
+        "FN 2: Q99 = +Q114 - +420.000\n",
+        "CYCL DEF 247 DATUM SETTING ~\nQ339=+1 ;DATUM NUMBER\n",
+        "M3\n",
+        "L B+14 C+15 R0 FMAX\n",
+        "FUNCTION TCPM F TCP AXIS POS PATHCTRL AXIS\n",
+        "L X+11 Y+12 Z+13 R0 FMAX\n",
+        "CYCL DEF 32.1 T0.0100\n",
+        "CYCL DEF 32.2 HSC-MODE:0 TA0.0100\n",
+        "L X+1.5 Y+1.5 Z+1.5 B+1.5 C+1.5 R0 FMAX\n",
+        "LN X-2 Y+1.5 Z+1.5 NX+0 NY+0 NZ-1 TX+0.6 TY+0 TZ+0.8 F1200\n",
+        "LN X-2.5 Y+1.5 Z+1.5 NX+0 NY+0 NZ-1 TX+0.6 TY+0 TZ+0.8\n",
+        "FUNCTION RESET TCPM\n",
+        "L Z+1500 R0 FMAX M91\n",
+        "M30\n",
+        "END PGM PROPELLER_PRUEFUNG MM\n",
+    ];
+    for line in lines {
+        rest = rest.split_once(line).unwrap_or_else(|| panic!("{line} in\n{text}")).1;
+    }
+    assert!(rest.is_empty());
+    let turned = MotionLaw { cutting: CuttingLaw::TipLinearVectorTurned, ..law(0.01) };
+    let turned = post(Dialect::Heidenhain).settings(None).unwrap().on_machine(turned, home()).unwrap();
+    assert!(write_program(&spec(blocks.clone()), &turned).unwrap().contains("AXIS POS PATHCTRL VECTOR\n"));
+    // It always smooths: how far, a program has to say, and what plan and verification took for nothing cannot be said.
+    let exact = post(Dialect::Heidenhain).settings(None).unwrap().on_machine(law(0.0), home()).unwrap();
+    let error = write_program(&spec(blocks.clone()), &exact).unwrap_err();
+    assert_eq!(error, WriteError::Tolerance { name: "Heidenhain TNC".to_owned(), key: "path_mm" });
+    let straight = facemill_cl_data::ControlTolerance { path: 0.01, orientation: 0.0 };
+    let straight = MotionLaw { control_tolerance: straight, ..law(0.0) };
+    let straight = post(Dialect::Heidenhain).settings(None).unwrap().on_machine(straight, home()).unwrap();
+    let error = write_program(&spec(blocks), &straight).unwrap_err().to_string();
+    assert!(error.contains("motion.control_tolerance.orientation_deg"), "{error}");
+}
+
+#[test]
+fn heidenhain_has_no_words_for_inverse_time_and_for_words_without_length() {
+    let post = PostFile { feed_mode: FeedMode::G93, orientation: Orientation::Rotary, ..post(Dialect::Heidenhain) };
+    let error = post.settings(None).unwrap_err().to_string();
+    assert_eq!(error, "feed_mode: Heidenhain TNC has no g93; take g94 or rtcp");
+    let post = PostFile { feed_mode: FeedMode::G94, ..post };
+    let settings = post.settings(None).unwrap().on_machine(law(0.01), home()).unwrap();
+    let first = Block::Rapid { words: words(&AXES.map(|l| (l, 0.0))) };
+    let write = |block: Block| write_program(&spec(vec![first.clone(), block]), &settings);
+    let error = write(Block::LengthCompensationOff).unwrap_err().to_string();
+    assert!(error.starts_with("block 1: Heidenhain TNC has no word"), "{error}");
+    assert!(write(Block::Dwell { seconds: 0.25 }).unwrap().contains("CYCL DEF 9.1 DWELL 0.250\n"));
+    assert!(write(Block::WorkOffset(WorkOffset::new(12).unwrap())).unwrap().contains("~\nQ339=+12 ;DATUM NUMBER\n"));
+    assert!(write(Block::Home { axes: vec![AxisLetter::Z] }).unwrap().contains(" L Z+1500 R0 FMAX M91\n"));
 }
