@@ -55,8 +55,11 @@ pub enum Block {
         rpm: f64,
         /// Clockwise seen from the spindle toward the tool (M3).
         clockwise: bool,
+        /// Which of several, from 1: that of a head on a machine of several heads, where it must be said; `None` for the
+        /// only one.
+        spindle: Option<u32>,
     },
-    /// Stop the spindle.
+    /// Stop the spindle; of several heads all of them.
     SpindleOff,
     /// Switch the coolant.
     Coolant(Coolant),

@@ -196,7 +196,8 @@ impl<'a> BlockWriter<'a> {
     /// Spindle and coolant where an operation has others than the one before; the first one's are in the header.
     fn change_of(&mut self, before: &FeedsFile, now: &FeedsFile) {
         if before.spindle_rpm != now.spindle_rpm {
-            self.timed.program.blocks.push(Block::SpindleOn { rpm: now.spindle_rpm, clockwise: self.clockwise });
+            let (rpm, clockwise) = (now.spindle_rpm, self.clockwise);
+            self.timed.program.blocks.push(Block::SpindleOn { rpm, clockwise, spindle: None });
         }
         if before.coolant != now.coolant {
             self.timed.program.blocks.push(Block::Coolant(coolant(now.coolant)));

@@ -55,7 +55,9 @@ impl<'s, 'a> BodyWriter<'s, 'a> {
                 self.modal = Modal::default();
                 self.lines(&words.tool_change, &[("number", &number.to_string())])
             }
-            Block::SpindleOn { rpm, clockwise } => self.spindle_on(SpindleSpec { rpm: *rpm, clockwise: *clockwise }),
+            Block::SpindleOn { rpm, clockwise, spindle } => {
+                self.spindle_on(SpindleSpec { rpm: *rpm, clockwise: *clockwise }, *spindle)
+            }
             Block::SpindleOff => self.spindle_off(),
             Block::Coolant(coolant) => {
                 let code = super::template::coolant_code(*coolant, &self.settings.rules, &self.place())?;
@@ -91,16 +93,26 @@ impl<'s, 'a> BodyWriter<'s, 'a> {
         Ok(())
     }
 
-    fn spindle_on(&mut self, spindle: SpindleSpec) -> Result<(), WriteError> {
-        if !self.heads.is_empty() {
-            return Err(
-                self.which_head("a spindle that is switched on must be told by its number: leave it to the template")
-            );
-        }
+    fn spindle_on(&mut self, spindle: SpindleSpec, number: Option<u32>) -> Result<(), WriteError> {
+        let words = &self.settings.rules.words;
+        let is_known = |n: u32| self.heads.iter().any(|head| head.spindle_number == n);
+        let lines = match number {
+            None if self.heads.is_empty() => &words.spindle_on,
+            None => return Err(self.which_head("a spindle of several must be told by its number")),
+            Some(n) if !self.heads.is_empty() && !is_known(n) => {
+                return Err(self.which_head(&format!("spindle {n} is that of no head")));
+            }
+            Some(n) => {
+                let what = format!("spindle {n}");
+                let error = || WriteError::NotInDialect { place: self.place(), what, name: self.name() };
+                &words.spindles.as_ref().ok_or_else(error)?.on
+            }
+        };
         let speed = spindle_speed(spindle.rpm, &self.place())?.to_string();
         let code = spindle_code(&spindle, self.settings);
-        let values = [("rpm", speed.as_str()), ("code", &code), ("m", code.trim_start_matches('M'))];
-        self.lines(&self.settings.rules.words.spindle_on, &values)
+        let number = number.unwrap_or(1).to_string();
+        let m = code.trim_start_matches('M');
+        self.lines(lines, &[("rpm", &speed), ("code", &code), ("m", m), ("spindle", &number)])
     }
 
     /// All of them.

@@ -61,7 +61,7 @@ pub(crate) fn on_machine(post: &PostFile) -> PostSettings {
 }
 
 /// The feed modes that a dialect has words for.
-fn modes(dialect: Dialect) -> Vec<FeedMode> {
+pub(crate) fn modes(dialect: Dialect) -> Vec<FeedMode> {
     let has = |mode: &FeedMode| PostFile { dialect, feed_mode: *mode, ..PostFile::default() }.settings(None).is_ok();
     MODES.into_iter().filter(has).collect()
 }

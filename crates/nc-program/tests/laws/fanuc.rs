@@ -153,7 +153,7 @@ fn words_are_said_again_where_their_meaning_changes() {
         Block::Home { axes: vec![AxisLetter::Z, AxisLetter::X] },
         Block::Raw("G91\nG1 X5.\n(raw)".to_owned()),
         Block::ToolCall { number: 3 },
-        Block::SpindleOn { rpm: 100.0, clockwise: false },
+        Block::SpindleOn { rpm: 100.0, clockwise: false, spindle: None },
         Block::SpindleOff,
         Block::Coolant(Coolant::Mist),
         Block::Dwell { seconds: 1.5 },

@@ -239,7 +239,7 @@ fn faults_of_heads_are_named() {
 
     let words = map().words(&[0.0; 9]).unwrap();
     let rapid = || Block::Rapid { words };
-    let e = write(vec![rapid(), Block::SpindleOn { rpm: 100.0, clockwise: true }]).unwrap_err();
+    let e = write(vec![rapid(), Block::SpindleOn { rpm: 100.0, clockwise: true, spindle: None }]).unwrap_err();
     assert!(e.to_string().starts_with("block 1: a spindle"), "{e}");
     let z2 = words_of(&[("Z2", 5.0)]);
     let length = |register, words| Block::LengthCompensation { register, length: LENGTHS[1], words };
@@ -284,5 +284,49 @@ fn the_number_of_a_spindle_must_be_whole_and_stand_with_it() {
     );
     for wrong in ["S100 P1.5\n", "M3 P-1\n", "T1 P2\n", "P2\n"] {
         assert!(read_fanuc(wrong).is_err(), "{wrong}");
+    }
+}
+
+#[test]
+fn one_spindle_of_two_changes_its_speed_by_its_number() {
+    let words = map().words(&[0.0; 9]).unwrap();
+    let on = |spindle| Block::SpindleOn { rpm: 640.4, clockwise: false, spindle };
+    let write = |block| {
+        let spec = nine_axis_spec(vec![Block::Rapid { words }, block]);
+        write_program_of_heads(&spec, &heads(), &settings(FeedMode::G93)).map(|w| w.text)
+    };
+    for head in heads() {
+        let n = head.spindle_number;
+        let text = write(on(Some(n))).unwrap();
+        let line = format!("S640 M4 P{n}\n");
+        assert_eq!(text.matches(&line).count(), 1, "{text}");
+        let read = read_fanuc(&text).unwrap();
+        let commands =
+            [ReadCommand::Spindle(n), ReadCommand::SpindleOn { clockwise: false }, ReadCommand::SpindleSpeed(640.0)];
+        assert!(read.blocks.iter().any(|b| b.commands == commands), "{text}");
+    }
+    let error = write(on(Some(9))).unwrap_err().to_string();
+    assert_eq!(error, "block 1: spindle 9 is that of no head");
+    assert!(matches!(write(on(None)), Err(WriteError::WhichHead { .. })));
+}
+
+#[test]
+fn a_numbered_spindle_of_one_head_is_said_as_its_control_says_it() {
+    let said = |dialect| {
+        let on = Block::SpindleOn { rpm: 900.0, clockwise: true, spindle: Some(2) };
+        let spec = crate::kit::spec(vec![Block::Rapid { words: words(&crate::kit::AXES.map(|l| (l, 0.0))) }, on]);
+        let post = PostFile { dialect, feed_mode: crate::dialects::modes(dialect)[0], ..PostFile::default() };
+        write_program(&spec, &crate::dialects::on_machine(&post))
+    };
+    for (dialect, line) in [
+        (Dialect::Fanuc, " S900 M3 P2\n"),
+        (Dialect::LinuxCnc, " S900 M3 $2\n"),
+        (Dialect::Siemens840d, " S2=900 M2=3\n"),
+    ] {
+        assert!(said(dialect).unwrap().contains(line), "{dialect:?}");
+    }
+    for dialect in [Dialect::Haas, Dialect::Mazak, Dialect::Heidenhain] {
+        let error = said(dialect).unwrap_err().to_string();
+        assert!(error.starts_with("block 1: ") && error.ends_with("has no word for this: spindle 2"), "{error}");
     }
 }
