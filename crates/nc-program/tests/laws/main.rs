@@ -7,6 +7,7 @@ mod fanuc;
 mod fanuc_reader;
 mod heads;
 mod kit;
+mod linuxcnc_client;
 mod post_file;
 mod siemens;
 mod slow_control;
