@@ -368,6 +368,8 @@ fn what_a_control_has_no_word_for_is_refused_by_its_name() {
     assert_eq!(mist, "coolant: Haas has no word for this: mist coolant");
     let offset = refused(&|s| s.work_offset = WorkOffset::new(106).unwrap());
     assert_eq!(offset, "work_offset: Haas has no word for this: work offset 106");
+    let far = ProgramSpec { work_offset: WorkOffset::new(105).unwrap(), ..spec(vec![first.clone()]) };
+    assert!(write(&far, &post).text.contains(" G154 P99\n"));
     let block = refused(&|s| s.program.blocks.push(Block::Coolant(Coolant::Mist)));
     assert!(block.starts_with("block 1: Haas has no word"), "{block}");
     let second = "X2".parse().unwrap();
