@@ -81,6 +81,7 @@ mod read_position;
 mod read_program;
 mod siemens;
 mod word_map;
+mod word_rule;
 mod write_error;
 mod writer;
 
@@ -92,9 +93,8 @@ pub use axis_lengths::AxisLengths;
 pub use axis_words::{AxisKind, AxisLetter, AxisNameError, AxisWord, AxisWords, TooManyAxes};
 pub use dialect::Dialect;
 pub use dialect_file::{
-    BlendingRule, CommentRule, CoolantRule, CuttingRule, DIALECT_FORMAT, DialectFile, FeedRule, HomeRule, HomeWords,
-    LengthRule, LineRule, MotionRule, NumberRule, Numbering, OffsetRule, ProgramRule, RapidRule, RtcpLaw, RtcpRapids,
-    RtcpRule, Switch, VectorRule, WordRule,
+    BlendingRule, CommentRule, CuttingRule, DIALECT_FORMAT, DialectFile, FeedRule, LineRule, MotionRule, NumberRule,
+    Numbering, ProgramRule, RapidRule, RtcpLaw, RtcpRapids, RtcpRule, Switch, VectorRule,
 };
 pub use fanuc::{FanucReader, read_fanuc};
 pub use heads::{HeadError, HeadSpec, MappedHead};
@@ -115,6 +115,7 @@ pub use siemens::{
     read_siemens_pair, write_siemens_pair,
 };
 pub use word_map::{MappedAxis, WordMap, WordMapError};
+pub use word_rule::{CoolantRule, HomeRule, HomeWords, LengthRule, OffsetRule, WordRule};
 pub use write_error::WriteError;
 
 /// The program in the dialect of the settings, with `\n` line ends; the same input always gives the same bytes.

@@ -1,6 +1,7 @@
 //! Programs as text: the template of a dialect around a body of blocks, both by the rules of the dialect's file.
 
 mod body;
+mod context;
 mod lines;
 mod motion;
 mod template;

@@ -1,157 +1,21 @@
 use facemill_cl_data::RapidLaw;
 use minijinja::{Environment, Error, ErrorKind, UndefinedBehavior, syntax::SyntaxConfig, value::Serde};
-use serde::Serialize;
 
 use super::{
+    context::{
+        AxisContext, CodeContext, Context, FeedContext, HeadContext, JobContext, ProgramContext, RapidContext,
+        RtcpContext, SpindleContext, ToleranceContext, ToolContext, WordsContext,
+    },
     spindle_code, spindle_speed,
     text::{clean_comment, program_id, push_axis_word},
 };
 use crate::{
-    AxisKind, AxisLetter, AxisSpec, AxisWords, Coolant, DialectFile, FeedMode, HeadSpec, PostSettings, ProgramSpec,
-    RtcpLaw, SpindleSpec, Switch, ToolSpec, WorkOffset, WriteError, dialect::fill, heads, number_text,
+    AxisKind, AxisSpec, AxisWords, Coolant, DialectFile, FeedMode, HeadSpec, PostSettings, ProgramSpec, SpindleSpec,
+    ToolSpec, WorkOffset, WriteError, dialect::fill, heads, number_text,
 };
 
 /// Stands for the motions while the template is rendered, because they can be longer than all the rest together.
 pub(super) const BODY: &str = "\u{1}body\u{1}";
-
-/// What a template sees. Names and comments are in the control's characters, positions are words.
-#[derive(Serialize)]
-struct Context {
-    program: ProgramContext,
-    job: JobContext,
-    tool: ToolContext,
-    spindle: SpindleContext,
-    /// Empty for one head.
-    heads: Vec<HeadContext>,
-    coolant: CodeContext,
-    work_offset: String,
-    work_offset_lines: Vec<String>,
-    feed: FeedContext,
-    rapid: RapidContext,
-    rtcp: RtcpContext,
-    tolerance: ToleranceContext,
-    blending: Switch,
-    look_ahead: Switch,
-    axes: Vec<AxisContext>,
-    home: WordsContext,
-    /// Machine values of the reference position.
-    reference: Option<WordsContext>,
-    first: WordsContext,
-    approach: WordsContext,
-    body: &'static str,
-}
-
-#[derive(Serialize)]
-struct ProgramContext {
-    number: u32,
-    /// With leading zeros.
-    padded: String,
-    name: String,
-    /// Letters, digits and underscores.
-    id: String,
-}
-
-#[derive(Serialize)]
-struct JobContext {
-    name: String,
-}
-
-#[derive(Serialize)]
-struct ToolContext {
-    number: u32,
-    name: String,
-    radius: f64,
-    corner_radius: f64,
-    length: f64,
-    length_register: u32,
-}
-
-#[derive(Serialize)]
-struct SpindleContext {
-    rpm: i64,
-    clockwise: bool,
-    code: String,
-}
-
-#[derive(Serialize)]
-struct HeadContext {
-    name: String,
-    tool: ToolContext,
-    spindle: SpindleContext,
-    spindle_number: u32,
-    spindle_axis: AxisLetter,
-    /// Word of its spindle axis at the first position.
-    first: String,
-}
-
-#[derive(Serialize)]
-struct CodeContext {
-    code: String,
-    /// What switches it off.
-    off: String,
-}
-
-#[derive(Serialize)]
-struct FeedContext {
-    mode: FeedMode,
-    code: String,
-    /// What goes back to feed per minute.
-    per_minute: String,
-}
-
-#[derive(Serialize)]
-struct RapidContext {
-    linear: bool,
-    code: String,
-    note: String,
-}
-
-/// Empty without RTCP.
-#[derive(Default, Serialize)]
-struct RtcpContext {
-    law: Option<RtcpLaw>,
-    /// Words that select the law.
-    code: String,
-    /// Lines before the move that switches it on.
-    before: Vec<String>,
-    off: Vec<String>,
-    vectors: bool,
-}
-
-/// What plan and verification allow the control.
-#[derive(Serialize)]
-struct ToleranceContext {
-    /// mm.
-    path: f64,
-    /// deg.
-    orientation: f64,
-}
-
-#[derive(Serialize)]
-struct AxisContext {
-    letter: AxisLetter,
-    rotary: bool,
-    along_spindle: bool,
-    /// Machine limits as words' numbers, none for an axis without one.
-    min: Option<String>,
-    max: Option<String>,
-    /// Machine value where words are 0, as a word's number.
-    work_offset: Option<String>,
-}
-
-/// Words of one position, joined by blanks and sorted by what moves together.
-#[derive(Default, Serialize)]
-struct WordsContext {
-    /// The axis along the spindle.
-    spindle: String,
-    /// The other linear axes.
-    across: String,
-    /// All linear axes.
-    linear: String,
-    rotary: String,
-    /// Every axis.
-    all: String,
-}
 
 /// The template's lines, trimmed, without empty ones; exactly one is [`BODY`].
 pub(super) fn render(

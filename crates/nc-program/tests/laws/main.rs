@@ -2,6 +2,7 @@
 
 mod apt;
 mod block_lines;
+mod dialect_files;
 mod dialects;
 mod fanuc;
 mod fanuc_reader;
