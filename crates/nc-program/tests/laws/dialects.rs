@@ -281,3 +281,46 @@ fn a_wrong_variable_in_any_template_names_the_template_and_its_line() {
         assert!(error.starts_with(&format!("template shop.j2, line {n}: undefined value")), "{dialect:?} {error}");
     });
 }
+
+#[test]
+fn the_longest_line_may_be_as_long_as_the_limit_and_no_longer() {
+    let mut n = 0;
+    each(|dialect, mode| {
+        let spec = spec(random_blocks(&mut Random(39), 60));
+        let with = |max_line_length| {
+            let post = PostFile { dialect, feed_mode: mode, max_line_length, ..PostFile::default() };
+            write_program(&spec, &on_machine(&post))
+        };
+        let longest = with(120).unwrap().lines().map(str::len).max().unwrap() as u16;
+        assert!(with(longest).is_ok(), "{dialect:?} {longest}");
+        let Err(WriteError::LineTooLong { text, limit }) = with(longest - 1) else { panic!("{dialect:?} {longest}") };
+        assert_eq!((text.len(), limit), (usize::from(longest), usize::from(longest) - 1));
+        n += 1;
+    });
+    assert!(n > 10);
+}
+
+/// A control must not be allowed more than plan and verification assumed.
+#[test]
+fn tolerances_are_rounded_down() {
+    let tolerance = ControlTolerance { path: 0.019_99, orientation: 0.029_99_f64.to_radians() };
+    let words = [
+        (Dialect::Haas, FeedMode::G94, "G187 E0.0199\n"),
+        (Dialect::LinuxCnc, FeedMode::G93, "G64 P0.0199 Q0.0001\n"),
+        (Dialect::Siemens840d, FeedMode::Rtcp, "CYCLE832(0.0199,11,0.0299)\n"),
+        (Dialect::Heidenhain, FeedMode::Rtcp, "CYCL DEF 32.1 T0.0199\n"),
+        (Dialect::Heidenhain, FeedMode::G94, "CYCL DEF 32.2 HSC-MODE:0 TA0.0299\n"),
+    ];
+    for (dialect, feed_mode, line) in words {
+        let post = PostFile { dialect, feed_mode, ..PostFile::default() };
+        let with = |control_tolerance| {
+            let motion = MotionLaw { control_tolerance, ..law(0.0) };
+            let settings = post.settings(None).unwrap().on_machine(motion, home()).unwrap();
+            write_program(&spec(random_blocks(&mut Random(40), 3)), &settings)
+        };
+        assert!(with(tolerance).unwrap().contains(line), "{dialect:?} {line}");
+        // What is too small for a word is not rounded to nothing or up.
+        let tiny = with(ControlTolerance { path: 0.000_09, ..tolerance });
+        assert!(matches!(tiny, Err(WriteError::Tolerance { key: "path_mm", .. })), "{dialect:?}");
+    }
+}

@@ -67,6 +67,8 @@ impl State {
             }
         }
         if let Some(mark) = look.rapid_mark {
+            // Klartext: every motion says what it is, that it has no radius compensation, and whether it is a rapid.
+            assert!(words[0] == look.cut && words.iter().any(|w| w == "R0"), "{line}");
             self.is_rapid = words.iter().any(|w| w == mark);
         }
         self.own_feed = None;
