@@ -7,7 +7,7 @@ use facemill_cl_data::{Aabb, CcPoint, CuttingLaw, PlacedSolid, RoundBox, Solid};
 use facemill_cutter_location::Pieces;
 use facemill_interference::{Interference, MeshTree, solid_mesh};
 use facemill_inverse_kinematics::{AxisKind, BodyPose, Carrier, Machine};
-use facemill_nc_program::{AxisWords, FeedMode, LAST_PROGRAM_NUMBER, PostSettings, Template, WorkOffset};
+use facemill_nc_program::{AxisWords, FeedMode, LAST_PROGRAM_NUMBER, PostSettings, RtcpRapids, Template, WorkOffset};
 use facemill_surface_model::{
     Group, ImportSettings, Imported, LengthUnit, MeshFormat, Surface, SurfaceSettings, TriMesh, UpAxis, import_mesh,
 };
@@ -105,6 +105,11 @@ impl Job {
         if post.feed_mode() == FeedMode::Rtcp && machine.motion_law().cutting == CuttingLaw::AxesLinear {
             let message = "post.feed_mode: rtcp needs a machine whose motion.cutting is tip_and_rotaries_linear or \
                            tip_linear_vector_turned, because that is what the control then does; its is axes_linear";
+            return Err(Failure::input(path, message));
+        }
+        if post.rtcp_rapids() == Some(RtcpRapids::TipLinear) {
+            let message = "post.feed_mode: under rtcp this control keeps the tip on a line at rapid rate, too, where plan \
+                           and verification move all axes on a line; take g94 or g93";
             return Err(Failure::input(path, message));
         }
         let home = home_words(&machine)?;
