@@ -7,7 +7,10 @@ use crate::{AxisLetter, heads::MAX_HEADS};
 /// [`Compensation`](crate::Compensation) alone, whatever this holds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct AxisLengths {
-    registers: [Option<(AxisLetter, u32)>; MAX_HEADS],
+    axes: [Option<AxisLetter>; MAX_HEADS],
+    /// Of the axis at the same place; 0 where there is none. Apart from the axes, which takes half the memory: every
+    /// block of a program has them.
+    registers: [u32; MAX_HEADS],
     /// A compensation does not say its one axis.
     is_unclear: bool,
 }
@@ -21,7 +24,7 @@ impl AxisLengths {
 
     /// Axes and registers that are on, in the order they were switched on.
     pub fn iter(&self) -> impl Iterator<Item = (AxisLetter, u32)> + '_ {
-        self.registers.iter().flatten().copied()
+        self.axes.iter().zip(&self.registers).filter_map(|(axis, register)| Some(((*axis)?, *register)))
     }
 
     /// Whether every compensation since the last `G49` named the one axis that it acts on.
@@ -32,9 +35,9 @@ impl AxisLengths {
 
     /// Switches a register on for an axis; 0 is none.
     pub(crate) fn set(&mut self, axis: AxisLetter, register: u32) {
-        let at = self.registers.iter().position(|r| r.is_some_and(|(letter, _)| letter == axis));
-        match at.or_else(|| self.registers.iter().position(Option::is_none)) {
-            Some(at) => self.registers[at] = (register > 0).then_some((axis, register)),
+        let at = self.axes.iter().position(|letter| *letter == Some(axis));
+        match at.or_else(|| self.axes.iter().position(Option::is_none)) {
+            Some(at) => (self.axes[at], self.registers[at]) = ((register > 0).then_some(axis), register),
             None => self.is_unclear = true,
         }
     }

@@ -6,5 +6,6 @@ mod lexer;
 mod modal;
 mod motion;
 mod reader;
+mod variant;
 
 pub use reader::{FanucReader, read_fanuc};

@@ -79,6 +79,7 @@ mod program_spec;
 mod read_error;
 mod read_position;
 mod read_program;
+mod readers;
 mod siemens;
 mod word_map;
 mod word_rule;
@@ -107,9 +108,10 @@ pub use program_spec::{AxisSpec, ProgramSpec, SpindleSpec, ToolSpec};
 pub use read_error::{ReadError, ReadFault};
 pub use read_position::{AxisAt, ReadPosition};
 pub use read_program::{
-    ArcWords, Compensation, Feed, MacroKind, MotionKind, NoteKind, Plane, ReadBlock, ReadCommand, ReadMotion, ReadNote,
-    ReadProgram, ToolLengthNote,
+    ArcWords, CallKind, Compensation, Feed, MacroKind, MotionKind, NoteKind, Plane, ReadBlock, ReadCall, ReadCommand,
+    ReadMotion, ReadNote, ReadProgram, ToolLengthNote, ToolVectors,
 };
+pub use readers::feed_place::FeedPlace;
 pub use siemens::{
     ReadPair, ReadPairBlock, SiemensFault, SiemensFeed, SiemensPair, SiemensReadError, SiemensSettings,
     read_siemens_pair, write_siemens_pair,

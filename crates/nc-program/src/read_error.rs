@@ -33,6 +33,9 @@ pub enum ReadFault {
     /// No number, or one that is not of the form `-12.5`.
     #[error("`{0}` has no valid number")]
     Number(String),
+    /// Text that should be an expression and is none, or an assignment that is none.
+    #[error("`{0}` is no valid expression")]
+    Expression(String),
     /// `(` without `)`.
     #[error("the comment is not closed")]
     OpenComment,

@@ -1,4 +1,6 @@
-use crate::{AxisLengths, AxisWords, Coolant, FeedMode, ReadPosition, WorkOffset};
+use std::ops::Range;
+
+use crate::{AxisLengths, AxisWords, Coolant, FeedMode, FeedPlace, ReadPosition, WorkOffset};
 
 /// An NC program as its text says it: modal state resolved, nothing executed.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -18,7 +20,8 @@ pub struct ReadBlock {
     pub line: u32,
     /// Block number (N).
     pub number: Option<u32>,
-    /// The line without blanks at its ends; bytes that are not UTF-8 (they can stand in comments only) are replaced.
+    /// The line without blanks at its ends; bytes that are not UTF-8 (they can stand in comments only) are replaced. Empty
+    /// from a reader that keeps no text.
     pub text: Box<str>,
     /// Whether the line starts with `/`, so that a switch on the control decides if it is executed. Positions are
     /// resolved as if it were.
@@ -30,10 +33,26 @@ pub struct ReadBlock {
     pub compensation: Compensation,
     /// The same by axis, for machines of several heads.
     pub lengths: AxisLengths,
+    /// Where its feed stands in the source.
+    pub feed_place: FeedPlace,
     /// Where the block moves to.
     pub motion: Option<ReadMotion>,
     /// What else it says.
     pub commands: Vec<ReadCommand>,
+}
+
+impl ReadBlock {
+    /// Bytes of the source that are the F word: [`FeedPlace::span`].
+    #[must_use]
+    pub fn feed_span(&self) -> Option<Range<usize>> {
+        self.feed_place.span()
+    }
+
+    /// Byte of the source before which a feed belongs: [`FeedPlace::insert_at`].
+    #[must_use]
+    pub fn insert_feed_at(&self) -> Option<usize> {
+        self.feed_place.insert_at()
+    }
 }
 
 /// A move and the modal state it is made in.
@@ -56,6 +75,18 @@ pub struct ReadMotion {
     pub via: Option<Box<AxisWords>>,
     /// Centre or radius of an arc.
     pub arc: Option<Box<ArcWords>>,
+    /// Direction of the tool as a vector. The rotary axes are not known behind it, and a [`MacroKind::VariableWords`] of
+    /// the same block says so.
+    pub tool: Option<Box<ToolVectors>>,
+}
+
+/// Directions that stand in a block instead of rotary words, as programmed: in the frame of the words, of any length.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ToolVectors {
+    /// From the tip to the spindle (Siemens A3 B3 C3, Heidenhain TX TY TZ).
+    pub axis: Option<[f64; 3]>,
+    /// Normal of the surface (Siemens A5 B5 C5, Heidenhain NX NY NZ).
+    pub normal: Option<[f64; 3]>,
 }
 
 /// How a move goes.
@@ -120,7 +151,7 @@ pub enum Plane {
     Yz,
 }
 
-/// Centre or radius of an arc, as programmed, mm.
+/// Centre or radius of an arc, as programmed, mm; `None` where it is not given or not evaluated.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ArcWords {
     /// Plane of the circle.
@@ -133,6 +164,13 @@ pub struct ArcWords {
     pub k: Option<f64>,
     /// R.
     pub r: Option<f64>,
+    /// X, Y and Z of the centre where they are given as words of the work offset and not from the start: `I=AC(…)`, CC,
+    /// G90.1.
+    pub centre: [Option<f64>; 3],
+    /// Angle of the arc where it is given, deg, positive (Siemens AR, Heidenhain IPA).
+    pub angle: Option<f64>,
+    /// Whole turns before the end (TURN, or P of a helix).
+    pub turns: u32,
 }
 
 /// What a block says besides its motion.
@@ -144,6 +182,10 @@ pub enum ReadCommand {
     ProgramNumber(u32),
     /// Tool number (T); the change itself is M6.
     Tool(u32),
+    /// Tool that is called by a name, or by a number that is not whole.
+    ToolName(String),
+    /// Tool that is made ready and not changed to (the second T of a Mazak block, TOOL DEF).
+    NextTool(u32),
     /// Number of the spindle (P) that S, M3, M4 and M5 of the same block are for, on machines of several; it stands
     /// before them.
     Spindle(u32),
@@ -171,6 +213,9 @@ pub enum ReadCommand {
     End,
     /// Any other M function, which is the machine builder's.
     Function(u32),
+    /// What is called, and with which arguments: a cycle, a subprogram. What it may do to axes or offsets, a
+    /// [`ReadCommand::Macro`] of the same block tells; without one it does nothing to them.
+    Call(Box<ReadCall>),
     /// Text that is kept and not evaluated.
     Macro {
         /// What it is.
@@ -178,6 +223,36 @@ pub enum ReadCommand {
         /// As it stands.
         text: String,
     },
+}
+
+/// A cycle or subprogram that a block names.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ReadCall {
+    /// What it is.
+    pub kind: CallKind,
+    /// Its number or name, such as `CYCLE81`, `200`, `9010`.
+    pub name: String,
+    /// As they stand, without the parentheses.
+    pub arguments: String,
+    /// Whether the blocks that follow call it again (MCALL, G66, M89).
+    pub is_modal: bool,
+}
+
+/// Kinds of [`ReadCall`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CallKind {
+    /// A cycle of the control, run here.
+    Cycle,
+    /// A cycle that is described here and run where it is called (CYCL DEF).
+    Definition,
+    /// More arguments of the definition in the lines before.
+    Arguments,
+    /// The cycle or program that was described last is run here (CYCL CALL, M99).
+    Defined,
+    /// A subprogram or macro.
+    Subprogram,
+    /// A line that calls can be made to, or that ends what is called (LBL).
+    Label,
 }
 
 /// What a macro line is.
@@ -191,8 +266,10 @@ pub enum MacroKind {
     Branch,
     /// Subprogram and macro calls (M98, M99, G65 to G67); may move every axis.
     Call,
-    /// Words whose value is a variable or an expression; may move every axis.
+    /// Words whose value is a variable or an expression that is not evaluated, or a tool vector; may move every axis.
     VariableWords,
+    /// Text for a screen, a file or a printer (DPRNT, FN 16); moves nothing.
+    Output,
     /// A setting of offsets or control data (G10, G52, G92) and its words.
     Setting,
 }

@@ -3,8 +3,11 @@
 use super::{
     lexer::{Line, Word},
     modal::Modal,
+    variant::Variant,
 };
-use crate::{AxisKind, AxisLetter, Coolant, MacroKind, ReadBlock, ReadCommand, ReadError, ReadFault};
+use crate::{
+    AxisKind, AxisLetter, CallKind, Coolant, MacroKind, ReadBlock, ReadCall, ReadCommand, ReadError, ReadFault,
+};
 
 /// mm per inch.
 const INCH: f64 = 25.4;
@@ -24,10 +27,16 @@ pub(super) enum AxisRole {
     Data,
 }
 
-/// Resolves the words of `line` and fills the block.
-pub(super) fn interpret(line: &mut Line, modal: &mut Modal, block: &mut ReadBlock) -> Result<(), ReadError> {
-    check_repeated(line)?;
-    let mut reading = BlockReading { line, modal, block, role: AxisRole::Target, has_parameters: false };
+/// Resolves the words of `line`, whose text is `text`, and fills the block.
+pub(super) fn interpret(
+    line: &mut Line,
+    variant: Variant,
+    modal: &mut Modal,
+    text: &[u8],
+    block: &mut ReadBlock,
+) -> Result<(), ReadError> {
+    check_repeated(line, variant)?;
+    let mut reading = BlockReading { line, variant, modal, text, block, role: AxisRole::Target, has_parameters: false };
     reading.modal.position.start_block();
     reading.g_words()?;
     reading.spindle_number()?;
@@ -36,14 +45,17 @@ pub(super) fn interpret(line: &mut Line, modal: &mut Modal, block: &mut ReadBloc
     reading.feed_and_speed()?;
     reading.dwell()?;
     reading.motion()?;
+    reading.feed_place();
+    reading.variable_words();
     reading.check_all_used()
 }
 
-/// Every word but G and M stands once in a block.
-fn check_repeated(line: &Line) -> Result<(), ReadError> {
+/// Every word but G and M stands once in a block; on Mazak controls a second T makes the next tool ready.
+fn check_repeated(line: &Line, variant: Variant) -> Result<(), ReadError> {
     for (k, word) in line.words.iter().enumerate() {
         let is_same = |other: &Word| other.letter == word.letter && other.index == word.index;
-        if !matches!(word.letter, b'G' | b'M') && line.words[..k].iter().any(is_same) {
+        let may_repeat = matches!(word.letter, b'G' | b'M') || word.letter == b'T' && variant == Variant::Mazak;
+        if !may_repeat && line.words[..k].iter().any(is_same) {
             return Err(line.word_error(word, ReadFault::Repeated(line.word_text(word))));
         }
     }
@@ -53,7 +65,10 @@ fn check_repeated(line: &Line) -> Result<(), ReadError> {
 /// A block being read. Its G words are in `g_words`, its moves in `motion`.
 pub(super) struct BlockReading<'a> {
     pub(super) line: &'a mut Line,
+    pub(super) variant: Variant,
     pub(super) modal: &'a mut Modal,
+    /// The line without blanks at its ends.
+    text: &'a [u8],
     pub(super) block: &'a mut ReadBlock,
     pub(super) role: AxisRole,
     /// Whether the block may hold P, Q, R, I, J, K, L.
@@ -99,7 +114,13 @@ impl BlockReading<'_> {
             7 => ReadCommand::Coolant(Coolant::Mist),
             8 => ReadCommand::Coolant(Coolant::Flood),
             9 => ReadCommand::Coolant(Coolant::Off),
-            98 | 99 => return self.set_role(AxisRole::Data, MacroKind::Call),
+            98 | 99 => {
+                self.set_role(AxisRole::Data, MacroKind::Call);
+                if code == 98 {
+                    self.keep_call(false);
+                }
+                return;
+            }
             _ => {
                 self.has_parameters = true;
                 ReadCommand::Function(code)
@@ -109,21 +130,73 @@ impl BlockReading<'_> {
     }
 
     fn feed_and_speed(&mut self) -> Result<(), ReadError> {
-        if let Some(word) = self.take(b'T') {
-            let number = self.whole(&word)?;
-            self.block.commands.push(ReadCommand::Tool(number));
-        }
-        if let Some(word) = self.take(b'S') {
+        self.tools()?;
+        if let Some(word) = self.take(b'S').filter(|w| w.is_known) {
             self.block.commands.push(ReadCommand::SpindleSpeed(word.value));
         }
-        if let Some(word) = self.take(b'F') {
+        // Of a call it is an argument.
+        let word = if self.is_call() { None } else { self.take(b'F') };
+        if let Some(word) = word {
             let unit = if self.modal.is_inch && !self.modal.inverse_time { INCH } else { 1.0 };
-            self.modal.feed = Some(word.value * unit);
+            self.modal.feed = word.is_known.then_some(word.value * unit);
+            let (bytes, number) = self.line.word_bytes(&word);
+            self.block.feed_place.set_word(bytes, number);
         } else if self.modal.inverse_time {
             // The time of another block is none of this one's.
             self.modal.feed = None;
         }
         Ok(())
+    }
+
+    fn tools(&mut self) -> Result<(), ReadError> {
+        let mut is_first = true;
+        while let Some(word) = self.take(b'T') {
+            let is_named = self.variant == Variant::Mazak && word.is_known && word.value.fract() != 0.0;
+            let command = match (is_named, is_first) {
+                (true, true) => ReadCommand::ToolName(self.line.word_text(&word)[1..].to_owned()),
+                (true, false) => continue,
+                (false, _) if !word.is_known => continue,
+                (false, true) => ReadCommand::Tool(self.whole(&word)?),
+                (false, false) => ReadCommand::NextTool(self.whole(&word)?),
+            };
+            self.block.commands.push(command);
+            is_first = false;
+        }
+        Ok(())
+    }
+
+    fn is_call(&self) -> bool {
+        let is_call = |c: &ReadCommand| matches!(c, ReadCommand::Macro { kind: MacroKind::Call, .. });
+        self.role == AxisRole::Data && self.block.commands.iter().any(is_call)
+    }
+
+    /// Where a feed belongs in a block that has none.
+    fn feed_place(&mut self) {
+        if self.block.motion.is_some() && !self.block.feed_place.has_word() {
+            self.block.feed_place.set_insert(self.line.code_end());
+        }
+    }
+
+    /// Tells that words of the block have values that are not known.
+    fn variable_words(&mut self) {
+        if self.role != AxisRole::Data && self.line.words.iter().any(|w| !w.is_known) {
+            self.keep_macro(MacroKind::VariableWords);
+        }
+    }
+
+    pub(super) fn keep_macro(&mut self, kind: MacroKind) {
+        let text = String::from_utf8_lossy(self.text).into_owned();
+        self.block.commands.push(ReadCommand::Macro { kind, text });
+    }
+
+    /// Keeps what a block calls: the number behind P, and all other words as arguments.
+    pub(super) fn keep_call(&mut self, is_modal: bool) {
+        let is_name = |w: &&Word| w.letter == b'P';
+        let name =
+            self.line.words.iter().find(is_name).map_or(String::new(), |w| self.line.word_text(w)[1..].to_owned());
+        let arguments = self.line.words_text(|w| !matches!(w.letter, b'G' | b'M' | b'P'));
+        let call = ReadCall { kind: CallKind::Subprogram, name, arguments, is_modal };
+        self.block.commands.push(ReadCommand::Call(Box::new(call)));
     }
 
     /// G4 P in ms without a decimal point, otherwise and with X or U in s.
@@ -132,13 +205,15 @@ impl BlockReading<'_> {
             return Ok(());
         }
         let seconds = if let Some(word) = self.take(b'P') {
-            if word.has_point { word.value } else { word.value * 1e-3 }
+            if word.has_point || self.variant == Variant::LinuxCnc { word.value } else { word.value * 1e-3 }
         } else if let Some(word) = self.take(b'X').or_else(|| self.take(b'U')) {
             word.value
         } else {
             0.0
         };
-        self.block.commands.push(ReadCommand::Dwell(seconds));
+        if seconds.is_finite() {
+            self.block.commands.push(ReadCommand::Dwell(seconds));
+        }
         Ok(())
     }
 
@@ -164,7 +239,8 @@ impl BlockReading<'_> {
     }
 
     pub(super) fn whole(&self, word: &Word) -> Result<u32, ReadError> {
-        let is_whole = word.index == 0 && word.value.fract() == 0.0 && (0.0..=99_999_999.0).contains(&word.value);
+        let is_whole =
+            word.index == 0 && word.is_known && word.value.fract() == 0.0 && (0.0..=99_999_999.0).contains(&word.value);
         if is_whole { Ok(word.value as u32) } else { Err(self.fault(word, ReadFault::Number)) }
     }
 

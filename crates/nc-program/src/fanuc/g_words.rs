@@ -5,9 +5,7 @@ use super::{
     lexer::Word,
     modal::MotionCode,
 };
-use crate::{
-    AxisKind, AxisLengths, AxisLetter, Compensation, MacroKind, Plane, ReadCommand, ReadError, ReadFault, WorkOffset,
-};
+use crate::{AxisKind, AxisLengths, AxisLetter, Compensation, MacroKind, Plane, ReadError, ReadFault, WorkOffset};
 
 impl BlockReading<'_> {
     /// Every G word of the block, in order.
@@ -54,7 +52,10 @@ impl BlockReading<'_> {
             530 => self.role = AxisRole::MachineTarget,
             540 | 550 | 560 | 570 | 580 | 590 => self.set_offset(WorkOffset::new(code / 10 - 53)),
             541 => self.additional_offset(word)?,
-            650 | 660 | 670 => self.set_role(AxisRole::Data, MacroKind::Call),
+            650 | 660 | 670 => {
+                self.set_role(AxisRole::Data, MacroKind::Call);
+                self.keep_call(code == 660);
+            }
             800 => modal.cycle = None,
             730 | 740 | 760 | 810 | 820 | 830 | 840 | 850 | 860 | 870 | 880 | 890 => {
                 modal.cycle = Some((code / 10) as u8);
@@ -100,7 +101,7 @@ impl BlockReading<'_> {
         } else {
             self.modal.position.forget_words();
         }
-        self.block.commands.push(ReadCommand::Macro { kind, text: self.block.text.to_string() });
+        self.keep_macro(kind);
     }
 
     fn set_feed_mode(&mut self, inverse_time: bool) {

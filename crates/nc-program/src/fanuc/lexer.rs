@@ -1,6 +1,16 @@
 //! From a line to words: comments apart, blanks gone (they may stand anywhere), columns kept.
 
-use crate::{ReadError, ReadFault, number_text};
+use std::ops::Range;
+
+use super::variant::Variant;
+use crate::{
+    ReadError, ReadFault,
+    readers::{
+        expression::{self, Syntax},
+        number,
+        variables::Variables,
+    },
+};
 
 /// A letter and its number.
 #[derive(Clone, Copy, Debug)]
@@ -9,12 +19,26 @@ pub(super) struct Word {
     pub(super) letter: u8,
     /// The 2 of `X2=`, 0 for a letter alone.
     pub(super) index: u8,
+    /// Not to be used where it is not known.
     pub(super) value: f64,
+    /// Whether the value is a number or follows from assignments; it does not where a variable is not known.
+    pub(super) is_known: bool,
     pub(super) has_point: bool,
     /// Range in the line's code.
-    start: usize,
-    end: usize,
+    start: u32,
+    number: u32,
+    end: u32,
     pub(super) is_used: bool,
+}
+
+/// `#1=…` in a line.
+#[derive(Clone, Debug)]
+pub(super) struct Assignment {
+    /// Number or name, `None` where it is not known which.
+    pub(super) name: Option<Vec<u8>>,
+    pub(super) value: Option<f64>,
+    /// Where the `#` is in the line's code.
+    pub(super) start: usize,
 }
 
 /// One line, taken apart. Kept from line to line for its memory.
@@ -27,17 +51,19 @@ pub(super) struct Line {
     /// Text of the comments, without their marks.
     pub(super) comments: Vec<String>,
     pub(super) words: Vec<Word>,
+    pub(super) assignments: Vec<Assignment>,
     number: u32,
 }
 
 impl Line {
     /// Takes `bytes` apart into code and comments. Words follow with [`Line::split_words`].
-    pub(super) fn split(&mut self, number: u32, bytes: &[u8]) -> Result<(), ReadError> {
+    pub(super) fn split(&mut self, number: u32, bytes: &[u8], keeps_comments: bool) -> Result<(), ReadError> {
         self.number = number;
         self.code.clear();
         self.columns.clear();
         self.comments.clear();
         self.words.clear();
+        self.assignments.clear();
         let mut at = 0;
         while at < bytes.len() {
             let byte = bytes[at];
@@ -47,11 +73,11 @@ impl Line {
                     let rest = &bytes[at + 1..];
                     let length = rest.iter().position(|b| *b == b')');
                     let length = length.ok_or(self.error_at(column, ReadFault::OpenComment))?;
-                    self.comments.push(String::from_utf8_lossy(&rest[..length]).into_owned());
+                    self.keep_comment(&rest[..length], keeps_comments);
                     at += length + 1;
                 }
                 b';' => {
-                    self.comments.push(String::from_utf8_lossy(bytes[at + 1..].trim_ascii()).into_owned());
+                    self.keep_comment(bytes[at + 1..].trim_ascii(), keeps_comments);
                     return Ok(());
                 }
                 _ if byte.is_ascii_whitespace() => {}
@@ -65,18 +91,45 @@ impl Line {
         Ok(())
     }
 
-    /// Takes the code from byte `start` on apart into words.
-    pub(super) fn split_words(&mut self, start: usize) -> Result<(), ReadError> {
+    fn keep_comment(&mut self, text: &[u8], keeps_all: bool) {
+        if keeps_all || is_length(text) {
+            self.comments.push(String::from_utf8_lossy(text).into_owned());
+        }
+    }
+
+    /// Takes the code from byte `start` on apart into words and assignments.
+    pub(super) fn split_words(
+        &mut self,
+        start: usize,
+        variant: Variant,
+        variables: &Variables,
+    ) -> Result<(), ReadError> {
         let mut at = start;
         while at < self.code.len() {
-            let word = self.word(at)?;
-            at = word.end;
-            self.words.push(word);
+            if self.code[at] == b'#' {
+                at = self.assignment(at, variables)?;
+            } else {
+                let word = self.word(at, variant, variables)?;
+                at = word.end as usize;
+                self.words.push(word);
+            }
         }
         Ok(())
     }
 
-    fn word(&self, start: usize) -> Result<Word, ReadError> {
+    fn assignment(&mut self, start: usize, variables: &Variables) -> Result<usize, ReadError> {
+        let fault = |at: usize| self.error(at.min(self.code.len().saturating_sub(1)), self.expression_fault(start));
+        let (name, value_start) = expression::parse_target(&self.code, start, variables).map_err(fault)?;
+        let parsed = expression::parse(&self.code, value_start, Syntax::Brackets, variables).map_err(fault)?;
+        self.assignments.push(Assignment { name, value: parsed.value, start });
+        Ok(parsed.end)
+    }
+
+    fn expression_fault(&self, start: usize) -> ReadFault {
+        ReadFault::Expression(self.text(start, self.code.len()))
+    }
+
+    fn word(&self, start: usize, variant: Variant, variables: &Variables) -> Result<Word, ReadError> {
         let letter = self.code[start];
         if !letter.is_ascii_uppercase() {
             return Err(self.error(start, ReadFault::Character(char::from(letter))));
@@ -85,17 +138,52 @@ impl Line {
             [digit @ b'1'..=b'9', b'=', ..] => (digit - b'0', start + 3),
             _ => (0, start + 1),
         };
-        let end = number_start + self.code[number_start..].iter().take_while(|b| is_number_byte(**b)).count();
-        let text = &self.code[number_start..end];
-        let fault = || {
-            // What stands there, up to the next word: `GOTO` is one unknown word and not four.
-            let is_word = text.is_empty() && self.code.get(number_start).is_some_and(u8::is_ascii_uppercase);
-            let text = self.text(start, self.code.len().min(if is_word { start + 12 } else { end.max(start + 1) }));
-            self.error(start, if is_word { ReadFault::UnknownWord(text) } else { ReadFault::Number(text) })
+        let word = |value: Option<f64>, end: usize, has_point| Word {
+            letter,
+            index,
+            value: value.unwrap_or(f64::NAN),
+            is_known: value.is_some(),
+            has_point,
+            start: start as u32,
+            number: number_start as u32,
+            end: end as u32,
+            is_used: false,
         };
-        let has_point = text.contains(&b'.');
-        let value = number_text::parse(text).ok_or_else(fault)?;
-        Ok(Word { letter, index, value, has_point, start, end, is_used: false })
+        if self.is_expression(number_start, variant) {
+            let fault = |at: usize| self.error(at.min(self.code.len() - 1), self.expression_fault(start));
+            let parsed =
+                expression::parse_value(&self.code, number_start, Syntax::Brackets, variables).map_err(fault)?;
+            return Ok(word(parsed.value, parsed.end, true));
+        }
+        let rest = &self.code[number_start..];
+        let length = rest.iter().position(|b| !is_number_byte(*b)).unwrap_or(rest.len());
+        let text = &rest[..length];
+        match number::parse(text) {
+            Some(value) => Ok(word(Some(value), number_start + length, text.contains(&b'.'))),
+            None => Err(self.number_fault(start, number_start, length)),
+        }
+    }
+
+    /// Whether a variable, an expression, or (on LinuxCNC) a function stands behind an address letter.
+    fn is_expression(&self, at: usize, variant: Variant) -> bool {
+        let rest = &self.code[at..];
+        let signs = rest.iter().take_while(|b| matches!(b, b'+' | b'-')).count();
+        match rest.get(signs) {
+            Some(b'#' | b'[') => true,
+            Some(byte) if byte.is_ascii_uppercase() && variant == Variant::LinuxCnc => {
+                let name = rest[signs..].iter().take_while(|b| b.is_ascii_uppercase()).count();
+                name > 1 && rest.get(signs + name) == Some(&b'[')
+            }
+            _ => false,
+        }
+    }
+
+    /// What stands there, up to the next word: `GOTO` is one unknown word and not four.
+    fn number_fault(&self, start: usize, number_start: usize, length: usize) -> ReadError {
+        let is_word = length == 0 && self.code.get(number_start).is_some_and(u8::is_ascii_uppercase);
+        let end = if is_word { start + 12 } else { (number_start + length).max(start + 1) };
+        let text = self.text(start, self.code.len().min(end));
+        self.error(start, if is_word { ReadFault::UnknownWord(text) } else { ReadFault::Number(text) })
     }
 
     /// Whether any word is neither M, S or T nor of a dwell.
@@ -104,17 +192,40 @@ impl Line {
         let dwells = self.words.iter().any(is_dwell);
         let is_none = |w: &Word| matches!(w.letter, b'M' | b'S' | b'T');
         let is_of_dwell = |w: &Word| dwells && (is_dwell(w) || matches!(w.letter, b'P' | b'X' | b'U'));
-        !self.words.iter().all(|w| is_none(w) || is_of_dwell(w))
+        !self.assignments.is_empty() || !self.words.iter().all(|w| is_none(w) || is_of_dwell(w))
     }
 
     /// The word as it stands, without blanks.
     pub(super) fn word_text(&self, word: &Word) -> String {
-        self.text(word.start, word.end)
+        self.text(word.start as usize, word.end as usize)
+    }
+
+    /// The words as they stand, without blanks inside them.
+    pub(super) fn words_text(&self, is_meant: impl Fn(&Word) -> bool) -> String {
+        let mut text = String::new();
+        for word in self.words.iter().filter(|w| is_meant(w)) {
+            if !text.is_empty() {
+                text.push(' ');
+            }
+            text.push_str(&self.word_text(word));
+        }
+        text
+    }
+
+    /// Bytes of the line that are the word, and the byte at which its number begins.
+    pub(super) fn word_bytes(&self, word: &Word) -> (Range<usize>, usize) {
+        let byte = |code: u32| self.columns[code as usize] as usize - 1;
+        (byte(word.start)..byte(word.end - 1) + 1, byte(word.number))
+    }
+
+    /// Byte of the line behind its last word.
+    pub(super) fn code_end(&self) -> usize {
+        self.columns.last().map_or(0, |column| *column as usize)
     }
 
     /// An error at a word.
     pub(super) fn word_error(&self, word: &Word, fault: ReadFault) -> ReadError {
-        self.error(word.start, fault)
+        self.error(word.start as usize, fault)
     }
 
     /// An error at a byte of the code.
@@ -129,6 +240,12 @@ impl Line {
     fn text(&self, start: usize, end: usize) -> String {
         self.code[start..end].iter().map(|b| char::from(*b)).collect()
     }
+}
+
+/// Whether a comment tells a tool length: those are kept by readers that keep no other.
+fn is_length(comment: &[u8]) -> bool {
+    let text = comment.trim_ascii();
+    text.get(..11).is_some_and(|start| start.eq_ignore_ascii_case(b"TOOL LENGTH"))
 }
 
 fn is_number_byte(byte: u8) -> bool {

@@ -66,9 +66,9 @@ impl BlockReading<'_> {
             return None;
         }
         let unit = self.length_unit();
-        let mut take = |letter| self.take(letter).map(|w| w.value * unit);
+        let mut take = |letter| self.take(letter).filter(|w| w.is_known).map(|w| w.value * unit);
         let (i, j, k, r) = (take(b'I'), take(b'J'), take(b'K'), take(b'R'));
-        Some(Box::new(ArcWords { plane: self.modal.plane, i, j, k, r }))
+        Some(Box::new(ArcWords { plane: self.modal.plane, i, j, k, r, ..ArcWords::default() }))
     }
 
     fn move_axes(&mut self, kind: MotionKind) -> Result<(), ReadError> {
@@ -87,6 +87,9 @@ impl BlockReading<'_> {
 
     /// Where a word sends its axis, `None` where it goes from an unknown place.
     fn target(&self, word: &Word, axis: AxisLetter) -> Result<Option<AxisAt>, ReadError> {
+        if !word.is_known {
+            return Ok(None);
+        }
         let value = word.value * self.axis_unit(axis);
         if self.role == AxisRole::MachineTarget {
             return if self.modal.is_incremental {
@@ -118,7 +121,7 @@ impl BlockReading<'_> {
             let over = self.target(&word, axis)?;
             if let Some(AxisAt::Word(value)) = over {
                 via.set(axis, value).map_err(|e| self.line.word_error(&word, e.into()))?;
-            } else if word.value != 0.0 {
+            } else if word.is_known && word.value != 0.0 {
                 return Err(self.unsupported(&word, "an incremental way to the reference from an unknown place"));
             }
             let at = Some(AxisAt::Reference(number));
@@ -139,6 +142,7 @@ impl BlockReading<'_> {
             lengths: modal.lengths,
             via,
             arc,
+            tool: None,
         });
     }
 }

@@ -1,15 +1,21 @@
 use super::{
     block::{axis_of, interpret},
-    lexer::{Line, Word},
+    lexer::{Assignment, Line, Word},
     modal::Modal,
+    variant::Variant,
 };
-use crate::{MacroKind, NoteKind, ReadBlock, ReadCommand, ReadError, ReadFault, ReadNote, ReadProgram, ToolLengthNote};
+use crate::{
+    AxisLengths, CallKind, Compensation, FeedPlace, MacroKind, NoteKind, ReadBlock, ReadCall, ReadCommand, ReadError,
+    ReadFault, ReadNote, ReadProgram, ToolLengthNote,
+    readers::{notes::Notes, variables::Variables},
+};
 
 /// Reads a FANUC program, or one of a control close to it: what it says, with modal state resolved and nothing executed.
 ///
 /// Blanks inside words, missing leading zeros, either case, comments in parentheses and behind a semicolon, `/` and `%`
-/// are understood. Macro text is kept and not evaluated; where it may have moved an axis, positions are unknown until
-/// they are programmed again. A word that is not understood is an error: nothing is skipped silently.
+/// are understood. Variables are evaluated where plain assignments say their values, until a branch or a call; all other
+/// macro text is kept and not evaluated. Where it may have moved an axis, its position is unknown until it is programmed
+/// again. A word that is not understood is an error: nothing is skipped silently.
 ///
 /// Axis words without a decimal point are read in mm and deg, feeds in mm/min (and noted once), G4 P in ms where it has
 /// none.
@@ -17,27 +23,26 @@ use crate::{MacroKind, NoteKind, ReadBlock, ReadCommand, ReadError, ReadFault, R
 /// # Errors
 /// When a word is not understood or has no meaning in its block, with line, column and text.
 pub fn read_fanuc(text: impl AsRef<[u8]>) -> Result<ReadProgram, ReadError> {
-    let mut reader = FanucReader::new();
-    let mut blocks = Vec::new();
-    for line in text.as_ref().split(|byte| *byte == b'\n') {
-        blocks.extend(reader.read_line(line)?);
-    }
-    let (tool_lengths, notes) = reader.finish();
-    Ok(ReadProgram { blocks, tool_lengths, notes })
+    FanucReader::new().read(text.as_ref())
 }
 
 /// [`read_fanuc`] line by line, for programs that are not held in memory.
 #[derive(Debug, Default)]
 pub struct FanucReader {
+    variant: Variant,
+    keeps_no_text: bool,
     modal: Modal,
+    variables: Variables,
     line: Line,
     line_number: u32,
+    /// Bytes of the source before the line.
+    n_bytes: usize,
     has_started: bool,
     has_ended: bool,
     /// A branch that may turn out to guard nothing but an alarm.
     guard: Option<Guard>,
     tool_lengths: Vec<ToolLengthNote>,
-    notes: Vec<ReadNote>,
+    notes: Notes,
 }
 
 /// `IF […] GOTO n`, and whether the alarm that it jumps over has been read.
@@ -56,83 +61,172 @@ impl FanucReader {
         Self::default()
     }
 
+    pub(crate) fn of_variant(variant: Variant) -> Self {
+        Self { variant, ..Self::default() }
+    }
+
+    /// The same reader, which keeps neither the text of blocks nor comments nor lines that hold nothing else: memory for a
+    /// program does not grow with what only people read.
+    #[must_use]
+    pub fn without_text(mut self) -> Self {
+        self.keeps_no_text = true;
+        self
+    }
+
+    /// Reads all lines of a text.
+    pub(crate) fn read(mut self, text: &[u8]) -> Result<ReadProgram, ReadError> {
+        let mut blocks = Vec::new();
+        for line in text.split(|byte| *byte == b'\n') {
+            blocks.extend(self.read_line(line)?);
+        }
+        let (tool_lengths, notes) = self.finish();
+        Ok(ReadProgram { blocks, tool_lengths, notes })
+    }
+
     /// Reads the next line (with or without its line end): its block, or `None` where it is empty, a `%`, or behind the
-    /// end.
+    /// end. Bytes of the source are counted as if every line but the last had a line end of one byte, besides a `\r` that
+    /// it still has.
     ///
     /// # Errors
     /// As [`read_fanuc`].
     pub fn read_line(&mut self, line: &[u8]) -> Result<Option<ReadBlock>, ReadError> {
+        let line_start = self.n_bytes;
+        self.n_bytes += line.len() + usize::from(!line.ends_with(b"\n"));
         self.line_number = self.line_number.saturating_add(1);
         let trimmed = line.trim_ascii();
         if trimmed.is_empty() {
             return Ok(None);
         }
         if self.has_ended {
-            self.note(NoteKind::BehindEnd, &String::from_utf8_lossy(trimmed));
+            self.note(NoteKind::BehindEnd, trimmed);
             return Ok(None);
         }
-        self.line.split(self.line_number, line)?;
+        self.line.split(self.line_number, line, !self.keeps_no_text)?;
         if self.line.code.first() == Some(&b'%') {
             return self.tape_mark();
         }
         self.has_started = true;
-        let mut block = ReadBlock {
+        if self.keeps_no_text && self.line.code.is_empty() {
+            self.keep_comments(None);
+            return Ok(None);
+        }
+        let mut block = self.empty_block(trimmed, line_start);
+        self.read_block(trimmed, &mut block)?;
+        Ok(Some(block))
+    }
+
+    fn empty_block(&self, text: &[u8], line_start: usize) -> ReadBlock {
+        ReadBlock {
             line: self.line_number,
             number: None,
-            text: String::from_utf8_lossy(trimmed).into(),
+            text: if self.keeps_no_text { Box::default() } else { String::from_utf8_lossy(text).into() },
             skippable: false,
             sets_state: false,
-            compensation: self.modal.compensation,
-            lengths: self.modal.lengths,
+            compensation: Compensation::Off,
+            lengths: AxisLengths::default(),
+            feed_place: FeedPlace::of_line(line_start),
             motion: None,
             commands: Vec::new(),
-        };
-        let start = self.block_start(&mut block)?;
+        }
+    }
+
+    fn read_block(&mut self, text: &[u8], block: &mut ReadBlock) -> Result<(), ReadError> {
+        let start = self.block_start(block, text)?;
         let macro_kind = self.macro_kind(start);
         if !self.line.code.is_empty() {
-            self.follow_guard(&block, macro_kind);
+            self.follow_guard(block, macro_kind, text);
         }
-        if let Some(kind) = macro_kind {
-            self.keep_macro(kind, &mut block);
-            return Ok(Some(block));
+        if matches!(macro_kind, Some(MacroKind::Branch | MacroKind::Call | MacroKind::Output)) {
+            self.keep_macro(macro_kind, text, block);
+        } else {
+            self.keep_comments(Some(block));
+            self.read_words(start, macro_kind, text, block)?;
         }
-        self.keep_comments(&mut block);
-        self.line.split_words(start)?;
-        interpret(&mut self.line, &mut self.modal, &mut block)?;
-        block.compensation = self.modal.compensation;
-        block.lengths = self.modal.lengths;
-        block.sets_state = self.line.sets_state();
-        self.note_words(&block);
-        Ok(Some(block))
+        (block.compensation, block.lengths) = (self.modal.compensation, self.modal.lengths);
+        Ok(())
+    }
+
+    fn read_words(
+        &mut self,
+        start: usize,
+        macro_kind: Option<MacroKind>,
+        text: &[u8],
+        block: &mut ReadBlock,
+    ) -> Result<(), ReadError> {
+        match self.line.split_words(start, self.variant, &self.variables) {
+            // Controls have more kinds of variables than are read here.
+            Err(_) if macro_kind.is_some() => {
+                self.variables.forget_all();
+                self.keep_macro(macro_kind, text, block);
+                return Ok(());
+            }
+            split => split?,
+        }
+        if self.line.words.iter().any(|w| !w.is_known) && self.has_unknown_code() {
+            self.keep_macro(Some(MacroKind::VariableWords), text, block);
+        } else {
+            interpret(&mut self.line, self.variant, &mut self.modal, text, block)?;
+        }
+        block.sets_state |= self.line.sets_state();
+        self.note_words(block, text);
+        self.assign(text, block);
+        Ok(())
+    }
+
+    /// Whether what the block does depends on a variable that is not known, and not only where it goes.
+    fn has_unknown_code(&self) -> bool {
+        let words = &self.line.words;
+        let takes_p = |w: &Word| match w.letter {
+            b'G' => w.value == 30.0 || w.value == 54.1 || w.value == 154.0,
+            b'M' => matches!(w.value, 3.0 | 4.0 | 5.0),
+            letter => letter == b'S',
+        };
+        let has_unknown = |letters: &[u8]| words.iter().any(|w| !w.is_known && letters.contains(&w.letter));
+        has_unknown(b"GMHDN") || has_unknown(b"P") && words.iter().any(takes_p)
+    }
+
+    /// Takes note of `#1=…`, behind all words: those still had the values before.
+    fn assign(&mut self, text: &[u8], block: &mut ReadBlock) {
+        for k in 0..self.line.assignments.len() {
+            let Assignment { name, value, start } = self.line.assignments[k].clone();
+            let kind = assignment_kind(&self.line.code[start + 1..]);
+            match &name {
+                Some(name) if kind == MacroKind::Assignment => self.variables.set(name, value),
+                Some(_) => {}
+                None => self.variables.forget_all(),
+            }
+            self.keep_macro(Some(kind), text, block);
+        }
     }
 
     /// Tool lengths and notes of the lines read.
     #[must_use]
     pub fn finish(mut self) -> (Vec<ToolLengthNote>, Vec<ReadNote>) {
         if let Some(guard) = self.guard.take() {
-            self.note_at(guard.line, NoteKind::Branch, &guard.text);
+            self.notes.add(guard.line, NoteKind::Branch, guard.text.as_bytes());
         }
-        (self.tool_lengths, self.notes)
+        (self.tool_lengths, self.notes.finish())
     }
 
     /// A check that raises an alarm or goes on leaves the way as it is written: it takes three blocks, the branch, the
     /// alarm, and the label. Any other branch may skip blocks or repeat them, and is noted.
-    fn follow_guard(&mut self, block: &ReadBlock, kind: Option<MacroKind>) {
+    fn follow_guard(&mut self, block: &ReadBlock, kind: Option<MacroKind>, text: &[u8]) {
         let mut is_guarded = false;
         if let Some(guard) = self.guard.take() {
             if !guard.has_alarm && kind == Some(MacroKind::Alarm) {
                 self.guard = Some(Guard { has_alarm: true, ..guard });
                 is_guarded = true;
             } else if !guard.has_alarm || block.number != Some(guard.label) {
-                self.note_at(guard.line, NoteKind::Branch, &guard.text);
+                self.notes.add(guard.line, NoteKind::Branch, guard.text.as_bytes());
             }
         }
         match (kind, self.branch_label()) {
             (Some(MacroKind::Branch), Some(label)) => {
-                self.guard = Some(Guard { line: block.line, text: block.text.clone(), label, has_alarm: false });
+                let text = String::from_utf8_lossy(text).into();
+                self.guard = Some(Guard { line: block.line, text, label, has_alarm: false });
             }
-            (Some(MacroKind::Branch), None) => self.note(NoteKind::Branch, &block.text),
-            (Some(MacroKind::Alarm), _) if !is_guarded => self.note(NoteKind::Branch, &block.text),
+            (Some(MacroKind::Branch), None) => self.note(NoteKind::Branch, text),
+            (Some(MacroKind::Alarm), _) if !is_guarded => self.note(NoteKind::Branch, text),
             _ => {}
         }
     }
@@ -155,7 +249,7 @@ impl FanucReader {
     }
 
     /// Reads `/`, `/1` to `/9`, N and O in front of a block; where the rest of the code starts.
-    fn block_start(&mut self, block: &mut ReadBlock) -> Result<usize, ReadError> {
+    fn block_start(&mut self, block: &mut ReadBlock, text: &[u8]) -> Result<usize, ReadError> {
         let code = &self.line.code;
         let mut at = 0;
         if code.first() == Some(&b'/') {
@@ -178,7 +272,7 @@ impl FanucReader {
             }
         }
         if block.skippable {
-            self.note(NoteKind::Skippable, &block.text);
+            self.note(NoteKind::Skippable, text);
         }
         Ok(at)
     }
@@ -195,81 +289,87 @@ impl FanucReader {
     fn macro_kind(&self, start: usize) -> Option<MacroKind> {
         let code = &self.line.code[start..];
         let starts = |words: &[&[u8]]| words.iter().any(|w| code.starts_with(w));
-        if starts(&[b"O"]) {
-            let is_call = code.windows(4).any(|w| w == b"CALL");
-            return Some(if is_call { MacroKind::Call } else { MacroKind::Branch });
+        match code.first()? {
+            b'O' => {
+                let is_call = code.windows(4).any(|w| w == b"CALL");
+                Some(if is_call { MacroKind::Call } else { MacroKind::Branch })
+            }
+            b'I' | b'G' | b'W' | b'D' | b'E' | b'T' | b'P' | b'B' if code.get(1)?.is_ascii_uppercase() => {
+                if starts(&[b"IF", b"GOTO", b"WHILE", b"DO", b"END", b"THEN", b"ELSE"]) {
+                    return Some(MacroKind::Branch);
+                }
+                starts(&[b"POPEN", b"PCLOS", b"DPRNT", b"BPRNT"]).then_some(MacroKind::Output)
+            }
+            b'#' => Some(assignment_kind(&code[1..])),
+            _ => None,
         }
-        if starts(&[b"IF", b"GOTO", b"WHILE", b"DO", b"END", b"THEN", b"ELSE"]) {
-            return Some(MacroKind::Branch);
-        }
-        if let Some(variable) = code.strip_prefix(b"#") {
-            return Some(assignment_kind(variable));
-        }
-        if !code.iter().any(|b| matches!(b, b'#' | b'[')) {
-            return None;
-        }
-        let is_setting = starts(&[b"G10"]) && !code.get(3).is_some_and(|b| b.is_ascii_digit() || *b == b'.');
-        Some(if is_setting { MacroKind::Setting } else { MacroKind::VariableWords })
     }
 
-    fn keep_macro(&mut self, kind: MacroKind, block: &mut ReadBlock) {
+    fn keep_macro(&mut self, kind: Option<MacroKind>, text: &[u8], block: &mut ReadBlock) {
+        let Some(kind) = kind else { return };
         match kind {
-            // What a branch leads to is read as it stands.
-            MacroKind::Assignment | MacroKind::Alarm | MacroKind::Branch => {}
+            MacroKind::Assignment | MacroKind::Alarm | MacroKind::Output => {}
+            // What a branch leads to is read as it stands; what it comes from may have set any variable.
+            MacroKind::Branch => self.variables.forget_all(),
             MacroKind::Setting => {
                 self.modal.position.forget_words();
-                self.note(NoteKind::NotEvaluated, &block.text);
+                self.note(NoteKind::NotEvaluated, text);
             }
             MacroKind::Call | MacroKind::VariableWords => {
+                self.variables.forget_all();
                 self.modal.forget_motion();
-                self.note(NoteKind::NotEvaluated, &block.text);
+                self.note(NoteKind::NotEvaluated, text);
             }
         }
+        if kind == MacroKind::Call {
+            block.commands.push(ReadCommand::Call(Box::new(word_call(&self.line.code))));
+        }
         block.sets_state = true;
-        block.commands.push(ReadCommand::Macro { kind, text: block.text.to_string() });
+        block.commands.push(ReadCommand::Macro { kind, text: String::from_utf8_lossy(text).into_owned() });
     }
 
-    fn keep_comments(&mut self, block: &mut ReadBlock) {
+    fn keep_comments(&mut self, mut block: Option<&mut ReadBlock>) {
         for comment in self.line.comments.drain(..) {
             if let Some((length, register)) = tool_length(&comment) {
                 self.tool_lengths.push(ToolLengthNote { line: self.line_number, length, register });
             }
-            block.commands.push(ReadCommand::Comment(comment));
+            if let Some(block) = &mut block {
+                block.commands.push(ReadCommand::Comment(comment));
+            }
         }
     }
 
-    fn note_words(&mut self, block: &ReadBlock) {
-        let is_not_evaluated = block
-            .commands
-            .iter()
-            .any(|c| matches!(c, ReadCommand::Macro { kind: MacroKind::Call | MacroKind::Setting, .. }));
-        if is_not_evaluated {
-            self.note(NoteKind::NotEvaluated, &block.text);
+    fn note_words(&mut self, block: &ReadBlock, text: &[u8]) {
+        let is_not_evaluated = |c: &ReadCommand| {
+            use MacroKind::{Call, Setting, VariableWords};
+            matches!(c, ReadCommand::Macro { kind: Call | Setting | VariableWords, .. })
+        };
+        if block.commands.iter().any(is_not_evaluated) {
+            self.note(NoteKind::NotEvaluated, text);
+            self.variables.forget_all();
         }
         if self.modal.is_inch && self.line.words.iter().any(|w| w.letter == b'F') {
-            self.note(NoteKind::InchFeed, &block.text);
+            self.note(NoteKind::InchFeed, text);
         }
         let counts = |w: &Word| w.letter == b'F' || block.motion.is_some() && axis_of(w).is_some();
-        if self.line.words.iter().any(|w| !w.has_point && w.value != 0.0 && counts(w)) {
-            self.note(NoteKind::NoDecimalPoint, &block.text);
+        let is_pointless = |w: &Word| !w.has_point && w.value != 0.0;
+        if self.variant != Variant::LinuxCnc && self.line.words.iter().any(|w| is_pointless(w) && counts(w)) {
+            self.note(NoteKind::NoDecimalPoint, text);
         }
     }
 
-    fn note(&mut self, kind: NoteKind, text: &str) {
-        self.note_at(self.line_number, kind, text);
+    fn note(&mut self, kind: NoteKind, text: &[u8]) {
+        self.notes.add(self.line_number, kind, text);
     }
+}
 
-    fn note_at(&mut self, line: u32, kind: NoteKind, text: &str) {
-        match self.notes.iter_mut().find(|note| note.kind == kind) {
-            Some(note) => {
-                note.count += 1;
-                if line < note.line {
-                    (note.line, note.text) = (line, text.into());
-                }
-            }
-            None => self.notes.push(ReadNote { line, text: text.into(), count: 1, kind }),
-        }
-    }
+/// `O<NAME>CALL[1][2]` or `O100CALL`, block number and `/` before it.
+fn word_call(code: &[u8]) -> ReadCall {
+    let text = String::from_utf8_lossy(code);
+    let from_name = text.split_once('O').map_or(&*text, |(_, rest)| rest);
+    let (name, arguments) = from_name.split_once("CALL").unwrap_or((from_name, ""));
+    let name = name.trim_matches(['<', '>']).to_owned();
+    ReadCall { kind: CallKind::Subprogram, name, arguments: arguments.to_owned(), is_modal: false }
 }
 
 /// What an assignment to `#variable=…` does: common variables hold numbers, system variables hold offsets and settings.

@@ -117,7 +117,9 @@ fn macro_text_is_kept_and_not_trusted() {
         ("M98 P1000 L2", MacroKind::Call, false),
         ("G65 P9010 A1. B2. E3.", MacroKind::Call, false),
         ("G0 X#100", MacroKind::VariableWords, false),
-        ("G1 X[1+2]", MacroKind::VariableWords, false),
+        ("G1 X[1+#2]", MacroKind::VariableWords, false),
+        ("G#1 X1.", MacroKind::VariableWords, false),
+        ("DPRNT[X#1[53]]", MacroKind::Output, true),
         ("G10 L2 P1 X0. Y0.", MacroKind::Setting, false),
         ("G10 L2 P1 X#1", MacroKind::Setting, false),
         ("G92 X0.", MacroKind::Setting, false),
@@ -136,8 +138,11 @@ fn macro_text_is_kept_and_not_trusted() {
         assert!(!read.is_evaluated(), "{broken}");
     }
     // Nothing is known behind text that may have moved everything.
-    let m = motions("G0 X1. Y1.\nG0 X#1\nG0 Y2.\nM98 P1\nG0 X3.");
-    assert_eq!((at(&m[1], "X"), at(&m[1], "Y"), at(&m[2], "Y")), (None, word(2.0), None));
+    let m = motions("G0 X1. Y1.\nG0 X#1\nG0 Y2.\nG0 M#1 X3.\nG0 X3.\nM98 P1\nG0 X3.");
+    assert_eq!((at(&m[1], "X"), at(&m[1], "Y"), m[1].kind), (None, word(1.0), MotionKind::Rapid));
+    assert_eq!((at(&m[2], "X"), at(&m[2], "Y")), (None, word(2.0)));
+    assert_eq!((at(&m[3], "X"), at(&m[3], "Y"), m.len()), (word(3.0), None, 5));
+    assert_eq!(at(&m[4], "Y"), None);
 }
 
 #[test]

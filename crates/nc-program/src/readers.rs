@@ -1,0 +1,8 @@
+//! What the readers of all dialects share.
+
+pub(crate) mod expression;
+pub(crate) mod feed_place;
+pub(crate) mod functions;
+pub(crate) mod notes;
+pub(crate) mod number;
+pub(crate) mod variables;
