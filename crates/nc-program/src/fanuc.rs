@@ -3,9 +3,11 @@
 mod block;
 mod g_words;
 mod lexer;
-mod modal;
 mod motion;
 mod reader;
 mod variant;
+mod variant_codes;
+mod variants;
 
 pub use reader::{FanucReader, read_fanuc};
+pub use variants::{read_haas, read_linuxcnc, read_mazak};

@@ -97,7 +97,7 @@ pub use dialect_file::{
     BlendingRule, CommentRule, CuttingRule, DIALECT_FORMAT, DialectFile, FeedRule, LineRule, MotionRule, NumberRule,
     Numbering, ProgramRule, RapidRule, RtcpLaw, RtcpRapids, RtcpRule, Switch, VectorRule,
 };
-pub use fanuc::{FanucReader, read_fanuc};
+pub use fanuc::{FanucReader, read_fanuc, read_haas, read_linuxcnc, read_mazak};
 pub use heads::{HeadError, HeadSpec, MappedHead};
 pub use post_file::{
     BlockNumbers, Decimals, LAST_PROGRAM_NUMBER, Orientation, PostError, PostFile, PostSettings, RoundingBound,

@@ -2,11 +2,11 @@
 
 use super::{
     lexer::{Line, Word},
-    modal::Modal,
     variant::Variant,
 };
 use crate::{
     AxisKind, AxisLetter, CallKind, Coolant, MacroKind, ReadBlock, ReadCall, ReadCommand, ReadError, ReadFault,
+    readers::modal::Modal,
 };
 
 /// mm per inch.
@@ -121,6 +121,7 @@ impl BlockReading<'_> {
                 }
                 return;
             }
+            _ if self.variant_function(code) => return,
             _ => {
                 self.has_parameters = true;
                 ReadCommand::Function(code)
@@ -221,7 +222,9 @@ impl BlockReading<'_> {
         // Calls pass any letter on.
         let any_letter = self.role == AxisRole::Data;
         for word in self.line.words.iter().filter(|w| !w.is_used) {
-            let is_parameter = word.index == 0 && matches!(word.letter, b'P' | b'Q' | b'R' | b'I' | b'J' | b'K' | b'L');
+            let is_letter = matches!(word.letter, b'P' | b'Q' | b'R' | b'I' | b'J' | b'K' | b'L')
+                || matches!(word.letter, b'E' | b'D') && self.variant != Variant::Fanuc;
+            let is_parameter = word.index == 0 && is_letter;
             let is_known = is_parameter || axis_of(word).is_some();
             if self.has_parameters && (is_parameter || any_letter) {
                 continue;

@@ -3,9 +3,11 @@
 use super::{
     block::{AxisRole, BlockReading, axis_of},
     lexer::Word,
-    modal::MotionCode,
 };
-use crate::{AxisKind, AxisLengths, AxisLetter, Compensation, MacroKind, Plane, ReadError, ReadFault, WorkOffset};
+use crate::{
+    AxisKind, AxisLengths, AxisLetter, Compensation, MacroKind, Plane, ReadError, ReadFault, WorkOffset,
+    readers::modal::MotionCode,
+};
 
 impl BlockReading<'_> {
     /// Every G word of the block, in order.
@@ -27,6 +29,9 @@ impl BlockReading<'_> {
 
     /// `code` is ten times the G number.
     fn g_word(&mut self, word: &Word, code: u16) -> Result<(), ReadError> {
+        if self.variant_code(word, code)? {
+            return Ok(());
+        }
         let modal = &mut *self.modal;
         match code {
             0 => self.set_motion(MotionCode::Rapid),
@@ -70,7 +75,7 @@ impl BlockReading<'_> {
             510 | 511 | 160 | 680 => return Err(self.unsupported(word, "scaled, mirrored, polar or turned words")),
             682 => return Err(self.unsupported(word, "a tilted working plane")),
             950 | 960 => return Err(self.unsupported(word, "feed per revolution or constant surface speed")),
-            _ => return Err(self.fault(word, ReadFault::UnknownWord)),
+            _ => return Err(self.unknown(word)),
         }
         Ok(())
     }
@@ -111,16 +116,13 @@ impl BlockReading<'_> {
         self.modal.inverse_time = inverse_time;
     }
 
-    fn set_offset(&mut self, offset: Option<WorkOffset>) {
-        if let Some(offset) = offset
-            && offset != self.modal.work_offset
-        {
-            self.modal.work_offset = offset;
-            self.modal.position.forget_words();
+    pub(super) fn set_offset(&mut self, offset: Option<WorkOffset>) {
+        if let Some(offset) = offset {
+            self.modal.set_offset(offset);
         }
     }
 
-    fn additional_offset(&mut self, word: &Word) -> Result<(), ReadError> {
+    pub(super) fn additional_offset(&mut self, word: &Word) -> Result<(), ReadError> {
         let number = self.take(b'P').map(|p| self.whole(&p)).transpose()?.unwrap_or(0);
         let offset = u16::try_from(number).ok().filter(|n| *n > 0).and_then(|n| WorkOffset::new(n.saturating_add(6)));
         if offset.is_none() {
@@ -139,7 +141,7 @@ impl BlockReading<'_> {
     }
 
     /// Length register of the compensation; 0 stands for the one in force.
-    fn set_compensation(&mut self, compensation: Compensation) {
+    pub(super) fn set_compensation(&mut self, compensation: Compensation) {
         let register = self.modal.length_register.unwrap_or(0);
         let compensation = match compensation {
             Compensation::Off => Compensation::Off,

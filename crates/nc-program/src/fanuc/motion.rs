@@ -3,9 +3,9 @@
 use super::{
     block::{AxisRole, BlockReading, axis_of},
     lexer::Word,
-    modal::MotionCode,
+    variant::Variant,
 };
-use crate::{ArcWords, AxisAt, AxisLetter, AxisWords, Feed, MotionKind, ReadError, ReadMotion};
+use crate::{ArcWords, AxisAt, AxisLetter, AxisWords, MotionKind, ReadError, ReadMotion, readers::modal::MotionCode};
 
 impl BlockReading<'_> {
     /// Moves the axes that the block names, if they are targets.
@@ -68,7 +68,16 @@ impl BlockReading<'_> {
         let unit = self.length_unit();
         let mut take = |letter| self.take(letter).filter(|w| w.is_known).map(|w| w.value * unit);
         let (i, j, k, r) = (take(b'I'), take(b'J'), take(b'K'), take(b'R'));
-        Some(Box::new(ArcWords { plane: self.modal.plane, i, j, k, r, ..ArcWords::default() }))
+        let mut arc = ArcWords { plane: self.modal.plane, i, j, k, r, ..ArcWords::default() };
+        if self.modal.is_centre_absolute {
+            arc.centre = [arc.i.take(), arc.j.take(), arc.k.take()];
+        }
+        if self.variant == Variant::LinuxCnc
+            && let Some(turns) = self.take(b'P').filter(|w| w.is_known && w.value >= 1.0)
+        {
+            arc.turns = turns.value as u32 - 1;
+        }
+        Some(Box::new(arc))
     }
 
     fn move_axes(&mut self, kind: MotionKind) -> Result<(), ReadError> {
@@ -101,12 +110,7 @@ impl BlockReading<'_> {
         if !self.modal.is_incremental {
             return Ok(Some(AxisAt::Word(value)));
         }
-        Ok(match self.modal.position.get(axis) {
-            Some(AxisAt::Word(from)) => Some(AxisAt::Word(from + value)),
-            Some(AxisAt::Machine(from)) => Some(AxisAt::Machine(from + value)),
-            Some(AxisAt::Reference(n)) if value == 0.0 => Some(AxisAt::Reference(n)),
-            Some(AxisAt::Reference(_)) | None => None,
-        })
+        Ok(self.modal.by(axis, value))
     }
 
     /// Sends the named axes to a reference position and returns the words of the point they go over, if any.
@@ -131,18 +135,6 @@ impl BlockReading<'_> {
     }
 
     fn push_motion(&mut self, kind: MotionKind, via: Option<Box<AxisWords>>, arc: Option<Box<ArcWords>>) {
-        let modal = &*self.modal;
-        let feed = modal.feed.filter(|_| !kind.is_rapid()).map(|value| Feed { mode: modal.feed_mode(), value });
-        self.block.motion = Some(ReadMotion {
-            kind,
-            position: modal.position,
-            feed,
-            work_offset: modal.work_offset,
-            compensation: modal.compensation,
-            lengths: modal.lengths,
-            via,
-            arc,
-            tool: None,
-        });
+        self.block.motion = Some(ReadMotion { via, arc, ..self.modal.motion(kind, None) });
     }
 }

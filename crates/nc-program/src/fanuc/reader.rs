@@ -1,13 +1,12 @@
 use super::{
     block::{axis_of, interpret},
     lexer::{Assignment, Line, Word},
-    modal::Modal,
     variant::Variant,
 };
 use crate::{
     AxisLengths, CallKind, Compensation, FeedPlace, MacroKind, NoteKind, ReadBlock, ReadCall, ReadCommand, ReadError,
     ReadFault, ReadNote, ReadProgram, ToolLengthNote,
-    readers::{notes::Notes, variables::Variables},
+    readers::{modal::Modal, notes::Notes, variables::Variables},
 };
 
 /// Reads a FANUC program, or one of a control close to it: what it says, with modal state resolved and nothing executed.

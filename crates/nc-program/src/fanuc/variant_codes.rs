@@ -1,0 +1,136 @@
+//! G codes that the relatives of FANUC have besides FANUC's own, or understand in their own way.
+
+use super::{
+    block::{AxisRole, BlockReading},
+    lexer::Word,
+    variant::Variant,
+};
+use crate::{CallKind, Compensation, MacroKind, ReadCall, ReadCommand, ReadError, ReadFault, WorkOffset};
+
+impl BlockReading<'_> {
+    /// Takes a G word as the variant has it; `false` where it is as on all controls. `code` is ten times its number.
+    pub(super) fn variant_code(&mut self, word: &Word, code: u16) -> Result<bool, ReadError> {
+        match self.variant {
+            Variant::Fanuc => self.common_code(word, code),
+            Variant::Haas => Ok(self.haas_code(word, code)? || self.common_code(word, code)?),
+            Variant::Mazak => Ok(self.mazak_code(word, code)? || self.common_code(word, code)?),
+            Variant::LinuxCnc => self.linuxcnc_code(word, code),
+        }
+    }
+
+    /// What FANUC and its closer relatives share beyond the table of `g_words`.
+    fn common_code(&mut self, word: &Word, code: u16) -> Result<bool, ReadError> {
+        match code {
+            // Stroke limits: their words are no targets.
+            220 => (self.role, self.has_parameters) = (AxisRole::Data, true),
+            // The way from the reference position; the tool axis along the plane's normal: where they end is not told.
+            290 | 531 => self.call_here(code),
+            310 => self.skip(),
+            542 | 544 => self.set_role(AxisRole::Data, MacroKind::Setting),
+            71 | 121 | 1121 => return Err(self.unsupported(word, "cylindrical or polar interpolation")),
+            330 | 331 => return Err(self.unsupported(word, "a move that follows the spindle")),
+            512 => return Err(self.unsupported(word, "scaled, mirrored, polar or turned words")),
+            502 => {}
+            _ => return Ok(false),
+        }
+        Ok(true)
+    }
+
+    fn haas_code(&mut self, word: &Word, code: u16) -> Result<bool, ReadError> {
+        match code {
+            // Pockets, probing, engraving, bolt circles, taps off the vertical.
+            120 | 130 | 350 | 360 | 370 | 470 | 700 | 710 | 720 | 1500 | 1740 | 1840 | 2530 => self.call_here(code),
+            770 | 1530 | 1550 | 1610..=1690 if code % 10 == 0 => {
+                self.modal.cycle = Some((code / 10) as u8);
+                self.has_parameters = true;
+            }
+            // Mirror off, look-ahead limit, smoothness, axes to a screen.
+            1000 | 1020 | 1030 | 1870 => self.has_parameters = true,
+            1100..=1290 if code % 10 == 0 => self.set_offset(WorkOffset::new(code / 10 - 103)),
+            1540 => self.additional_offset(word)?,
+            1360 | 2540 | 2550 | 2690 => self.set_role(AxisRole::Data, MacroKind::Setting),
+            2340 => self.set_compensation(Compensation::Rtcp(0)),
+            600 => return Err(self.unsupported(word, "positions approached over another point")),
+            1010 => return Err(self.unsupported(word, "scaled, mirrored, polar or turned words")),
+            1070 => return Err(self.unsupported(word, "cylindrical or polar interpolation")),
+            1410 => return Err(self.unsupported(word, "cutter radius compensation moves the tool off the words")),
+            1430 => return Err(self.unsupported(word, "length compensation by the angles of the axes")),
+            2680 => return Err(self.unsupported(word, "a tilted working plane")),
+            _ => return Ok(false),
+        }
+        Ok(true)
+    }
+
+    fn mazak_code(&mut self, word: &Word, code: u16) -> Result<bool, ReadError> {
+        match code {
+            // Modes of the path, rotated planes and mirror images switched off.
+            612 | 695 => self.has_parameters = true,
+            109 | 925 | 1090 => self.set_role(AxisRole::Data, MacroKind::Setting),
+            683 | 684 | 685 => return Err(self.unsupported(word, "a tilted working plane")),
+            1100 | 1110 => return Err(self.unsupported(word, "axes of another name")),
+            _ => return Ok(false),
+        }
+        Ok(true)
+    }
+
+    fn linuxcnc_code(&mut self, word: &Word, code: u16) -> Result<bool, ReadError> {
+        match code {
+            // Words are radii, as ever on a mill.
+            80 => {}
+            281 | 301 | 432 | 921 | 922 | 923 => self.set_role(AxisRole::Data, MacroKind::Setting),
+            431 => {
+                self.set_compensation(Compensation::Length(0));
+                self.set_role(AxisRole::Data, MacroKind::Setting);
+            }
+            382 | 383 | 384 | 385 => self.skip(),
+            591 | 592 | 593 => self.set_offset(WorkOffset::new(code - 584)),
+            901 => self.modal.is_centre_absolute = true,
+            911 => self.modal.is_centre_absolute = false,
+            70 => return Err(self.unsupported(word, "words that are diameters")),
+            330 | 331 => return Err(self.unsupported(word, "a move that follows the spindle")),
+            411 | 421 => return Err(self.unsupported(word, "cutter radius compensation moves the tool off the words")),
+            50 | 51 => return Err(self.unsupported(word, "a spline")),
+            _ => return Ok(false),
+        }
+        Ok(true)
+    }
+
+    /// A cycle that runs here with the words of the block: where it ends is not told.
+    fn call_here(&mut self, code: u16) {
+        self.role = AxisRole::Data;
+        self.has_parameters = true;
+        self.modal.position.forget_all();
+        self.keep_macro(MacroKind::Call);
+        let number = f64::from(code) / 10.0;
+        let arguments = self.line.words_text(|w| !(w.letter == b'G' && w.value == number));
+        let call = ReadCall { kind: CallKind::Cycle, name: format!("G{number}"), arguments, is_modal: false };
+        self.block.commands.push(ReadCommand::Call(Box::new(call)));
+    }
+
+    /// A move that a probe ends.
+    fn skip(&mut self) {
+        self.role = AxisRole::Data;
+        self.has_parameters = true;
+        self.modal.position.forget_all();
+        self.keep_macro(MacroKind::VariableWords);
+    }
+
+    /// M functions that only this variant has; `false` for all others.
+    pub(super) fn variant_function(&mut self, code: u32) -> bool {
+        match (self.variant, code) {
+            // A subprogram in the same program, or a jump.
+            (Variant::Haas, 97) => {
+                self.set_role(AxisRole::Data, MacroKind::Call);
+                self.keep_call(false);
+            }
+            // Modal state comes back that was saved before.
+            (Variant::LinuxCnc, 72) => self.set_role(AxisRole::Data, MacroKind::Call),
+            _ => return false,
+        }
+        true
+    }
+
+    pub(super) fn unknown(&self, word: &Word) -> ReadError {
+        self.fault(word, ReadFault::UnknownWord)
+    }
+}

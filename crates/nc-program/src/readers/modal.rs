@@ -1,0 +1,105 @@
+use crate::{
+    ArcWords, AxisAt, AxisKind, AxisLengths, AxisLetter, Compensation, Feed, FeedMode, MotionKind, Plane, ReadMotion,
+    ReadPosition, WorkOffset,
+};
+
+/// What a control remembers from block to block, as far as a program's text tells.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Modal {
+    /// G0 to G3; `None` before the first and behind text that is not evaluated.
+    pub(crate) motion: Option<MotionCode>,
+    /// G73 to G89.
+    pub(crate) cycle: Option<u8>,
+    pub(crate) is_incremental: bool,
+    pub(crate) is_inch: bool,
+    pub(crate) plane: Plane,
+    /// Arc centres are words and not ways from the start (G90.1).
+    pub(crate) is_centre_absolute: bool,
+    pub(crate) inverse_time: bool,
+    /// mm/min of G94.
+    pub(crate) feed: Option<f64>,
+    pub(crate) work_offset: WorkOffset,
+    pub(crate) compensation: Compensation,
+    /// The same by axis.
+    pub(crate) lengths: AxisLengths,
+    /// H as last said; `None` before the first, where a control takes the length of the tool or none.
+    pub(crate) length_register: Option<u32>,
+    pub(crate) position: ReadPosition,
+}
+
+/// Interpolation group.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum MotionCode {
+    Rapid,
+    Linear,
+    Arc { clockwise: bool },
+}
+
+impl Modal {
+    /// Something that is not evaluated may have changed everything that matters to a motion.
+    pub(crate) fn forget_motion(&mut self) {
+        self.motion = None;
+        self.cycle = None;
+        self.feed = None;
+        self.position.forget_all();
+    }
+
+    /// What F means now.
+    pub(crate) fn feed_mode(&self) -> FeedMode {
+        match (self.inverse_time, self.compensation) {
+            (true, _) => FeedMode::G93,
+            (false, Compensation::Rtcp(_)) => FeedMode::Rtcp,
+            (false, _) => FeedMode::G94,
+        }
+    }
+
+    /// Selects a work offset; words of axes that do not move now would be other numbers.
+    pub(crate) fn set_offset(&mut self, offset: WorkOffset) {
+        if offset != self.work_offset {
+            self.work_offset = offset;
+            self.position.forget_words();
+        }
+    }
+
+    /// Switches the compensation of a control whose length is along Z, or RTCP; words of axes that do not move now would
+    /// be other numbers.
+    pub(crate) fn switch_compensation(&mut self, compensation: Compensation) {
+        let before = std::mem::replace(&mut self.compensation, compensation);
+        if before == compensation {
+            return;
+        }
+        let is_rtcp = |c| matches!(c, Compensation::Rtcp(_));
+        let all = is_rtcp(before) || is_rtcp(compensation);
+        let words = self.position.words();
+        for word in words.iter().filter(|w| w.letter.kind() == AxisKind::Linear) {
+            if all || word.letter.letter() == 'Z' {
+                self.position.forget_word(word.letter);
+            }
+        }
+    }
+
+    /// Where an axis is `way` mm or deg from here; `None` from an unknown place.
+    pub(crate) fn by(&self, axis: AxisLetter, way: f64) -> Option<AxisAt> {
+        match self.position.get(axis) {
+            Some(AxisAt::Word(from)) => Some(AxisAt::Word(from + way)),
+            Some(AxisAt::Machine(from)) => Some(AxisAt::Machine(from + way)),
+            Some(AxisAt::Reference(n)) if way == 0.0 => Some(AxisAt::Reference(n)),
+            Some(AxisAt::Reference(_)) | None => None,
+        }
+    }
+
+    /// A motion to the position, in the state as it is.
+    pub(crate) fn motion(&self, kind: MotionKind, arc: Option<ArcWords>) -> ReadMotion {
+        ReadMotion {
+            kind,
+            position: self.position,
+            feed: self.feed.filter(|_| !kind.is_rapid()).map(|value| Feed { mode: self.feed_mode(), value }),
+            work_offset: self.work_offset,
+            compensation: self.compensation,
+            lengths: self.lengths,
+            via: None,
+            arc: arc.map(Box::new),
+            tool: None,
+        }
+    }
+}
