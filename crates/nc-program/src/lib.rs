@@ -111,7 +111,10 @@ pub use read_program::{
     ArcWords, CallKind, Compensation, Feed, MacroKind, MotionKind, NoteKind, Plane, ReadBlock, ReadCall, ReadCommand,
     ReadMotion, ReadNote, ReadProgram, ToolLengthNote, ToolVectors,
 };
-pub use readers::feed_place::FeedPlace;
+pub use readers::{
+    feed_place::FeedPlace,
+    siemens::{SiemensReader, read_siemens},
+};
 pub use siemens::{
     ReadPair, ReadPairBlock, SiemensFault, SiemensFeed, SiemensPair, SiemensReadError, SiemensSettings,
     read_siemens_pair, write_siemens_pair,

@@ -6,4 +6,6 @@ pub(crate) mod functions;
 pub(crate) mod modal;
 pub(crate) mod notes;
 pub(crate) mod number;
+pub(crate) mod siemens;
+pub(crate) mod source;
 pub(crate) mod variables;

@@ -36,7 +36,16 @@ pub(super) fn interpret(
     block: &mut ReadBlock,
 ) -> Result<(), ReadError> {
     check_repeated(line, variant)?;
-    let mut reading = BlockReading { line, variant, modal, text, block, role: AxisRole::Target, has_parameters: false };
+    let mut reading = BlockReading {
+        line,
+        variant,
+        modal,
+        text,
+        block,
+        role: AxisRole::Target,
+        has_parameters: false,
+        has_lost_axis: false,
+    };
     reading.modal.position.start_block();
     reading.g_words()?;
     reading.spindle_number()?;
@@ -73,6 +82,8 @@ pub(super) struct BlockReading<'a> {
     pub(super) role: AxisRole,
     /// Whether the block may hold P, Q, R, I, J, K, L.
     pub(super) has_parameters: bool,
+    /// A word moves its axis to a place that is not known: by a variable, or by a way from an unknown place.
+    pub(super) has_lost_axis: bool,
 }
 
 impl BlockReading<'_> {
@@ -180,7 +191,8 @@ impl BlockReading<'_> {
 
     /// Tells that words of the block have values that are not known.
     fn variable_words(&mut self) {
-        if self.role != AxisRole::Data && self.line.words.iter().any(|w| !w.is_known) {
+        let is_unknown = self.has_lost_axis || self.line.words.iter().any(|w| !w.is_known);
+        if self.role != AxisRole::Data && is_unknown {
             self.keep_macro(MacroKind::VariableWords);
         }
     }

@@ -89,6 +89,7 @@ impl BlockReading<'_> {
             // Depth of the hole, from which the cycle returns to a height that it remembers.
             let is_depth = matches!(kind, MotionKind::Cycle { .. }) && axis.letter() == 'Z';
             let at = if is_depth { None } else { target };
+            self.has_lost_axis |= target.is_none();
             self.modal.position.set(axis, at).map_err(|e| self.line.word_error(&word, e.into()))?;
         }
         Ok(())

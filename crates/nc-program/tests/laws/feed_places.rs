@@ -103,5 +103,10 @@ fn without_feed(block: &ReadBlock) -> ReadBlock {
     }
     let is_words = |c: &ReadCommand| matches!(c, ReadCommand::Macro { kind: MacroKind::VariableWords, .. });
     block.commands.retain(|c| !is_words(c));
+    for command in &mut block.commands {
+        if let ReadCommand::Macro { text, .. } = command {
+            text.clear();
+        }
+    }
     block
 }

@@ -16,6 +16,7 @@ pub(crate) fn all() -> Vec<Sample> {
         Sample { name: "haas", text: HAAS, read: |text| read_haas(text) },
         Sample { name: "mazak", text: MAZAK, read: |text| read_mazak(text) },
         Sample { name: "linuxcnc", text: LINUXCNC, read: |text| read_linuxcnc(text) },
+        Sample { name: "siemens", text: SIEMENS, read: |text| read_siemens(text) },
     ]
 }
 
@@ -121,3 +122,54 @@ m66e0l0 ; sync
 g4 p0.5
 m2
 ";
+
+pub(crate) const SIEMENS: &str = r#"%_N_BLADE_MPF
+;$PATH=/_N_WKS_DIR/_N_BLADE_WPD
+N10 ;start F100
+N20 DEF REAL _tol=.02, _X_HOME, _Z_HOME
+N30 DEF REAL _F_CUT
+N40 G40 G17 G710 G94 G90 G60 G601 FNORM
+_X_HOME=-365. _Z_HOME=610. R1=5 R2 = R1 * 2 + 1
+_F_CUT=1500
+N50 CYCLE800()
+N60 TRAFOOF
+N70 SUPA G0 Z=_Z_HOME D0
+N80 SUPA G0 X=_X_HOME Y=200. B=0.0 C=R1-5 D1
+N90 T="FACE_D80; R6"
+N100 M6
+MSG("FINISH; F5000")
+N110 CYCLE832(_tol,1,1)
+N120 COMPCAD SOFT FFWON
+N130 G54
+N140 G0 X-10. Y-22.7 Z16. B0 C0 S10345 D1 M3 M8
+N150 G1 Z0.0 F=_F_CUT
+N160 X-14.5F2000 ; next
+N170 G3 X-15.8 Y-24. I0.0 J-1.3
+N180 G2 X0 Y20. I=AC(0) J=IC(2) TURN=2 CR=5.5
+N190 G1 X=IC(5) Y=AC(R2) C=DC(350)
+N200 Z = R9
+TRAORI
+ORIWKS ORIVECT
+G1 X1 Y2 Z3 A3=0 B3=0.1 C3=.995 F3000
+X2 A3=0 B3=0.2 C3=.98
+X3 Y3 Z3 A0 C10
+TRAFOOF
+N210 TRANS X5 Y0 Z0
+N220 AROT Z90
+N230 G0 X0 Y0 Z50
+MCALL CYCLE81(10,0,2,-5)
+N240 X5 Y5 F300
+X10
+MCALL
+AROUND: G0 X0 Y0 Z100
+N250 G4 F2.5
+G1 Z90
+IF R1>5 GOTOB AROUND
+REPEAT_ME
+L100 P2
+FGROUP(X,Y,Z)
+G93 G1 X5 Y5 Z5 F=12.5
+G75 FP=1 Z1=0
+N260 G500 G1 X7 G94 F100
+/N270 M30
+"#;

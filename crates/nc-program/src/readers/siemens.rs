@@ -1,0 +1,219 @@
+//! Reader of Siemens 840D part programs.
+
+mod block;
+mod calls;
+mod g_codes;
+mod items;
+mod motion;
+mod names;
+mod statements;
+
+use items::{Code, Item};
+
+use super::{
+    modal::Modal,
+    source::{self, Source},
+    variables::Variables,
+};
+use crate::{
+    Compensation, MacroKind, NoteKind, ReadBlock, ReadCommand, ReadError, ReadFault, ReadNote, ReadProgram,
+    ToolLengthNote,
+};
+
+/// Reads a Siemens 840D part program: what it says, with modal state resolved and nothing executed.
+///
+/// Blanks between words, either case, comments, block numbers, labels and `/` are understood; `X=AC(…)`, `X=IC(…)`,
+/// `C=DC(…)`; R parameters and variables are evaluated where plain assignments say their values, until a branch or a call.
+/// Cycles, subprograms, frames (TRANS, ROT, …) and statements are kept with their arguments and not evaluated; where they
+/// may have moved an axis or the frame of the words, positions are unknown until they are programmed again. A name that
+/// stands alone in its block and that the control does not have is a subprogram. Tool vectors (`A3= B3= C3=`) are kept
+/// with their motion, whose rotary axes are unknown then.
+///
+/// The compensation's register is the D number, which a tool change sets to 1 as controls do unless told otherwise.
+///
+/// # Errors
+/// When a word is not understood or has no meaning in its block, with line, column and text.
+pub fn read_siemens(text: impl AsRef<[u8]>) -> Result<ReadProgram, ReadError> {
+    source::read_all(text.as_ref(), SiemensReader::new(), SiemensReader::read_line, SiemensReader::finish)
+}
+
+/// [`read_siemens`] line by line, for programs that are not held in memory.
+#[derive(Debug, Default)]
+pub struct SiemensReader {
+    source: Source,
+    state: State,
+    variables: Variables,
+    /// The line in upper case, without its comment; kept for its memory.
+    code: Vec<u8>,
+    items: Vec<Item>,
+}
+
+/// What the control remembers.
+#[derive(Debug, Default)]
+struct State {
+    modal: Modal,
+    /// TRAORI.
+    is_transformed: bool,
+    /// D as last said, or as a tool change sets it.
+    edge: Option<u32>,
+    /// Feeds are inch/min (G700).
+    has_inch_feed: bool,
+    /// What MCALL calls behind every motion, where it is no drilling cycle.
+    modal_call: Option<String>,
+}
+
+impl SiemensReader {
+    /// A reader before the first line.
+    #[must_use]
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// The same reader, which keeps neither the text of blocks nor comments nor lines that hold nothing else: memory for a
+    /// program does not grow with what only people read.
+    #[must_use]
+    pub fn without_text(mut self) -> Self {
+        self.source.keeps_no_text = true;
+        self
+    }
+
+    /// Reads the next line (with or without its line end): its block, or `None` where it is empty. Bytes of the source
+    /// are counted as if every line but the last had a line end of one byte, besides a `\r` that it still has.
+    ///
+    /// # Errors
+    /// As [`read_siemens`].
+    pub fn read_line(&mut self, line: &[u8]) -> Result<Option<ReadBlock>, ReadError> {
+        self.source.next(line);
+        let comment = comment_start(line);
+        self.code.clear();
+        self.code.extend(line[..comment.unwrap_or(line.len())].iter().map(u8::to_ascii_uppercase));
+        if line.trim_ascii().is_empty() {
+            return Ok(None);
+        }
+        let mut block = self.source.block(line);
+        let start = self.block_start(line, &mut block)?;
+        let is_empty = self.code[start..].trim_ascii().is_empty();
+        if self.source.keeps_no_text && is_empty {
+            return Ok(None);
+        }
+        if let Some(at) = comment
+            && !self.source.keeps_no_text
+        {
+            let text = String::from_utf8_lossy(line[at + 1..].trim_ascii()).into_owned();
+            block.commands.push(ReadCommand::Comment(text));
+        }
+        if !is_empty {
+            self.read_code(line, start, &mut block)?;
+        }
+        (block.compensation, block.lengths) = (self.state.modal.compensation, self.state.modal.lengths);
+        Ok(Some(block))
+    }
+
+    /// Tool lengths and notes of the lines read.
+    #[must_use]
+    pub fn finish(self) -> (Vec<ToolLengthNote>, Vec<ReadNote>) {
+        self.source.finish()
+    }
+
+    /// Reads `/`, `/0` to `/9`, N and labels in front of a block; where the rest of the code starts.
+    fn block_start(&mut self, line: &[u8], block: &mut ReadBlock) -> Result<usize, ReadError> {
+        let code = Code { text: &self.code, source: &self.source, variables: &self.variables };
+        let mut at = code.skip_blanks(0);
+        // `%_N_NAME_MPF`: the name of the program in front of it.
+        if code.byte(at) == Some(b'%') {
+            block.commands.push(ReadCommand::Comment(String::from_utf8_lossy(line.trim_ascii()).into_owned()));
+            return Ok(self.code.len());
+        }
+        if code.byte(at) == Some(b'/') {
+            block.skippable = true;
+            at += 1 + usize::from(code.byte(at + 1).is_some_and(|b| b.is_ascii_digit()));
+            at = code.skip_blanks(at);
+        }
+        let digits = |at: usize| code.text[at..].iter().take_while(|b| b.is_ascii_digit()).count();
+        if matches!(code.byte(at), Some(b'N' | b':')) {
+            let start = code.skip_blanks(at + 1);
+            let end = start + digits(start.min(code.text.len()));
+            if end > start {
+                let text = code.string(start..end);
+                let fault = |_| code.source.error(at, ReadFault::Number(code.string(at..end)));
+                block.number = Some(text.parse().map_err(fault)?);
+                at = code.skip_blanks(end);
+            }
+        }
+        // Whoever jumps here has other values.
+        let label = at + code.name_length(at);
+        let is_label = label > at + 1 && code.byte(label) == Some(b':') && code.byte(label + 1) != Some(b'=');
+        if is_label {
+            at = code.skip_blanks(label + 1);
+            self.variables.forget_all();
+        }
+        if block.skippable {
+            self.source.note(NoteKind::Skippable, line);
+        }
+        Ok(at)
+    }
+
+    fn read_code(&mut self, line: &[u8], start: usize, block: &mut ReadBlock) -> Result<(), ReadError> {
+        let code = Code { text: &self.code, source: &self.source, variables: &self.variables };
+        let name = code.string(start..start + code.name_length(start));
+        if let Some(statement) = names::statement(&name) {
+            return self.statement(statement, line, start, block);
+        }
+        self.items.clear();
+        code.items(start, &mut self.items)?;
+        let is_inch_feed = self.interpret(line, block)?;
+        block.sets_state |= self.sets_state();
+        self.note_block(line, block, is_inch_feed);
+        self.assign(line, block)
+    }
+
+    /// Whether any word is neither M, S nor T nor of a dwell.
+    fn sets_state(&self) -> bool {
+        let is_dwell = |i: &Item| i.letter == b'G' && i.number() == Some(4.0);
+        let dwells = self.items.iter().any(is_dwell);
+        let is_none = |i: &Item| matches!(i.letter, b'M' | b'S' | b'T') || is_dwell(i) || dwells && i.letter == b'F';
+        !self.items.iter().all(is_none)
+    }
+
+    fn note_block(&mut self, line: &[u8], block: &ReadBlock, is_inch_feed: bool) {
+        let is_not_evaluated = |c: &ReadCommand| {
+            use MacroKind::{Call, Setting, VariableWords};
+            matches!(c, ReadCommand::Macro { kind: Call | Setting | VariableWords, .. })
+        };
+        if block.commands.iter().any(is_not_evaluated) {
+            self.source.note(NoteKind::NotEvaluated, line);
+        }
+        if block.commands.iter().any(|c| matches!(c, ReadCommand::Macro { kind: MacroKind::Call, .. })) {
+            self.variables.forget_all();
+        }
+        if is_inch_feed {
+            self.source.note(NoteKind::InchFeed, line);
+        }
+    }
+}
+
+impl State {
+    /// Length compensation and RTCP as D and TRAORI have them.
+    fn update_compensation(&mut self) {
+        let edge = self.edge.unwrap_or(0);
+        self.modal.switch_compensation(match (self.is_transformed, edge) {
+            (true, _) => Compensation::Rtcp(edge),
+            (false, 0) => Compensation::Off,
+            (false, _) => Compensation::Length(edge),
+        });
+    }
+}
+
+/// Byte of the `;` that begins the comment; one inside a text is none.
+fn comment_start(line: &[u8]) -> Option<usize> {
+    let mut is_text = false;
+    line.iter().position(|byte| {
+        is_text ^= *byte == b'"';
+        *byte == b';' && !is_text
+    })
+}
+
+/// A macro of the whole line.
+fn line_macro(kind: MacroKind, line: &[u8]) -> ReadCommand {
+    ReadCommand::Macro { kind, text: String::from_utf8_lossy(line.trim_ascii()).into_owned() }
+}

@@ -1,0 +1,92 @@
+//! What the G codes of a block do to the state of the control.
+
+use super::{
+    block::{BlockReading, Role},
+    items::Item,
+};
+use crate::{Plane, ReadError, ReadFault, WorkOffset, readers::modal::MotionCode};
+
+impl BlockReading<'_> {
+    /// Every G code of the block, in order.
+    pub(super) fn g_codes(&mut self) -> Result<(), ReadError> {
+        for k in 0..self.items.len() {
+            if self.items[k].letter == b'G' && !self.items[k].is_used {
+                let item = self.items[k].clone();
+                self.items[k].is_used = true;
+                if item.index > 0 {
+                    return Err(self.unsupported(&item, "a G code by the number of its group"));
+                }
+                match self.whole(&item).map_err(|_| self.fault(&item, ReadFault::UnknownWord))? {
+                    Some(code) => self.g_code(&item, code)?,
+                    None => return Err(self.unsupported(&item, "a G code that is not known")),
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn g_code(&mut self, item: &Item, code: u32) -> Result<(), ReadError> {
+        let modal = &mut self.state.modal;
+        match code {
+            0 => modal.motion = Some(MotionCode::Rapid),
+            1 => modal.motion = Some(MotionCode::Linear),
+            2 | 3 => modal.motion = Some(MotionCode::Arc { clockwise: code == 2 }),
+            4 => self.role = Role::Dwell,
+            // Exact stop, path modes, radius compensation off, how it would be switched, feed at corners.
+            9 | 40 | 60 | 62 | 64 | 140..=143 | 450 | 451 | 460..=462 | 601..=603 | 621 | 641..=645 => {}
+            17 => modal.plane = Plane::Xy,
+            18 => modal.plane = Plane::Zx,
+            19 => modal.plane = Plane::Yz,
+            // Limits of the working field.
+            25 | 26 => self.role = Role::Data,
+            53 | 153 => self.role = Role::MachineTarget,
+            54..=57 | 505..=599 => self.offset(code),
+            500 => self.setting(self.role),
+            58 | 59 => self.setting(Role::Data),
+            70 | 700 => (modal.is_inch, self.state.has_inch_feed) = (true, code == 700),
+            71 | 710 => (modal.is_inch, self.state.has_inch_feed) = (false, false),
+            74 => self.role = Role::Reference(1),
+            75 => self.role = Role::Reference(self.fixed_point()?),
+            90 => modal.is_incremental = false,
+            91 => modal.is_incremental = true,
+            93 | 94 => self.feed_mode(code == 93),
+            971 => self.feed_mode(false),
+            // Poles of polar words, which are refused where they stand.
+            110..=112 => self.role = Role::Data,
+            290 => {}
+            41 | 42 => return Err(self.unsupported(item, "cutter radius compensation moves the tool off the words")),
+            95..=97 | 961 | 962 | 972 | 973 => {
+                return Err(self.unsupported(item, "feed per revolution or constant surface speed"));
+            }
+            33..=35 | 63 | 331 | 332 => return Err(self.unsupported(item, "a move that follows the spindle")),
+            147 | 148 | 247 | 248 | 340 | 341 | 347 | 348 => {
+                return Err(self.unsupported(item, "an approach on a path of its own"));
+            }
+            291 => return Err(self.unsupported(item, "another dialect from here")),
+            _ => return Err(self.fault(item, ReadFault::UnknownWord)),
+        }
+        Ok(())
+    }
+
+    /// G54 to G57, then G505 and on.
+    fn offset(&mut self, code: u32) {
+        let number = if code < 500 { code - 53 } else { code - 500 };
+        if let Some(offset) = u16::try_from(number).ok().and_then(WorkOffset::new) {
+            self.state.modal.set_offset(offset);
+        }
+    }
+
+    fn feed_mode(&mut self, inverse_time: bool) {
+        let modal = &mut self.state.modal;
+        if inverse_time != modal.inverse_time {
+            modal.feed = None;
+        }
+        modal.inverse_time = inverse_time;
+    }
+
+    fn fixed_point(&mut self) -> Result<u8, ReadError> {
+        let Some(item) = self.take_name("FP") else { return Ok(1) };
+        let number = self.whole(&item)?.and_then(|n| u8::try_from(n).ok()).filter(|n| (1..=4).contains(n));
+        number.ok_or_else(|| self.fault(&item, ReadFault::Number))
+    }
+}

@@ -1,0 +1,168 @@
+//! Statements that are read as a whole, and assignments.
+
+use super::{
+    SiemensReader,
+    items::{Code, Item},
+    line_macro,
+    names::{self, Statement},
+};
+use crate::{
+    AxisLetter, CallKind, MacroKind, NoteKind, ReadBlock, ReadCall, ReadCommand, ReadError, ReadFault,
+    readers::expression::{self, Syntax},
+};
+
+impl SiemensReader {
+    pub(super) fn statement(
+        &mut self,
+        statement: Statement,
+        line: &[u8],
+        start: usize,
+        block: &mut ReadBlock,
+    ) -> Result<(), ReadError> {
+        block.sets_state = true;
+        match statement {
+            Statement::Branch => {
+                self.variables.forget_all();
+                self.source.note(NoteKind::Branch, line);
+                block.commands.push(line_macro(MacroKind::Branch, line));
+            }
+            Statement::Definition => {
+                self.definition(start)?;
+                block.commands.push(line_macro(MacroKind::Assignment, line));
+            }
+            Statement::Heading => block.commands.push(line_macro(MacroKind::Assignment, line)),
+            Statement::Message => {
+                block.sets_state = false;
+                block.commands.push(ReadCommand::Comment(self.message(line, start)?));
+            }
+            Statement::Output => block.commands.push(line_macro(MacroKind::Output, line)),
+            Statement::Alarm => {
+                self.source.note(NoteKind::Branch, line);
+                block.commands.push(line_macro(MacroKind::Alarm, line));
+            }
+            Statement::Call => {
+                let text = line[start..self.code.len()].trim_ascii();
+                let text = String::from_utf8_lossy(text).into_owned();
+                let (_, name) = text.split_once([' ', '(']).unwrap_or(("", ""));
+                let name = name.trim_matches([' ', '(', ')', '"']).to_owned();
+                let call = ReadCall { kind: CallKind::Subprogram, name, arguments: String::new(), is_modal: false };
+                block.commands.push(ReadCommand::Call(Box::new(call)));
+                block.commands.push(line_macro(MacroKind::Call, line));
+                self.source.note(NoteKind::NotEvaluated, line);
+                self.variables.forget_all();
+                self.state.modal.forget_motion();
+            }
+        }
+        Ok(())
+    }
+
+    /// `MSG("text")`.
+    fn message(&self, line: &[u8], start: usize) -> Result<String, ReadError> {
+        let code = Code { text: &self.code, source: &self.source, variables: &self.variables };
+        let open = code.skip_blanks(start + code.name_length(start));
+        if code.byte(open) != Some(b'(') {
+            return Err(self.source.error(start, ReadFault::Expression(code.string(start..code.text.len()))));
+        }
+        let close = code.closing(open, b')')?;
+        let behind = code.skip_blanks(close + 1);
+        if let Some(byte) = code.byte(behind) {
+            return Err(self.source.error(behind, ReadFault::Character(char::from(byte))));
+        }
+        let text = String::from_utf8_lossy(line[open + 1..close].trim_ascii()).into_owned();
+        Ok(text.trim_matches('"').to_owned())
+    }
+
+    /// `DEF REAL A, B=5, C[3]`: what is not given begins as 0.
+    fn definition(&mut self, start: usize) -> Result<(), ReadError> {
+        let code = Code { text: &self.code, source: &self.source, variables: &self.variables };
+        let mut values = Vec::new();
+        // DEF and the type, which may have a length (`STRING[20]`).
+        let mut at = code.skip_blanks(start + code.name_length(start));
+        loop {
+            let length = code.name_length(at);
+            let name = code.string(at..at + length);
+            at = code.skip_blanks(at + length);
+            if length == 0 {
+                break;
+            }
+            let is_more = ["SYNR", "SYNW", "SYNRW", "CHAN", "NCK"].contains(&name.as_str());
+            if !is_more {
+                if code.byte(at) == Some(b'[') {
+                    at = code.skip_blanks(code.closing(at, b']')? + 1);
+                }
+                break;
+            }
+        }
+        loop {
+            let length = code.name_length(at);
+            if length < 2 {
+                let text = code.string(start..code.text.len()).trim_end().to_owned();
+                return Err(self.source.error(at.min(code.text.len().saturating_sub(1)), ReadFault::Expression(text)));
+            }
+            let name = code.text[at..at + length].to_vec();
+            at = code.skip_blanks(at + length);
+            let mut value = Some(0.0);
+            if code.byte(at) == Some(b'[') {
+                at = code.skip_blanks(code.closing(at, b']')? + 1);
+                value = None;
+            }
+            if code.byte(at) == Some(b'=') {
+                let parsed = expression::parse(code.text, at + 1, Syntax::Parentheses, code.variables);
+                let fault = |at: usize| {
+                    let text = code.string(start..code.text.len()).trim_end().to_owned();
+                    self.source.error(at.min(code.text.len() - 1), ReadFault::Expression(text))
+                };
+                let parsed = parsed.map_err(fault)?;
+                (value, at) = (parsed.value, code.skip_blanks(parsed.end));
+            }
+            values.push((name, value));
+            match code.byte(at) {
+                Some(b',') => at = code.skip_blanks(at + 1),
+                None => break,
+                Some(byte) => return Err(self.source.error(at, ReadFault::Character(char::from(byte)))),
+            }
+        }
+        for (name, value) in values {
+            self.variables.set(&name, value);
+        }
+        Ok(())
+    }
+
+    /// Takes note of assignments, behind all words: those still had the values before.
+    pub(super) fn assign(&mut self, line: &[u8], block: &mut ReadBlock) -> Result<(), ReadError> {
+        let mut is_plain = false;
+        for item in self.items.iter().filter(|i| is_assignment(i, &self.code)) {
+            let name = &self.code[item.name.clone()];
+            match name.first() {
+                // What the control itself keeps: offsets, tool data.
+                Some(b'$') => {
+                    self.state.modal.position.forget_words();
+                    block.commands.push(line_macro(MacroKind::Setting, line));
+                    self.source.note(NoteKind::NotEvaluated, line);
+                }
+                _ => {
+                    is_plain = true;
+                    // R5 is R[5]; an element of a field is not remembered.
+                    self.variables.set(name, item.number());
+                }
+            }
+        }
+        if is_plain {
+            block.commands.push(line_macro(MacroKind::Assignment, line));
+        }
+        Ok(())
+    }
+}
+
+/// Whether an item sets a variable: an R parameter, a system variable, or a name that is none of the control's.
+pub(super) fn is_assignment(item: &Item, code: &[u8]) -> bool {
+    let name = &code[item.name.clone()];
+    let has_value = !matches!(item.value, super::items::Value::None | super::items::Value::Arguments(_));
+    let is_r = name.first() == Some(&b'R') && name[1..].iter().all(u8::is_ascii_digit) && name.len() > 1;
+    let is_field = name.starts_with(b"R[");
+    let text = str::from_utf8(name).unwrap_or_default();
+    // Names begin with two letters, so that no address is one.
+    let is_long = name.get(1).is_some_and(|b| b.is_ascii_alphabetic() || matches!(b, b'_' | b'$')) || name[0] == b'$';
+    let is_word = item.letter == 0 && is_long && names::meaning(text).is_none() && text.parse::<AxisLetter>().is_err();
+    has_value && name.len() > 1 && (is_r && item.value_start > item.name.end || is_field || is_word)
+}

@@ -1,0 +1,70 @@
+use crate::{
+    AxisLengths, Compensation, FeedPlace, NoteKind, ReadBlock, ReadError, ReadFault, ReadNote, ReadProgram,
+    ToolLengthNote, readers::notes::Notes,
+};
+
+/// What readers keep of the lines of a program besides what the lines mean.
+#[derive(Debug, Default)]
+pub(crate) struct Source {
+    pub(crate) keeps_no_text: bool,
+    pub(crate) line_number: u32,
+    /// Bytes of the source before the line.
+    line_start: usize,
+    /// Bytes of the source before the next line.
+    n_bytes: usize,
+    pub(crate) notes: Notes,
+    pub(crate) tool_lengths: Vec<ToolLengthNote>,
+}
+
+impl Source {
+    /// Goes to the next line.
+    pub(crate) fn next(&mut self, line: &[u8]) {
+        self.line_start = self.n_bytes;
+        self.n_bytes += line.len() + usize::from(!line.ends_with(b"\n"));
+        self.line_number = self.line_number.saturating_add(1);
+    }
+
+    /// A block of this line that says nothing yet.
+    pub(crate) fn block(&self, line: &[u8]) -> ReadBlock {
+        ReadBlock {
+            line: self.line_number,
+            number: None,
+            text: if self.keeps_no_text { Box::default() } else { String::from_utf8_lossy(line.trim_ascii()).into() },
+            skippable: false,
+            sets_state: false,
+            compensation: Compensation::Off,
+            lengths: AxisLengths::default(),
+            feed_place: FeedPlace::of_line(self.line_start),
+            motion: None,
+            commands: Vec::new(),
+        }
+    }
+
+    pub(crate) fn note(&mut self, kind: NoteKind, line: &[u8]) {
+        self.notes.add(self.line_number, kind, line);
+    }
+
+    /// An error at a byte of the line.
+    pub(crate) fn error(&self, at: usize, fault: ReadFault) -> ReadError {
+        ReadError { line: self.line_number, column: u32::try_from(at + 1).unwrap_or(u32::MAX), fault }
+    }
+
+    pub(crate) fn finish(self) -> (Vec<ToolLengthNote>, Vec<ReadNote>) {
+        (self.tool_lengths, self.notes.finish())
+    }
+}
+
+/// Reads all lines of a text.
+pub(crate) fn read_all<R>(
+    text: &[u8],
+    mut reader: R,
+    read: impl Fn(&mut R, &[u8]) -> Result<Option<ReadBlock>, ReadError>,
+    finish: impl FnOnce(R) -> (Vec<ToolLengthNote>, Vec<ReadNote>),
+) -> Result<ReadProgram, ReadError> {
+    let mut blocks = Vec::new();
+    for line in text.split(|byte| *byte == b'\n') {
+        blocks.extend(read(&mut reader, line)?);
+    }
+    let (tool_lengths, notes) = finish(reader);
+    Ok(ReadProgram { blocks, tool_lengths, notes })
+}
