@@ -3,6 +3,7 @@
 mod block;
 mod g_words;
 mod lexer;
+mod macros;
 mod motion;
 mod reader;
 mod variant;

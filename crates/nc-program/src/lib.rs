@@ -113,6 +113,7 @@ pub use read_program::{
 };
 pub use readers::{
     feed_place::FeedPlace,
+    heidenhain::{HeidenhainReader, read_heidenhain},
     siemens::{SiemensReader, read_siemens},
 };
 pub use siemens::{

@@ -3,6 +3,7 @@
 pub(crate) mod expression;
 pub(crate) mod feed_place;
 pub(crate) mod functions;
+pub(crate) mod heidenhain;
 pub(crate) mod modal;
 pub(crate) mod notes;
 pub(crate) mod number;

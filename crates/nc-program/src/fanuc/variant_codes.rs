@@ -40,13 +40,13 @@ impl BlockReading<'_> {
         match code {
             // Pockets, probing, engraving, bolt circles, taps off the vertical.
             120 | 130 | 350 | 360 | 370 | 470 | 700 | 710 | 720 | 1500 | 1740 | 1840 | 2530 => self.call_here(code),
-            770 | 1530 | 1550 | 1610..=1690 if code % 10 == 0 => {
+            770 | 1530 | 1550 | 1610..=1690 if code.is_multiple_of(10) => {
                 self.modal.cycle = Some((code / 10) as u8);
                 self.has_parameters = true;
             }
             // Mirror off, look-ahead limit, smoothness, axes to a screen.
             1000 | 1020 | 1030 | 1870 => self.has_parameters = true,
-            1100..=1290 if code % 10 == 0 => self.set_offset(WorkOffset::new(code / 10 - 103)),
+            1100..=1290 if code.is_multiple_of(10) => self.set_offset(WorkOffset::new(code / 10 - 103)),
             1540 => self.additional_offset(word)?,
             1360 | 2540 | 2550 | 2690 => self.set_role(AxisRole::Data, MacroKind::Setting),
             2340 => self.set_compensation(Compensation::Rtcp(0)),
@@ -66,7 +66,7 @@ impl BlockReading<'_> {
             // Modes of the path, rotated planes and mirror images switched off.
             612 | 695 => self.has_parameters = true,
             109 | 925 | 1090 => self.set_role(AxisRole::Data, MacroKind::Setting),
-            683 | 684 | 685 => return Err(self.unsupported(word, "a tilted working plane")),
+            683..=685 => return Err(self.unsupported(word, "a tilted working plane")),
             1100 | 1110 => return Err(self.unsupported(word, "axes of another name")),
             _ => return Ok(false),
         }
@@ -82,8 +82,8 @@ impl BlockReading<'_> {
                 self.set_compensation(Compensation::Length(0));
                 self.set_role(AxisRole::Data, MacroKind::Setting);
             }
-            382 | 383 | 384 | 385 => self.skip(),
-            591 | 592 | 593 => self.set_offset(WorkOffset::new(code - 584)),
+            382..=385 => self.skip(),
+            591..=593 => self.set_offset(WorkOffset::new(code - 584)),
             901 => self.modal.is_centre_absolute = true,
             911 => self.modal.is_centre_absolute = false,
             70 => return Err(self.unsupported(word, "words that are diameters")),

@@ -60,6 +60,14 @@ struct Parser<'a> {
     depth: u32,
 }
 
+/// The first two arguments of a function, where they are known, and how many there are.
+#[derive(Default)]
+struct Arguments {
+    first: Option<f64>,
+    second: Option<f64>,
+    count: usize,
+}
+
 /// Operators by level, the weakest first; within a level the longer ones first.
 const LEVELS: [&[&[u8]]; 5] = [
     &[b"AND", b"XOR", b"OR"],
@@ -214,28 +222,28 @@ impl Parser<'_> {
         if name == b"ATAN" && self.syntax == Syntax::Brackets && self.text[self.at..].starts_with(b"/[") {
             self.at += 1;
             let divisor = self.enclosed(b']')?;
-            return Ok(arguments.0.zip(divisor).and_then(|(a, b)| functions::of_two(name, a, b)));
+            return Ok(arguments.first.zip(divisor).and_then(|(a, b)| functions::of_two(name, a, b)));
         }
-        Ok(match arguments {
-            (Some(a), Some(Some(b)), 2) => functions::of_two(name, a, b),
-            (Some(a), None, 1) => functions::of_one(name, a),
+        Ok(match (arguments.count, arguments.first, arguments.second) {
+            (2, Some(a), Some(b)) => functions::of_two(name, a, b),
+            (1, Some(a), _) => functions::of_one(name, a),
             _ => None,
         })
     }
 
     /// The first two arguments of a function, the opening mark and the closing one included, and how many there are.
-    fn arguments(&mut self, close: u8) -> Result<(Option<f64>, Option<Option<f64>>, usize), usize> {
+    fn arguments(&mut self, close: u8) -> Result<Arguments, usize> {
         self.at += 1;
-        let (mut first, mut second, mut count) = (None, None, 0);
+        let mut arguments = Arguments::default();
         loop {
             // An argument may be left out.
             let value = if matches!(self.peek(), Some(b) if b == b',' || b == close) { None } else { self.binary(0)? };
-            match count {
-                0 => first = value,
-                1 => second = Some(value),
+            match arguments.count {
+                0 => arguments.first = value,
+                1 => arguments.second = value,
                 _ => {}
             }
-            count += 1;
+            arguments.count += 1;
             match self.peek() {
                 Some(b',') => self.at += 1,
                 Some(byte) if byte == close => break,
@@ -243,7 +251,7 @@ impl Parser<'_> {
             }
         }
         self.at += 1;
-        Ok((first, second, count))
+        Ok(arguments)
     }
 
     fn go_deeper(&mut self) -> Result<(), usize> {

@@ -11,6 +11,7 @@ mod heads;
 mod kit;
 mod linuxcnc_client;
 mod post_file;
+mod readers;
 mod samples;
 mod siemens;
 mod slow_control;

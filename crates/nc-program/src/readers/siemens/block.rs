@@ -194,7 +194,8 @@ impl BlockReading<'_> {
 
     fn feed_and_speed(&mut self) -> Result<(), ReadError> {
         if self.role == Role::Dwell {
-            return Ok(self.dwell());
+            self.dwell();
+            return Ok(());
         }
         while let Some(item) = self.take(b'S') {
             if !item.is_number() {

@@ -1,0 +1,119 @@
+//! Cycles: described, run, and what they set at once.
+
+use super::{HeidenhainReader, line_macro, statements::push_call, words::Code};
+use crate::{
+    CallKind, MacroKind, ReadBlock, ReadCommand, ReadError, ReadFault,
+    readers::expression::{self, Syntax},
+};
+
+/// What a definition does where it stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Effect {
+    /// Nothing before it is called.
+    None,
+    /// It changes the frame of the words.
+    Frame,
+    /// A pause.
+    Dwell,
+    /// It runs at once, or it is not known.
+    Runs,
+}
+
+fn effect(number: u32) -> Effect {
+    match number {
+        // Tolerance, and what is run where it is called: drilling, pockets, studs, slots, contours, a program, facing.
+        32
+        | 1..=6
+        | 12..=18
+        | 20..=25
+        | 27..=29
+        | 39
+        | 200..=209
+        | 225
+        | 230..=233
+        | 240
+        | 241
+        | 251..=258
+        | 262..=267
+        | 270..=276 => Effect::None,
+        7 | 8 | 10 | 11 | 19 | 26 | 247 => Effect::Frame,
+        9 => Effect::Dwell,
+        _ => Effect::Runs,
+    }
+}
+
+impl HeidenhainReader {
+    /// `CYCL DEF 200 DRILLING Q200=2 …`, `CYCL DEF 7.1 X+10`; the cycle's name.
+    pub(super) fn cycle_definition(
+        &mut self,
+        start: usize,
+        at: usize,
+        line: &[u8],
+        block: &mut ReadBlock,
+    ) -> Result<String, ReadError> {
+        let code = Code { text: &self.code, source: &self.source, variables: &self.variables };
+        let digits = code.text[at..].iter().take_while(|b| b.is_ascii_digit()).count();
+        let name = code.string(at..at + digits);
+        let fault = |_| code.source.error(start, ReadFault::Number(code.string(start..at + digits).trim().to_owned()));
+        let number: u32 = name.parse().map_err(fault)?;
+        let arguments = code.string(at + digits..code.text.len()).trim().to_owned();
+        match effect(number) {
+            Effect::None => push_call(block, CallKind::Definition, name.clone(), arguments, false),
+            Effect::Frame => {
+                push_call(block, CallKind::Definition, name.clone(), arguments, false);
+                self.setting(line, block);
+            }
+            Effect::Dwell => {
+                if let Some(seconds) = arguments.split_once("DWELL").and_then(|(_, s)| s.trim().parse::<f64>().ok()) {
+                    block.commands.push(ReadCommand::Dwell(seconds));
+                }
+                push_call(block, CallKind::Definition, name.clone(), arguments, false);
+            }
+            Effect::Runs => self.moving_cycle(&name, &arguments, line, block),
+        }
+        self.take_parameters(at + digits);
+        Ok(name)
+    }
+
+    /// Something of the control that moves the axes by itself.
+    pub(super) fn moving_cycle(&mut self, name: &str, arguments: &str, line: &[u8], block: &mut ReadBlock) {
+        push_call(block, CallKind::Cycle, name.to_owned(), arguments.to_owned(), false);
+        self.state.modal.position.forget_all();
+        block.commands.push(line_macro(MacroKind::Call, line));
+    }
+
+    /// `CYCL CALL`, `CYCL CALL POS …`, `CYCL CALL PAT`: where the tool is behind it, the cycle says.
+    pub(super) fn cycle_call(&mut self, at: usize, line: &[u8], block: &mut ReadBlock) {
+        let arguments = String::from_utf8_lossy(&self.code[at..]).trim().to_owned();
+        push_call(block, CallKind::Defined, "CYCL CALL".to_owned(), arguments.clone(), false);
+        self.state.modal.position.forget_all();
+        block.commands.push(line_macro(MacroKind::Call, line));
+        let functions = arguments.split_whitespace().filter_map(|w| w.strip_prefix('M')?.parse::<u32>().ok());
+        for code in functions {
+            self.state.simple_function(code, block);
+        }
+    }
+
+    /// A further line of what the line before began.
+    pub(super) fn continuation(&mut self, name: &str, line: &[u8], start: usize, block: &mut ReadBlock) {
+        let end = self.code.trim_ascii_end().len().max(start);
+        let arguments = String::from_utf8_lossy(line[start..end].trim_ascii()).into_owned();
+        push_call(block, CallKind::Arguments, name.to_owned(), arguments, false);
+        self.take_parameters(start);
+    }
+
+    /// Sets the Q parameters that are among arguments.
+    fn take_parameters(&mut self, start: usize) {
+        let mut at = start;
+        while let Some(found) = self.code[at.min(self.code.len())..].iter().position(|b| *b == b'=') {
+            let equals = at + found;
+            let name = self.code[..equals].trim_ascii_end();
+            let length = name.iter().rev().take_while(|b| b.is_ascii_alphanumeric()).count();
+            let name = name[name.len() - length..].to_vec();
+            let parsed = expression::parse(&self.code, equals + 1, Syntax::Parentheses, &self.variables);
+            let value = parsed.ok().and_then(|p| p.value);
+            self.variables.set(&name, value);
+            at = equals + 1;
+        }
+    }
+}

@@ -1,0 +1,224 @@
+//! From a block of motion to its words; columns stay those of the line.
+
+use std::ops::Range;
+
+use crate::{
+    AxisLetter, ReadError, ReadFault,
+    readers::{
+        expression::{self, Syntax, is_name_byte},
+        source::Source,
+        variables::Variables,
+    },
+};
+
+/// What a word is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Key {
+    Axis(AxisLetter),
+    /// `IX+5`.
+    Incremental(AxisLetter),
+    /// NX, NY, NZ.
+    Normal(usize),
+    /// TX, TY, TZ.
+    ToolVector(usize),
+    /// PR, PA, IPR, IPA.
+    PolarRadius,
+    PolarAngle,
+    PolarRadiusBy,
+    PolarAngleBy,
+    /// DR+, DR-.
+    Direction {
+        clockwise: bool,
+    },
+    /// R0.
+    NoCompensation,
+    /// `R+10` of CR.
+    Radius,
+    Feed,
+    FeedMax,
+    FeedAuto,
+    Speed,
+    Function,
+    /// Of an M function: MB, LA, and F behind M128.
+    Parameter,
+}
+
+/// A word and its value.
+#[derive(Clone, Debug)]
+pub(super) struct Word {
+    pub(super) key: Key,
+    /// `None` where it has none, or where it is not known.
+    pub(super) value: Option<f64>,
+    pub(super) span: Range<usize>,
+    pub(super) value_start: usize,
+}
+
+/// A line that is being taken apart: upper case, without its comment.
+pub(super) struct Code<'a> {
+    pub(super) text: &'a [u8],
+    pub(super) source: &'a Source,
+    pub(super) variables: &'a Variables,
+}
+
+/// Names of words, the longer ones first, with what they are; axes and M functions are not among them.
+const NAMES: [(&[u8], Key); 16] = [
+    (b"IPA", Key::PolarAngleBy),
+    (b"IPR", Key::PolarRadiusBy),
+    (b"PA", Key::PolarAngle),
+    (b"PR", Key::PolarRadius),
+    (b"NX", Key::Normal(0)),
+    (b"NY", Key::Normal(1)),
+    (b"NZ", Key::Normal(2)),
+    (b"TX", Key::ToolVector(0)),
+    (b"TY", Key::ToolVector(1)),
+    (b"TZ", Key::ToolVector(2)),
+    (b"MB", Key::Parameter),
+    (b"LA", Key::Parameter),
+    (b"M", Key::Function),
+    (b"S", Key::Speed),
+    (b"F", Key::Feed),
+    (b"R", Key::Radius),
+];
+
+impl Code<'_> {
+    /// All words from byte `at` on.
+    pub(super) fn words(&self, mut at: usize) -> Result<Vec<Word>, ReadError> {
+        let mut words: Vec<Word> = Vec::new();
+        loop {
+            at = self.skip_blanks(at);
+            if at >= self.text.len() {
+                return Ok(words);
+            }
+            let mut word = self.word(at)?;
+            at = word.span.end;
+            let behind = |code: f64| words.last().is_some_and(|w| w.key == Key::Function && w.value == Some(code));
+            if matches!(word.key, Key::Feed | Key::FeedMax) && (behind(128.0) || behind(103.0)) {
+                word.key = Key::Parameter;
+            }
+            let of_retract = words.iter().rev().take(2).any(|w| w.key == Key::Function && w.value == Some(140.0));
+            if matches!(word.key, Key::Feed | Key::FeedMax) && of_retract {
+                word.key = Key::Parameter;
+            }
+            words.push(word);
+        }
+    }
+
+    fn word(&self, start: usize) -> Result<Word, ReadError> {
+        let rest = &self.text[start..];
+        let plain = |key, length| Word { key, value: None, span: start..start + length, value_start: start + length };
+        if let Some(word) = self.fixed(start) {
+            return Ok(word);
+        }
+        if rest.starts_with(b"RL") || rest.starts_with(b"RR") {
+            return Err(self.unsupported(start..start + 2, "cutter radius compensation moves the tool off the words"));
+        }
+        if [&b"FZ"[..], b"FU", b"FT"].iter().any(|name| rest.starts_with(name)) {
+            return Err(self.unsupported(start..start + 2, "a feed per tooth, per revolution, or as a time"));
+        }
+        if let Some((name, key)) = NAMES.iter().find(|(name, _)| rest.starts_with(name)) {
+            // `MB MAX`.
+            let value = self.skip_blanks(start + name.len());
+            if *key == Key::Parameter && self.text[value.min(self.text.len())..].starts_with(b"MAX") {
+                return Ok(plain(*key, value + 3 - start));
+            }
+            return self.valued(*key, start, name.len());
+        }
+        let letter = |at: usize| self.byte(at).and_then(|b| AxisLetter::new(char::from(b), 0));
+        match (self.byte(start), letter(start)) {
+            (_, Some(axis)) => self.valued(Key::Axis(axis), start, 1),
+            (Some(b'I'), None) => match letter(start + 1) {
+                Some(axis) => self.valued(Key::Incremental(axis), start, 2),
+                None => Err(self.unknown(start)),
+            },
+            _ => Err(self.unknown(start)),
+        }
+    }
+
+    /// Words without a value: FMAX, FAUTO, DR+, R0.
+    fn fixed(&self, start: usize) -> Option<Word> {
+        let rest = &self.text[start..];
+        let word = |key, length: usize, value_start: usize| Word {
+            key,
+            value: None,
+            span: start..start + length,
+            value_start: start + value_start,
+        };
+        if rest.first() == Some(&b'F') {
+            let value = self.skip_blanks(start + 1);
+            let text = &self.text[value.min(self.text.len())..];
+            for (name, key) in [(&b"MAX"[..], Key::FeedMax), (b"AUTO", Key::FeedAuto)] {
+                if text.starts_with(name) {
+                    return Some(word(key, value + name.len() - start, value - start));
+                }
+            }
+        }
+        if rest.starts_with(b"DR") {
+            let sign = self.skip_blanks(start + 2);
+            let clockwise = match self.byte(sign)? {
+                b'-' => true,
+                b'+' => false,
+                _ => return None,
+            };
+            return Some(word(Key::Direction { clockwise }, sign + 1 - start, 2));
+        }
+        let is_off = rest.starts_with(b"R0") && !matches!(rest.get(2), Some(b'0'..=b'9' | b'.'));
+        is_off.then(|| word(Key::NoCompensation, 2, 1))
+    }
+
+    fn valued(&self, key: Key, start: usize, length: usize) -> Result<Word, ReadError> {
+        let value_start = self.skip_blanks(start + length);
+        let is_value = self.byte(value_start).is_some_and(|b| matches!(b, b'+' | b'-' | b'.' | b'Q' | b'0'..=b'9'));
+        let parsed = expression::parse_value(self.text, value_start, Syntax::Parentheses, self.variables);
+        match parsed.ok().filter(|_| is_value) {
+            Some(parsed) => Ok(Word { key, value: parsed.value, span: start..parsed.end, value_start }),
+            None if self.byte(value_start).is_none_or(|b| !b.is_ascii_alphabetic()) => {
+                let end = value_start
+                    + self.text[value_start.min(self.text.len())..].iter().take_while(|b| **b > b' ').count();
+                let text = self.string(start..end.max(start + length));
+                Err(self.source.error(start, ReadFault::Number(text)))
+            }
+            None => Err(self.unknown(start)),
+        }
+    }
+
+    /// The word at a byte is none of the control's.
+    pub(super) fn unknown(&self, start: usize) -> ReadError {
+        let length = self.text[start..].iter().take_while(|b| is_name_byte(**b)).count();
+        let fault = match length {
+            0 => ReadFault::Character(char::from(self.text[start])),
+            _ => ReadFault::UnknownWord(self.string(start..start + length)),
+        };
+        self.source.error(start, fault)
+    }
+
+    pub(super) fn unsupported(&self, span: Range<usize>, why: &'static str) -> ReadError {
+        let word = self.string(span.clone());
+        self.source.error(span.start, ReadFault::Unsupported { word, why })
+    }
+
+    pub(super) fn stray(&self, word: &Word) -> ReadError {
+        self.source.error(word.span.start, ReadFault::StrayWord(self.string(word.span.clone())))
+    }
+
+    pub(super) fn byte(&self, at: usize) -> Option<u8> {
+        self.text.get(at).copied()
+    }
+
+    pub(super) fn skip_blanks(&self, mut at: usize) -> usize {
+        while self.byte(at).is_some_and(|b| b.is_ascii_whitespace()) {
+            at += 1;
+        }
+        at
+    }
+
+    /// The letters that begin at a byte, and the byte behind them and their blanks.
+    pub(super) fn name(&self, at: usize) -> (&[u8], usize) {
+        let rest = &self.text[at.min(self.text.len())..];
+        let length = rest.iter().take_while(|b| b.is_ascii_alphabetic()).count();
+        (&rest[..length], self.skip_blanks(at + length))
+    }
+
+    pub(super) fn string(&self, bytes: Range<usize>) -> String {
+        String::from_utf8_lossy(&self.text[bytes]).into_owned()
+    }
+}
