@@ -114,9 +114,16 @@ pub enum AptMeaning {
     Cycle(bool),
     /// CIRCLE: the next point is the end of an arc.
     Circle,
+    /// CSYS with twelve numbers: the frame of the points that follow in that of the part, three rows of a direction's
+    /// components and an offset (mm); TRNTYP, which says what such a frame is for, has none.
+    Frame(Option<Box<[f64; 12]>>),
+    /// CUTCOM: whether the control is to offset the tool to one side. Points are as given.
+    RadiusCompensation(bool),
+    /// SETUP: whether a setup begins.
+    Setup(bool),
     /// FINI.
     End,
-    /// Known to say nothing about where the tool is (COOLNT, SELECT, …).
+    /// Known to say nothing about where the tool is (COOLNT, SELECT, lengths of the tool that a system draws, …).
     Auxiliary,
     /// Kept and not evaluated.
     Unknown,
@@ -133,6 +140,8 @@ pub struct AptPoint {
     pub cl: ClPoint,
     /// mm/min; `None` for rapids and before the first FEDRAT.
     pub feed: Option<f64>,
+    /// Index in [`AptFile::statements`] of the frame that the point is given in; `None` before the first.
+    pub frame: Option<u32>,
 }
 
 /// How the tool goes to a point.

@@ -14,7 +14,8 @@ const INCH: f64 = 25.4;
 /// joined. Major words that are not known are kept and listed; nothing is skipped silently.
 ///
 /// A point without an axis has the one of MULTAX files before it, or +z where none has been given or MULTAX is off.
-/// Points are in the file's own frame: words that move the frame (CSYS, TRACUT, ORIGIN, …) are among the unknown.
+/// Points are as given, in the frame of the last CSYS before them where there is one ([`AptPoint::frame`]); other words that
+/// move the frame (TRACUT, ORIGIN, …) are among the unknown.
 ///
 /// # Errors
 /// When a known statement has values that are none of its own, or an axis of length zero.
@@ -40,6 +41,7 @@ struct State {
     is_rapid: bool,
     is_arc: bool,
     is_cycle: bool,
+    frame: Option<u32>,
 }
 
 impl Default for State {
@@ -52,6 +54,7 @@ impl Default for State {
             is_rapid: false,
             is_arc: false,
             is_cycle: false,
+            frame: None,
         }
     }
 }
@@ -91,15 +94,34 @@ impl AptReader {
                 self.state.is_arc = true;
                 AptMeaning::Circle
             }
+            "CSYS" => match self.frame(raw, &values)? {
+                Some(frame) => frame,
+                None => self.keep_unknown(word, raw.line),
+            },
+            "TRNTYP" => AptMeaning::Frame(None),
+            "CUTCOM" => AptMeaning::RadiusCompensation(!has(&values, "OFF")),
+            "SETUP" => AptMeaning::Setup(!has(&values, "END")),
             "FINI" | "END" => AptMeaning::End,
             "COOLNT" | "SELECT" | "TOOLNO" | "STOP" | "OPSTOP" | "DELAY" | "MACHIN" | "INTOL" | "OUTTOL" | "TOLER" => {
                 AptMeaning::Auxiliary
             }
-            _ => {
-                self.keep_unknown(word, raw.line);
-                AptMeaning::Unknown
-            }
+            _ if word.starts_with("CSI_SET_") => AptMeaning::Auxiliary,
+            _ => self.keep_unknown(word, raw.line),
         })
+    }
+
+    /// The frame of a CSYS with twelve numbers; others name it.
+    fn frame(&mut self, raw: &RawStatement, values: &[(usize, &str)]) -> Result<Option<AptMeaning>, ReadError> {
+        if values.len() != 12 {
+            return Ok(None);
+        }
+        let mut frame = Box::new([0.0; 12]);
+        for (k, value) in values.iter().enumerate() {
+            let unit = if k % 4 == 3 { self.state.unit } else { 1.0 };
+            frame[k] = raw.number(*value)? * unit;
+        }
+        self.state.frame = u32::try_from(self.file.statements.len()).ok();
+        Ok(Some(AptMeaning::Frame(Some(frame))))
     }
 
     fn unit(&mut self, raw: &RawStatement, values: &[(usize, &str)]) -> Result<AptMeaning, ReadError> {
@@ -175,15 +197,16 @@ impl AptReader {
         state.tip = Some(tip);
         // RAPID and CIRCLE are for one point.
         (state.is_rapid, state.is_arc) = (false, false);
-        self.file.points.push(AptPoint { line, kind, cl: ClPoint { tip, axis: state.axis }, feed });
+        self.file.points.push(AptPoint { line, kind, cl: ClPoint { tip, axis: state.axis }, feed, frame: state.frame });
         AptMeaning::Point(self.file.points.len() - 1)
     }
 
-    fn keep_unknown(&mut self, word: String, line: u32) {
+    fn keep_unknown(&mut self, word: String, line: u32) -> AptMeaning {
         match self.file.unknown.iter_mut().find(|unknown| unknown.word == word) {
             Some(unknown) => unknown.count += 1,
             None => self.file.unknown.push(AptUnknownWord { word, line, count: 1 }),
         }
+        AptMeaning::Unknown
     }
 }
 

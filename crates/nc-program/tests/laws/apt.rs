@@ -147,6 +147,32 @@ FINI";
 }
 
 #[test]
+fn points_know_the_frame_that_they_are_given_in() {
+    let text = "UNITS/CM
+GOTO/1,2,3
+CSYS/0,-1,0,4,1,0,0,5,0,0,1,6
+TRNTYP/WORLD,0,0,0
+CUTCOM/LEFT
+GOTO/1,2,3
+CUTCOM/OFF
+SETUP/START,1
+SETUP/END,1
+CSI_SET_FLUTE_LENGTH/73.
+CSYS/FIXTURE
+GOTO/1,2,4
+FINI";
+    let file = read_apt(text).unwrap();
+    let rows = [0.0, -1.0, 0.0, 40.0, 1.0, 0.0, 0.0, 50.0, 0.0, 0.0, 1.0, 60.0];
+    let meanings: Vec<_> = file.statements.iter().map(|s| s.meaning.clone()).collect();
+    assert_eq!(meanings[2], AptMeaning::Frame(Some(Box::new(rows))));
+    assert_eq!(file.points.iter().map(|p| p.frame).collect::<Vec<_>>(), [None, Some(2), Some(2)]);
+    assert_eq!(meanings[3..5], [AptMeaning::Frame(None), AptMeaning::RadiusCompensation(true)]);
+    assert_eq!(meanings[6..10].iter().filter(|m| **m == AptMeaning::Setup(true)).count(), 1);
+    assert_eq!(file.unknown, [AptUnknownWord { word: "CSYS".to_owned(), line: 11, count: 1 }]);
+    assert!(read_apt("CSYS/1,0,0,0,0,1,0,0,0,0,1,x").unwrap_err().to_string().starts_with("line 1, column 28: `x`"));
+}
+
+#[test]
 fn faults_are_placed() {
     for (text, expected) in [
         ("GOTO/1,2", "line 1, column 1: GOTO: expected x, y, z or x, y, z, i, j, k"),
@@ -208,10 +234,10 @@ fn check_read(text: &[u8]) {
 /// Files of a CAM system.
 #[test]
 fn published_files_are_read_whole() {
-    for (name, n_points, unknown) in [
-        ("aamorim_Interface-glue.apt", 6311, 20 + 4 + 4 + 4 + 4),
-        ("aamorim_basemach.apt", 2090, 124 + 12 + 12 + 5 + 5),
-        ("aamorim_manufacture3-top.apt", 360, 42 + 14 + 14 + 28 + 14 + 14),
+    for (name, n_points, frames, offsets) in [
+        ("aamorim_Interface-glue.apt", 6311, 4 + 4, 20),
+        ("aamorim_basemach.apt", 2090, 12 + 12, 124),
+        ("aamorim_manufacture3-top.apt", 360, 14 + 14, 42),
     ] {
         let path = Path::new(SHARED_NC).join(name);
         let Ok(text) = std::fs::read(&path) else {
@@ -220,10 +246,11 @@ fn published_files_are_read_whole() {
         };
         let file = read_apt(&text).unwrap_or_else(|e| panic!("{name}: {e}"));
         assert_eq!(file.points.len(), n_points, "{name}");
-        assert_eq!(file.unknown.iter().map(|u| u.count).sum::<usize>(), unknown, "{name}: {:?}", file.unknown);
-        let words: Vec<_> = file.unknown.iter().map(|u| u.word.as_str()).collect();
-        let expected = ["CSI_SET_FLUTE_LENGTH", "CSI_SET_EXTENSION_LENGTH", "TRNTYP", "CSYS", "CUTCOM", "SETUP"];
-        assert!(words.iter().all(|w| expected.contains(w)), "{words:?}");
+        assert_eq!(file.unknown, [], "{name}");
+        let count = |is_meant: fn(&AptMeaning) -> bool| file.statements.iter().filter(|s| is_meant(&s.meaning)).count();
+        assert_eq!(count(|m| matches!(m, AptMeaning::Frame(_))), frames, "{name}");
+        assert_eq!(count(|m| matches!(m, AptMeaning::RadiusCompensation(_))), offsets, "{name}");
+        assert!(file.points.iter().all(|p| p.frame.is_some()), "{name}");
         assert!(file.points.iter().filter(|p| p.kind == AptPointKind::Linear).all(|p| p.feed.is_some()));
         assert_eq!(file.statements.last().map(|s| s.meaning.clone()), Some(AptMeaning::End));
     }
