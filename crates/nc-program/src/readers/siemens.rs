@@ -16,7 +16,7 @@ use super::{
     variables::Variables,
 };
 use crate::{
-    Compensation, MacroKind, NoteKind, ReadBlock, ReadCommand, ReadError, ReadFault, ReadNote, ReadProgram,
+    CallKind, Compensation, MacroKind, NoteKind, ReadBlock, ReadCommand, ReadError, ReadFault, ReadNote, ReadProgram,
     ToolLengthNote,
 };
 
@@ -183,7 +183,10 @@ impl SiemensReader {
         if block.commands.iter().any(is_not_evaluated) {
             self.source.note(NoteKind::NotEvaluated, line);
         }
-        if block.commands.iter().any(|c| matches!(c, ReadCommand::Macro { kind: MacroKind::Call, .. })) {
+        // A cycle of the control leaves the program's variables alone, a subprogram may set those that it shares.
+        let is_call = |c: &ReadCommand| matches!(c, ReadCommand::Macro { kind: MacroKind::Call, .. });
+        let is_cycle = |c: &ReadCommand| matches!(c, ReadCommand::Call(call) if call.kind == CallKind::Cycle);
+        if block.commands.iter().any(is_call) && !block.commands.iter().any(is_cycle) {
             self.variables.forget_all();
         }
         if is_inch_feed {
