@@ -273,6 +273,8 @@ impl FanucReader {
         };
         if block.commands.iter().any(is_not_evaluated) {
             self.note(NoteKind::NotEvaluated, text);
+        }
+        if block.commands.iter().any(|c| matches!(c, ReadCommand::Macro { kind: MacroKind::Call, .. })) {
             self.variables.forget_all();
         }
         if self.modal.is_inch && self.line.words.iter().any(|w| w.letter == b'F') {
