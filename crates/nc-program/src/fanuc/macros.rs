@@ -16,7 +16,8 @@ impl FanucReader {
                 self.notes.add(guard.line, NoteKind::Branch, guard.text.as_bytes());
             }
         }
-        match (kind, self.branch_label()) {
+        let label = if kind == Some(MacroKind::Branch) { self.branch_label() } else { None };
+        match (kind, label) {
             (Some(MacroKind::Branch), Some(label)) => {
                 let text = String::from_utf8_lossy(text).into();
                 self.guard = Some(Guard { line: block.line, text, label, has_alarm: false });

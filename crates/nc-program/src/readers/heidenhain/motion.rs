@@ -185,16 +185,16 @@ impl Reading<'_> {
 
     /// TX TY TZ and NX NY NZ. With a tool vector, or under TCPM without one, the control turns the rotary axes itself.
     fn vectors(&mut self) -> Option<ToolVectors> {
+        if !self.words.iter().any(|w| matches!(w.key, Key::ToolVector(_) | Key::Normal(_))) {
+            return None;
+        }
         let of = |key: fn(usize) -> Key| {
             let value = |k: usize| self.words.iter().find(|w| w.key == key(k));
             let is_any = (0..3).any(|k| value(k).is_some());
             let vector = [0, 1, 2].map(|k| value(k).and_then(|w| w.value));
             (is_any, if let [Some(x), Some(y), Some(z)] = vector { Some([x, y, z]) } else { None })
         };
-        let ((has_axis, axis), (has_normal, normal)) = (of(Key::ToolVector), of(Key::Normal));
-        if !(has_axis || has_normal) {
-            return None;
-        }
+        let ((has_axis, axis), (_, normal)) = (of(Key::ToolVector), of(Key::Normal));
         if has_axis || self.state.has_tcpm {
             self.has_unknown = true;
             let words = self.state.modal.position.words();

@@ -156,6 +156,9 @@ impl SiemensReader {
 
 /// Whether an item sets a variable: an R parameter, a system variable, or a name that is none of the control's.
 pub(super) fn is_assignment(item: &Item, code: &[u8]) -> bool {
+    if item.letter > 0 && item.letter != b'R' {
+        return false;
+    }
     let name = &code[item.name.clone()];
     let has_value = !matches!(item.value, super::items::Value::None | super::items::Value::Arguments(_));
     let is_r = name.first() == Some(&b'R') && name[1..].iter().all(u8::is_ascii_digit) && name.len() > 1;
