@@ -60,7 +60,10 @@ impl FanucReader {
         match kind {
             MacroKind::Assignment | MacroKind::Alarm | MacroKind::Output => {}
             // What a branch leads to is read as it stands; what it comes from may have set any variable.
-            MacroKind::Branch => self.variables.forget_all(),
+            MacroKind::Branch => {
+                self.variables.forget_all();
+                self.has_jumped |= self.line.code.windows(4).any(|w| w == b"GOTO");
+            }
             MacroKind::Setting => {
                 self.modal.position.forget_words();
                 self.note(NoteKind::NotEvaluated, text);

@@ -33,6 +33,8 @@ pub struct FanucReader {
     keeps_no_text: bool,
     pub(super) modal: Modal,
     pub(super) variables: Variables,
+    /// A GOTO has been read: any block with a number may be where it leads.
+    pub(super) has_jumped: bool,
     pub(super) line: Line,
     line_number: u32,
     /// Bytes of the source before the line.
@@ -153,6 +155,9 @@ impl FanucReader {
         text: &[u8],
         block: &mut ReadBlock,
     ) -> Result<(), ReadError> {
+        if self.has_jumped && block.number.is_some() {
+            self.variables.forget_all();
+        }
         match self.line.split_words(start, self.variant, &self.variables) {
             // Controls have more kinds of variables than are read here.
             Err(_) if macro_kind.is_some() => {
@@ -190,6 +195,8 @@ impl FanucReader {
         for k in 0..self.line.assignments.len() {
             let Assignment { name, value, start } = self.line.assignments[k].clone();
             let kind = assignment_kind(&self.line.code[start + 1..]);
+            // Whether a block with `/` is run, a switch decides.
+            let value = value.filter(|_| !block.skippable);
             match &name {
                 Some(name) if kind == MacroKind::Assignment => self.variables.set(name, value),
                 Some(_) => {}

@@ -43,6 +43,8 @@ pub struct SiemensReader {
     source: Source,
     state: State,
     variables: Variables,
+    /// A GOTO has been read: any block with a number may be where it leads.
+    has_jumped: bool,
     /// The line in upper case, without its comment; kept for its memory.
     code: Vec<u8>,
     items: Vec<Item>,
@@ -145,6 +147,8 @@ impl SiemensReader {
         let is_label = label > at + 1 && code.byte(label) == Some(b':') && code.byte(label + 1) != Some(b'=');
         if is_label {
             at = code.skip_blanks(label + 1);
+        }
+        if is_label || self.has_jumped && block.number.is_some() {
             self.variables.forget_all();
         }
         if block.skippable {

@@ -70,6 +70,17 @@ fn linuxcnc_expressions_are_evaluated_where_they_are_known() {
 }
 
 #[test]
+fn variables_that_a_switch_or_a_jump_may_have_changed_are_not_known() {
+    let x = |text: &str| at(motions(read_fanuc(text)).last().unwrap(), "X");
+    assert_eq!(x("#1=5.\nN3 G0 X#1"), word(5.0));
+    assert_eq!(x("#1=5.\n/#1=6.\nG0 X#1"), None);
+    assert_eq!(x("IF [#9 EQ 1] GOTO 3\n#1=5.\nN3 G0 X#1"), None);
+    assert_eq!(x("#1=5.\nM98 P1\nG0 X#1"), None);
+    assert_eq!(x("#1=5.\nG65 P1\nG0 X#1"), None);
+    assert_eq!(x("#1=5.\n#[#9]=1.\nG0 X#1"), None);
+}
+
+#[test]
 fn linuxcnc_codes_have_their_own_meaning() {
     let m = motions(read_linuxcnc(
         "g0 x0 y0\ng90.1 g2 x10 i5 j0 f9\ng91.1 g3 x0 i-5 j0 p3\ng59.2 g0 y1\ng38.2 z-5 f10\ng92.1\ng1 x1",

@@ -61,6 +61,17 @@ fn the_tip_is_followed_between_m128_and_m129() {
 }
 
 #[test]
+fn arguments_of_functions_are_no_targets() {
+    let text = "L X+1 Z+5 F500 M118 Z1 W+0.5\nL X+2 M138 A C\nL X+3 M94 C M8\nL X+4 M140 MB MAX F750\nL X+5 F600 M103 F0.5\nM120 LA5";
+    let m = motions(text);
+    assert_eq!([0, 1, 2, 3, 4].map(|k| at(&m[k], "X")), [1.0, 2.0, 3.0, 4.0, 5.0].map(word));
+    assert_eq!((at(&m[0], "Z"), m[0].position.words().len(), m[2].position.words().len()), (word(5.0), 2, 2));
+    let feeds = [0, 3, 4].map(|k| m[k].feed.map(|f| f.value));
+    assert_eq!(feeds, [500.0, 500.0, 600.0].map(Some));
+    assert_eq!(at(&m[4], "Z"), None, "M140 goes away along the tool");
+}
+
+#[test]
 fn vectors_of_ln_are_kept() {
     let text = "L X+0 Y+0 Z+5 A+1 C+2 F100\nLN X+1 Y+2 Z+3 NX+0 NY-0.6 NZ+0.8 TX+0 TY+0 TZ+1\nLN X+4 NX+0 NY+0 NZ+1\nL C+2 A+1\n\
                 LN X+5 NX+0 NY+0 NZ+1";

@@ -156,6 +156,8 @@ fn variables_are_evaluated_until_a_branch_or_a_call() {
         assert_eq!(x(&format!("R1=5\n{between}\nG0 X=R1")), None, "{between}");
     }
     assert_eq!(x("R1=5\nCYCLE832()\nM5\nG0 X=R1"), word(5.0));
+    assert_eq!(x("R1=5\n/R1=6\nG0 X=R1"), None, "a switch decides");
+    assert_eq!(x("GOTOF N9\nR1=5\nN9 G0 X=R1"), None, "N9 is reached in two ways");
     assert!(read("R1=5\nG0 X=R1").is_evaluated());
     assert!(!read("G0 X=R1").is_evaluated());
 }

@@ -92,7 +92,7 @@ impl HeidenhainReader {
         if code.skip_blanks(at) < code.text.len() {
             return Err(no_expression(&code, start, code.skip_blanks(at)));
         }
-        self.variables.set(&name, result.filter(|v| v.is_finite()));
+        self.variables.set(&name, result.filter(|v| v.is_finite() && !block.skippable));
         block.commands.push(line_macro(MacroKind::Assignment, line));
         Ok(())
     }
@@ -111,7 +111,7 @@ impl HeidenhainReader {
         if end < code.text.len() {
             return Err(no_expression(&code, start, end));
         }
-        self.variables.set(&name, parsed.value);
+        self.variables.set(&name, parsed.value.filter(|_| !block.skippable));
         block.commands.push(line_macro(MacroKind::Assignment, line));
         Ok(())
     }

@@ -90,18 +90,28 @@ impl Code<'_> {
             if at >= self.text.len() {
                 return Ok(words);
             }
-            let mut word = self.word(at)?;
+            let function = words.iter().rev().find(|w| w.key != Key::Parameter);
+            let function = function.filter(|w| w.key == Key::Function).and_then(|w| w.value);
+            let axis = self.byte(at).and_then(|b| AxisLetter::new(char::from(b), 0));
+            let word = match function {
+                // Of these functions the axes that follow are arguments, with or without a number.
+                Some(94.0 | 118.0 | 138.0) if axis.is_some() => self.argument(at),
+                Some(103.0 | 128.0 | 140.0) => {
+                    let word = self.word(at)?;
+                    let is_feed = matches!(word.key, Key::Feed | Key::FeedMax);
+                    Word { key: if is_feed { Key::Parameter } else { word.key }, ..word }
+                }
+                _ => self.word(at)?,
+            };
             at = word.span.end;
-            let behind = |code: f64| words.last().is_some_and(|w| w.key == Key::Function && w.value == Some(code));
-            if matches!(word.key, Key::Feed | Key::FeedMax) && (behind(128.0) || behind(103.0)) {
-                word.key = Key::Parameter;
-            }
-            let of_retract = words.iter().rev().take(2).any(|w| w.key == Key::Function && w.value == Some(140.0));
-            if matches!(word.key, Key::Feed | Key::FeedMax) && of_retract {
-                word.key = Key::Parameter;
-            }
             words.push(word);
         }
+    }
+
+    /// An axis behind an M function.
+    fn argument(&self, start: usize) -> Word {
+        let plain = Word { key: Key::Parameter, value: None, span: start..start + 1, value_start: start + 1 };
+        self.plain_number(Key::Parameter, start, self.skip_blanks(start + 1)).unwrap_or(plain)
     }
 
     fn word(&self, start: usize) -> Result<Word, ReadError> {

@@ -23,6 +23,7 @@ impl SiemensReader {
         match statement {
             Statement::Branch => {
                 self.variables.forget_all();
+                self.has_jumped |= self.code.windows(4).any(|w| w == b"GOTO");
                 self.source.note(NoteKind::Branch, line);
                 block.commands.push(line_macro(MacroKind::Branch, line));
             }
@@ -143,7 +144,8 @@ impl SiemensReader {
                 _ => {
                     is_plain = true;
                     // R5 is R[5]; an element of a field is not remembered.
-                    self.variables.set(name, item.number());
+                    // Whether a block with `/` is run, a switch decides.
+                    self.variables.set(name, item.number().filter(|_| !block.skippable));
                 }
             }
         }
