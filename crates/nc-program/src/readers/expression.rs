@@ -73,7 +73,7 @@ const LEVELS: [&[&[u8]]; 5] = [
     &[b"AND", b"XOR", b"OR"],
     &[b"==", b"<>", b"<=", b">=", b"<", b">", b"EQ", b"NE", b"GT", b"GE", b"LT", b"LE"],
     &[b"+", b"-"],
-    &[b"*", b"/", b"MOD", b"DIV"],
+    &[b"*", b"/", b"%", b"MOD", b"DIV"],
     &[b"**", b"^"],
 ];
 
@@ -277,7 +277,7 @@ pub(crate) fn is_name_byte(byte: u8) -> bool {
     byte.is_ascii_alphanumeric() || matches!(byte, b'_' | b'$')
 }
 
-/// What is not the same on all controls has no value: AND, OR and XOR take bits on some.
+/// What is not the same on all controls has no value: AND, OR and XOR take bits on some, and `%` may have either sign.
 fn apply(operator: &[u8], a: f64, b: f64) -> Option<f64> {
     let truth = |is_true: bool| if is_true { 1.0 } else { 0.0 };
     Some(match operator {
@@ -351,7 +351,7 @@ mod tests {
         for text in ["#9", "#<_HAL[PIN.X-Y]>+1", "[#1/0]", "EXISTS[#<X>]", "[1AND1]", "SQRT[-1]"] {
             assert_eq!(value(text, Syntax::Brackets), None, "{text}");
         }
-        for text in ["$P_TOOLL[1]-5", "R7", "FUNC(1, , 2)", "\"text\"", "AXIS[R1, 2] * 0"] {
+        for text in ["$P_TOOLL[1]-5", "R7", "7 % 2", "FUNC(1, , 2)", "\"text\"", "AXIS[R1, 2] * 0"] {
             assert_eq!(value(text, Syntax::Parentheses), None, "{text}");
         }
     }

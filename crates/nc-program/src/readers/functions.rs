@@ -21,6 +21,7 @@ pub(crate) fn of_one(name: &[u8], x: f64) -> Option<f64> {
             }
         }
         b"LN" => x.ln(),
+        b"LOG" => x.log10(),
         b"EXP" => x.exp(),
         b"POT" | b"SQ" => x * x,
         b"FRAC" => x.fract(),

@@ -130,7 +130,8 @@ impl HeidenhainReader {
         self.code.clear();
         self.code.extend(line[..comment.unwrap_or(line.len())].iter().map(u8::to_ascii_uppercase));
         for k in 1..self.code.len().saturating_sub(1) {
-            if self.code[k] == b',' && self.code[k - 1].is_ascii_digit() && self.code[k + 1].is_ascii_digit() {
+            let is_number = self.code[k - 1].is_ascii_digit() || matches!(self.code[k - 1], b'+' | b'-');
+            if self.code[k] == b',' && is_number && self.code[k + 1].is_ascii_digit() {
                 self.code[k] = b'.';
             }
         }

@@ -31,7 +31,7 @@ fn kinds(text: &str) -> Vec<MacroKind> {
 
 #[test]
 fn straight_moves_have_the_feed_in_force() {
-    let m = motions("0 L X+10 Y-5,5 Z+1 R0 FMAX M3\n1 L X+11 F1000\n2 L IX-1.5 Z.5\n3 L C+30 FMAX\n4 L C-30");
+    let m = motions("0 L X+10 Y-5,5 Z+,25 R0 FMAX M3\n1 L X+11 F1000\n2 L IX-1.5 Z.5\n3 L C+30 FMAX\n4 L C-30");
     use MotionKind::{Linear, Rapid};
     assert_eq!([0, 1, 2, 3, 4].map(|k| m[k].kind), [Rapid, Linear, Linear, Rapid, Linear]);
     assert_eq!([0, 1, 2, 4].map(|k| at(&m[k], "X")), [10.0, 11.0, 9.5, 9.5].map(word));
