@@ -60,6 +60,9 @@
 //! and spindle for each ([`HeadSpec`]), and [`WordMap::with_heads`] takes them back. [`write_siemens_pair`] writes the same
 //! blocks as two channel programs, as an estimate.
 //!
+//! Programs from elsewhere: [`read_haas`], [`read_mazak`], [`read_linuxcnc`], [`read_siemens`] and [`read_heidenhain`] end in
+//! a [`ReadProgram`], too. Each block knows where its feed stands in the source ([`FeedPlace`]).
+//!
 //! [`write_apt`] and [`read_apt`] do the same for tip and tool axis, before any machine.
 //!
 //! It must not know surfaces, and of machines only axis letters, offsets and the tool length.

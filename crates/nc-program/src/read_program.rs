@@ -214,7 +214,8 @@ pub enum ReadCommand {
     /// Any other M function, which is the machine builder's.
     Function(u32),
     /// What is called, and with which arguments: a cycle, a subprogram. What it may do to axes or offsets, a
-    /// [`ReadCommand::Macro`] of the same block tells; without one it does nothing to them.
+    /// [`ReadCommand::Macro`] of the same block tells, or the [`MotionKind::Cycle`] of the motions; without one it does
+    /// nothing to them.
     Call(Box<ReadCall>),
     /// Text that is kept and not evaluated.
     Macro {

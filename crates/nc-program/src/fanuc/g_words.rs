@@ -65,6 +65,7 @@ impl BlockReading<'_> {
             730 | 740 | 760 | 810 | 820 | 830 | 840 | 850 | 860 | 870 | 880 | 890 => {
                 modal.cycle = Some((code / 10) as u8);
                 self.has_parameters = true;
+                self.keep_cycle(word);
             }
             900 => modal.is_incremental = false,
             910 => modal.is_incremental = true,

@@ -43,6 +43,7 @@ impl BlockReading<'_> {
             770 | 1530 | 1550 | 1610..=1690 if code.is_multiple_of(10) => {
                 self.modal.cycle = Some((code / 10) as u8);
                 self.has_parameters = true;
+                self.keep_cycle(word);
             }
             // Mirror off, look-ahead limit, smoothness, axes to a screen.
             1000 | 1020 | 1030 | 1870 => self.has_parameters = true,
@@ -104,6 +105,14 @@ impl BlockReading<'_> {
         let number = f64::from(code) / 10.0;
         let arguments = self.line.words_text(|w| !(w.letter == b'G' && w.value == number));
         let call = ReadCall { kind: CallKind::Cycle, name: format!("G{number}"), arguments, is_modal: false };
+        self.block.commands.push(ReadCommand::Call(Box::new(call)));
+    }
+
+    /// Keeps what a cycle is described with, which further positions repeat.
+    pub(super) fn keep_cycle(&mut self, word: &Word) {
+        let name = self.line.word_text(word);
+        let arguments = self.line.words_text(|w| !matches!(w.letter, b'G' | b'M' | b'F' | b'S' | b'T'));
+        let call = ReadCall { kind: CallKind::Cycle, name, arguments, is_modal: true };
         self.block.commands.push(ReadCommand::Call(Box::new(call)));
     }
 

@@ -99,6 +99,22 @@ fn arcs_and_cycles_are_kept_as_such() {
 }
 
 #[test]
+fn arguments_of_cycles_and_calls_are_kept() {
+    let read =
+        read_fanuc("G0 G90 X1. Y1.\nG98 G83 X5. Z-9. R2. Q3. F80. M8\nX6.\nG80\nM98 P1000 L2\nG66 P9 A1. F3.").unwrap();
+    let of = |c: &ReadCommand| if let ReadCommand::Call(call) = c { Some((**call).clone()) } else { None };
+    let found: Vec<_> = read.blocks.iter().flat_map(|b| &b.commands).filter_map(of).collect();
+    let said: Vec<_> = found.iter().map(|c| (c.kind, &*c.name, &*c.arguments, c.is_modal)).collect();
+    use CallKind::{Cycle, Subprogram};
+    let expected = [
+        (Cycle, "G83", "X5. Z-9. R2. Q3.", true),
+        (Subprogram, "1000", "L2", false),
+        (Subprogram, "9", "A1. F3.", true),
+    ];
+    assert_eq!(said, expected);
+}
+
+#[test]
 fn macro_text_is_kept_and_not_trusted() {
     let kinds = |text: &str| -> Vec<MacroKind> {
         let read = read_fanuc(text).unwrap_or_else(|e| panic!("{text}: {e}"));

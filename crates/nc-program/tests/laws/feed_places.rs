@@ -32,6 +32,24 @@ fn feeds_are_where_their_places_say() {
 }
 
 #[test]
+fn places_count_the_bytes_of_line_ends() {
+    for Sample { name, text, read } in samples::all() {
+        let other = text.replace('\n', "\r\n");
+        let (a, b) = (read(text.as_bytes()).unwrap(), read(other.as_bytes()).unwrap());
+        let words = |program: &ReadProgram, text: &str| -> Vec<Option<String>> {
+            let of = |b: &ReadBlock| Some(text[b.feed_span()?].to_owned());
+            program.blocks.iter().map(of).collect()
+        };
+        assert_eq!(words(&a, text), words(&b, &other), "{name}");
+        for (a, b) in a.blocks.iter().zip(&b.blocks) {
+            // One byte more for each line end before it.
+            let at = |block: &ReadBlock| block.insert_feed_at();
+            assert_eq!(at(a).map(|at| at + a.line as usize - 1), at(b), "{name}: {}", a.text);
+        }
+    }
+}
+
+#[test]
 fn a_changed_feed_changes_nothing_else() {
     for Sample { name, text, read } in samples::all() {
         let program = read(text.as_bytes()).unwrap();
