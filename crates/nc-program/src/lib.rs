@@ -188,11 +188,11 @@ pub fn write_program_of_heads(
 /// When a word is not understood, with its place.
 pub fn read_program(text: impl AsRef<[u8]>, dialect: Dialect) -> Result<ReadProgram, ReadError> {
     match dialect {
-        Dialect::Fanuc | Dialect::Haas | Dialect::Mazak => read_fanuc(text),
-        other => Err(ReadError {
-            line: 1,
-            column: 1,
-            fault: ReadFault::Unsupported { word: other.name().to_owned(), why: "no reader knows this dialect" },
-        }),
+        Dialect::Fanuc => read_fanuc(text),
+        Dialect::Haas => read_haas(text),
+        Dialect::Mazak => read_mazak(text),
+        Dialect::LinuxCnc => read_linuxcnc(text),
+        Dialect::Siemens840d => read_siemens(text),
+        Dialect::Heidenhain => read_heidenhain(text),
     }
 }
