@@ -243,10 +243,15 @@ impl FanucReader {
         {
             let (number, end) = self.digits(at + 1)?;
             // LinuxCNC writes its loops and subprograms as O words; those are macro text and stay whole.
-            if end == code.len() {
+            let is_address = |at: usize| code.get(at).is_some_and(|b| !b.is_ascii_alphabetic());
+            if end == code.len() || is_address(end + 1) {
                 block.commands.push(ReadCommand::ProgramNumber(number));
                 at = end;
             }
+        }
+        if let Some(name) = program_name(&code[at..]).filter(|_| self.variant != Variant::LinuxCnc) {
+            block.commands.push(ReadCommand::Comment(name));
+            at = code.len();
         }
         if block.skippable {
             self.note(NoteKind::Skippable, text);
@@ -297,6 +302,12 @@ impl FanucReader {
     pub(super) fn note(&mut self, kind: NoteKind, text: &[u8]) {
         self.notes.add(self.line_number, kind, text);
     }
+}
+
+/// `<NAME>` or `O<NAME>`, which FANUC has instead of a number.
+fn program_name(code: &[u8]) -> Option<String> {
+    let name = code.strip_prefix(b"O").unwrap_or(code).strip_prefix(b"<")?.strip_suffix(b">")?;
+    Some(String::from_utf8_lossy(name).into_owned())
 }
 
 /// Length and register of a `TOOL LENGTH 420.000` or `TOOL LENGTH 420.000 H2` comment.

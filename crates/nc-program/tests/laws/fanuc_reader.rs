@@ -99,6 +99,20 @@ fn arcs_and_cycles_are_kept_as_such() {
 }
 
 #[test]
+fn programs_are_named_by_number_or_name() {
+    let first = |text: &str| read_fanuc(text).unwrap().blocks.remove(0);
+    assert_eq!(first("%\nO0012(PART)").commands[0], ReadCommand::ProgramNumber(12));
+    let with_words = first("O12 G21 G90 G0 X5.");
+    assert_eq!((with_words.commands.len(), at(&with_words.motion.unwrap(), "X")), (1, word(5.0)));
+    for text in ["<SHAFT-2>", "O<SHAFT-2>"] {
+        assert_eq!(first(text).commands, [ReadCommand::Comment("SHAFT-2".to_owned())]);
+        assert!(read_fanuc(text).unwrap().is_evaluated());
+    }
+    let e = read_fanuc("G0 X1. <A>").unwrap_err();
+    assert_eq!((e.line, e.column), (1, 8));
+}
+
+#[test]
 fn arguments_of_cycles_and_calls_are_kept() {
     let read =
         read_fanuc("G0 G90 X1. Y1.\nG98 G83 X5. Z-9. R2. Q3. F80. M8\nX6.\nG80\nM98 P1000 L2\nG66 P9 A1. F3.").unwrap();
