@@ -213,6 +213,9 @@ pub enum ReadCommand {
     End,
     /// Any other M function, which is the machine builder's.
     Function(u32),
+    /// A word of the control that changes how a path is kept, how fast it is gone, or what is shown, as it stands
+    /// (`COMPCAD`, `FGROUP(X,Y)`, `OVR=50`): it changes no position and no number of a feed.
+    Mode(String),
     /// What is called, and with which arguments: a cycle, a subprogram. What it may do to axes or offsets, a
     /// [`ReadCommand::Macro`] of the same block tells, or the [`MotionKind::Cycle`] of the motions; without one it does
     /// nothing to them.

@@ -186,7 +186,9 @@ fn assert_same(name: &str, a: &ReadProgram, b: &ReadProgram) {
             block.commands.retain(|c| !matches!(c, ReadCommand::Comment(_)));
             for command in &mut block.commands {
                 match command {
-                    ReadCommand::Macro { text, .. } | ReadCommand::ToolName(text) => text.clear(),
+                    ReadCommand::Macro { text, .. } | ReadCommand::ToolName(text) | ReadCommand::Mode(text) => {
+                        text.clear()
+                    }
                     ReadCommand::Call(call) => {
                         let plain = |t: &str| t.to_ascii_uppercase().split_whitespace().collect::<String>();
                         (call.name, call.arguments) = (plain(&call.name), plain(&call.arguments));

@@ -195,6 +195,16 @@ fn what_is_not_understood_is_refused_with_its_place() {
 }
 
 #[test]
+fn modes_are_kept_as_they_stand() {
+    let text = "G64 COMPCAD Soft FGROUP(X, Y)\nG1 G601 X1 F5 OVR=50\nGROUP_BEGIN(0,\"Op; 1\",0,0)";
+    let commands: Vec<_> = read(text).blocks.into_iter().flat_map(|b| b.commands).collect();
+    let modes = ["G64", "COMPCAD", "Soft", "FGROUP(X, Y)", "G601", "OVR=50", "GROUP_BEGIN(0,\"Op; 1\",0,0)"];
+    assert_eq!(commands, modes.map(|m| ReadCommand::Mode(m.to_owned())));
+    assert!(read(text).is_evaluated());
+    assert!(read_siemens("GEOAX(1,X1)").is_err());
+}
+
+#[test]
 fn other_words_are_kept_as_commands() {
     let text =
         "S1000 M3 M8\nS2=500 M2=4\nG4 F1.5\nM1\nMSG(\"Text; here\")\nM88\nSPOS=90\nM17\n;note\nG74 Z1=0\nG75 FP=2 X=0";

@@ -108,7 +108,7 @@ impl BlockReading<'_> {
 
     fn name(&mut self, k: usize, item: &Item, meaning: Name) -> Result<(), ReadError> {
         match meaning {
-            Name::Mode => {}
+            Name::Mode => self.keep_mode(item),
             Name::TransformationOn | Name::TransformationOff => {
                 self.state.is_transformed = meaning == Name::TransformationOn;
                 self.state.update_compensation();
@@ -124,6 +124,12 @@ impl BlockReading<'_> {
             Name::Unsupported(why) => return Err(self.unsupported(item, why)),
         }
         Ok(())
+    }
+
+    /// Keeps a mode of the path as it stands.
+    pub(super) fn keep_mode(&mut self, item: &Item) {
+        let text = String::from_utf8_lossy(&self.line[item.span.clone()]).into_owned();
+        self.block.commands.push(ReadCommand::Mode(text));
     }
 
     /// Something that the words depend on is set; in a block of data its axis words are part of it.

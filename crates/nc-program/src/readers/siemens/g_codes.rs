@@ -32,8 +32,10 @@ impl BlockReading<'_> {
             1 => modal.motion = Some(MotionCode::Linear),
             2 | 3 => modal.motion = Some(MotionCode::Arc { clockwise: code == 2 }),
             4 => self.role = Role::Dwell,
-            // Exact stop, path modes, radius compensation off, how it would be switched, feed at corners.
-            9 | 40 | 60 | 62 | 64 | 140..=143 | 450 | 451 | 460..=462 | 601..=603 | 621 | 641..=645 => {}
+            // Exact stop, path modes, feed at corners.
+            9 | 60 | 62 | 64 | 601..=603 | 621 | 641..=645 => self.keep_mode(item),
+            // Radius compensation off, and how it would be switched.
+            40 | 140..=143 | 450 | 451 | 460..=462 => {}
             17 => modal.plane = Plane::Xy,
             18 => modal.plane = Plane::Zx,
             19 => modal.plane = Plane::Yz,

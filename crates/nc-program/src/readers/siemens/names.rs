@@ -33,146 +33,18 @@ pub(super) enum Name {
     Unsupported(&'static str),
 }
 
-/// Names that change how a path is kept, how fast, and what is shown; and those that declare.
-const MODES: &[&str] = &[
-    "ACC",
-    "ACCLIMA",
-    "ADIS",
-    "ADISPOS",
-    "ATOL",
-    "BLSYNC",
-    "BRISK",
-    "BRISKA",
-    "CDOF",
-    "CDOF2",
-    "CFC",
-    "CFIN",
-    "CFTCP",
-    "COMPCAD",
-    "COMPCURV",
-    "COMPOF",
-    "COMPON",
-    "COMPPATH",
-    "COMPSURF",
-    "CTOL",
-    "CUT2D",
-    "CUT2DF",
-    "CUT3DC",
-    "CUT3DF",
-    "CUT3DFF",
-    "CUT3DFS",
-    "CUTCONOF",
-    "DIAMCYCOF",
-    "DIAMOF",
-    "DISPLOF",
-    "DISPLON",
-    "DRIVE",
-    "DRIVEA",
-    "DYNFINISH",
-    "DYNNORM",
-    "DYNPOS",
-    "DYNPREC",
-    "DYNROUGH",
-    "DYNSEMIFIN",
-    "FA",
-    "FCUB",
-    "FENDNORM",
-    "FFWOF",
-    "FFWON",
-    "FGREF",
-    "FGROUP",
-    "FIFOCTRL",
-    "FL",
-    "FLIN",
-    "FNORM",
-    "FRC",
-    "FRCM",
-    "FTOCOF",
-    "G0TOF",
-    "G0TOL",
-    "GEOAX",
-    "GFRAME0",
-    "GROUP_BEGIN",
-    "GROUP_END",
-    "JERKLIM",
-    "JERKLIMA",
-    "KONT",
-    "KONTC",
-    "KONTT",
-    "LIMS",
-    "NORM",
-    "ORIANGLE",
-    "ORIAXES",
-    "ORIAXPOS",
-    "ORIC",
-    "ORICONIO",
-    "ORICURVE",
-    "ORID",
-    "ORIEULER",
-    "ORIMKS",
-    "ORIPATH",
-    "ORIPATHS",
-    "ORIPLANE",
-    "ORIRESET",
-    "ORIRPY",
-    "ORIRPY2",
-    "ORISOF",
-    "ORISON",
-    "ORIVECT",
-    "ORIVIRT1",
-    "ORIVIRT2",
-    "ORIWKS",
-    "OSC",
-    "OSD",
-    "OSOF",
-    "OSS",
-    "OSSE",
-    "OST",
-    "OTOL",
-    "OVR",
-    "OVRA",
-    "OVRRAP",
-    "PAROTOF",
-    "PUTFTOCF",
-    "RTLIOF",
-    "RTLION",
-    "SAVE",
-    "SBLOF",
-    "SBLON",
-    "SD",
-    "SOFT",
-    "SOFTA",
-    "SPATH",
-    "STARTFIFO",
-    "STOLF",
-    "STOPFIFO",
-    "STOPRE",
-    "SUPD",
-    "TCOFR",
-    "TILTOF",
-    "UPATH",
-    "VELOLIM",
-    "VELOLIMA",
-    "WAITE",
-    "WAITM",
-    "WAITMC",
-    "WAITP",
-    "WAITS",
-    "WALIMOF",
-    "WALIMON",
-    "WORKPIECE",
-    "CLEARM",
-    "SETM",
-    "INIT",
-    "START",
-    "MEAC",
-];
+/// Names that change how a path is kept, how fast, and what is shown; and those that declare. They are kept as they stand.
+const MODES: &str = "ACC ACCLIMA ADIS ADISPOS ATOL BLSYNC BRISK BRISKA CDOF CDOF2 CFC CFIN CFTCP COMPCAD COMPCURV COMPOF COMPON \
+    COMPPATH COMPSURF CTOL CUT2D CUT2DF CUT3DC CUT3DF CUT3DFF CUT3DFS CUTCONOF DIAMCYCOF DIAMOF DISPLOF DISPLON \
+    DRIVE DRIVEA DYNFINISH DYNNORM DYNPOS DYNPREC DYNROUGH DYNSEMIFIN FA FCUB FENDNORM FFWOF FFWON FGREF FGROUP \
+    FIFOCTRL FL FLIN FNORM FRC FRCM G0TOF G0TOL GROUP_BEGIN GROUP_END JERKLIM JERKLIMA KONT KONTC KONTT LIMS NORM \
+    ORIANGLE ORIAXES ORIAXPOS ORIC ORICONIO ORICURVE ORID ORIEULER ORIMKS ORIPATH ORIPATHS ORIPLANE ORIRESET ORIRPY \
+    ORIRPY2 ORISOF ORISON ORIVECT ORIVIRT1 ORIVIRT2 ORIWKS OSC OSD OSOF OSS OSSE OST OTOL OVR OVRA OVRRAP RTLIOF \
+    RTLION SAVE SBLOF SBLON SD SOFT SOFTA SPATH STARTFIFO STOLF STOPFIFO STOPRE TILTOF UPATH VELOLIM VELOLIMA WAITE \
+    WAITM WAITMC WAITP WAITS WALIMOF WALIMON WORKPIECE CLEARM SETM INIT START MEAC";
 
-const FRAMES: &[&str] = &[
-    "TRANS", "ATRANS", "ROT", "AROT", "ROTS", "AROTS", "CROTS", "SCALE", "ASCALE", "MIRROR", "AMIRROR", "TOFRAME",
-    "TOFRAMEX", "TOFRAMEY", "TOFRAMEZ", "TOROT", "TOROTX", "TOROTY", "TOROTZ", "TOROTOF", "PAROT", "CTRANS", "CROT",
-    "MEAFRAME",
-];
+const FRAMES: &str = "TRANS ATRANS ROT AROT ROTS AROTS CROTS SCALE ASCALE MIRROR AMIRROR TOFRAME TOFRAMEX TOFRAMEY TOFRAMEZ TOROT \
+    TOROTX TOROTY TOROTZ TOROTOF PAROT CTRANS CROT MEAFRAME PAROTOF";
 
 /// What a name means; `None` for one that the control does not have, or a subprogram.
 pub(super) fn meaning(name: &str) -> Option<Name> {
@@ -188,10 +60,9 @@ pub(super) fn meaning(name: &str) -> Option<Name> {
         "FP" => Name::FixedPoint,
         "RET" => Name::Return,
         "SPOS" | "SPOSA" | "SPCON" => Name::SpindlePosition,
-        "DL" | "TOWSTD" | "TOWMCS" | "TOWWCS" | "TOWBCS" | "TOWTCS" | "TOWKCS" | "TOFFON" | "TOFFOF" | "TOFFL"
-        | "TOFFR" | "TCARR" | "TCOABS" | "PRESETON" | "PRESETONS" | "DIAMON" | "DIAM90" | "TRAFOON" | "TRACON" => {
-            Name::Setting
-        }
+        "GFRAME0" | "PUTFTOCF" | "SUPD" | "TCOFR" | "FTOCON" | "FTOCOF" | "DL" | "TOWSTD" | "TOWMCS" | "TOWWCS"
+        | "TOWBCS" | "TOWTCS" | "TOWKCS" | "TOFFON" | "TOFFOF" | "TOFFL" | "TOFFR" | "TCARR" | "TCOABS"
+        | "PRESETON" | "PRESETONS" | "DIAMON" | "DIAM90" | "TRAFOON" | "TRACON" => Name::Setting,
         "ASPLINE" | "BSPLINE" | "CSPLINE" | "POLY" | "INVCW" | "INVCCW" | "CIP" | "CT" => {
             Name::Unsupported("a spline, or an arc that neither a centre nor a radius tells")
         }
@@ -200,11 +71,12 @@ pub(super) fn meaning(name: &str) -> Option<Name> {
             Name::Unsupported("angles of the tool instead of a vector")
         }
         "AP" | "RP" | "ANG" => Name::Unsupported("polar words"),
+        "GEOAX" => Name::Unsupported("axes of another name"),
         "POS" | "POSA" | "POSP" | "TRACYL" | "TRANSMIT" | "TRAANG" | "TRAILON" | "MEAS" | "MEAW" | "OEMIPO1" => {
             Name::Unsupported("an axis that goes its own way")
         }
-        _ if FRAMES.contains(&plain) => Name::Frame,
-        _ if MODES.contains(&plain) => Name::Mode,
+        _ if FRAMES.split(' ').any(|name| name == plain) => Name::Frame,
+        _ if MODES.split(' ').any(|name| name == plain) => Name::Mode,
         _ => return None,
     })
 }
