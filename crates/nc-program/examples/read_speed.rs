@@ -2,8 +2,7 @@
 //!
 //! `cargo run --release -p facemill-nc-program --example read_speed [BLOCKS] [DIALECT] [lean [keep]]`
 //!
-//! `lean` reads line by line without texts, and keeps the blocks with `keep` alone. Seconds are those on the core, which
-//! other programs do not slow down.
+//! `lean` reads line by line without texts, and keeps the blocks with `keep` alone. Seconds are those on the core.
 #![expect(clippy::print_stdout, reason = "an example for the terminal")]
 
 use std::fmt::Write;
