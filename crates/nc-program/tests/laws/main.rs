@@ -14,6 +14,7 @@ mod kit;
 mod linuxcnc_client;
 mod post_file;
 mod readers;
+mod same_moves;
 mod samples;
 mod siemens;
 mod slow_control;
