@@ -332,7 +332,8 @@ fn linuxcnc_impeller_is_read_whole() {
 
 #[test]
 fn blocks_tell_the_length_compensation_behind_them_and_h0_is_none() {
-    let text = "G21 G90\nG0 Z900.\nG43 Z100. H3\nH5\nG49\nG43 Z100.\nG43 Z50. H0\nG43 Z20.\nG43 Z10. H2\nH0\nG43.4 X0. H2\nG49\n";
+    let text = "G21 G90\nG0 Z900.\nG43 Z100. H3\nH5\nG49\nG43 Z100.\nG43 Z50. H0\nG43 Z20.\nG43 Z10. H2\nH0\n\
+        G43.4 X0. H2\nG49\n";
     let read = read_fanuc(text).unwrap();
     let said: Vec<_> = read.blocks.iter().map(|b| b.compensation).collect();
     let [off, length] = [Compensation::Off, Compensation::Length(5)];

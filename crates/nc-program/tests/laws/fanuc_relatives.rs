@@ -20,7 +20,8 @@ fn commands(read: Result<ReadProgram, ReadError>) -> Vec<ReadCommand> {
 
 #[test]
 fn haas_codes_are_understood_on_haas_alone() {
-    let text = "G21 G0 G154 P7 X1. Y2.\nG187 P2 E0.05\nG234 H3 Z5.\nG1 X2. F10.\nG49\nG110 X1. Z1.\nG13 I5. D1 F90. Q1. K9.\nX1. Y1.\nG153 X1. Z-1. R1.";
+    let text = "G21 G0 G154 P7 X1. Y2.\nG187 P2 E0.05\nG234 H3 Z5.\nG1 X2. F10.\nG49\nG110 X1. Z1.\n\
+        G13 I5. D1 F90. Q1. K9.\nX1. Y1.\nG153 X1. Z-1. R1.";
     let m = motions(read_haas(text));
     assert_eq!(m[0].work_offset, WorkOffset::new(13).unwrap());
     assert_eq!((m[1].compensation, m[2].feed.unwrap().mode), (Compensation::Rtcp(3), FeedMode::Rtcp));
@@ -58,7 +59,8 @@ fn mazak_tools_are_told_apart() {
 #[test]
 fn linuxcnc_expressions_are_evaluated_where_they_are_known() {
     let m = motions(read_linuxcnc(
-        "#1=5 #<A b>=[2*3]\ng0 x#1 y-#<ab> z[#1+#<ab>]\nx-sin[30]\n#1=6 x#1\nx#1\n#3=[10/0]\ng1 x1 f#3\nf#1\nx2 y#99\no1 if [1]\nx#1",
+        "#1=5 #<A b>=[2*3]\ng0 x#1 y-#<ab> z[#1+#<ab>]\nx-sin[30]\n#1=6 x#1\nx#1\n#3=[10/0]\ng1 x1 f#3\nf#1\n\
+        x2 y#99\no1 if [1]\nx#1",
     ));
     assert_eq!((at(&m[0], "X"), at(&m[0], "Y"), at(&m[0], "Z")), (word(5.0), word(-6.0), word(11.0)));
     let Some(AxisAt::Word(x)) = at(&m[1], "X") else { panic!() };

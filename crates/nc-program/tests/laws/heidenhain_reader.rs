@@ -49,7 +49,8 @@ fn straight_moves_have_the_feed_in_force() {
 
 #[test]
 fn the_tip_is_followed_between_m128_and_m129() {
-    let text = "TOOL CALL 7 Z S100\nL X+0 Y+0 Z+9 A+0 C+0 FMAX\nL X+1 Y+1 Z+1 F500 M128 F2000\nL A+5\nL X+2 M129\nL X+3\n\
+    let text = "TOOL CALL 7 Z S100\nL X+0 Y+0 Z+9 A+0 C+0 FMAX\nL X+1 Y+1 Z+1 F500 M128 F2000\nL A+5\nL X+2 M129\n\
+        L X+3\n\
                 FUNCTION TCPM F CONT AXIS POS PATHCTRL AXIS\nL X+4 Y+1 Z+1\nFUNCTION RESET TCPM\nL X+5";
     let m = motions(text);
     use Compensation::{Length, Rtcp};
@@ -62,7 +63,8 @@ fn the_tip_is_followed_between_m128_and_m129() {
 
 #[test]
 fn arguments_of_functions_are_no_targets() {
-    let text = "L X+1 Z+5 F500 M118 Z1 W+0.5\nL X+2 M138 A C\nL X+3 M94 C M8\nL X+4 M140 MB MAX F750\nL X+5 F600 M103 F0.5\nM120 LA5";
+    let text = "L X+1 Z+5 F500 M118 Z1 W+0.5\nL X+2 M138 A C\nL X+3 M94 C M8\nL X+4 M140 MB MAX F750\n\
+        L X+5 F600 M103 F0.5\nM120 LA5";
     let m = motions(text);
     assert_eq!([0, 1, 2, 3, 4].map(|k| at(&m[k], "X")), [1.0, 2.0, 3.0, 4.0, 5.0].map(word));
     assert_eq!((at(&m[0], "Z"), m[0].position.words().len(), m[2].position.words().len()), (word(5.0), 2, 2));
@@ -73,7 +75,8 @@ fn arguments_of_functions_are_no_targets() {
 
 #[test]
 fn vectors_of_ln_are_kept() {
-    let text = "L X+0 Y+0 Z+5 A+1 C+2 F100\nLN X+1 Y+2 Z+3 NX+0 NY-0.6 NZ+0.8 TX+0 TY+0 TZ+1\nLN X+4 NX+0 NY+0 NZ+1\nL C+2 A+1\n\
+    let text = "L X+0 Y+0 Z+5 A+1 C+2 F100\nLN X+1 Y+2 Z+3 NX+0 NY-0.6 NZ+0.8 TX+0 TY+0 TZ+1\nLN X+4 NX+0 NY+0 NZ+1\n\
+        L C+2 A+1\n\
                 LN X+5 NX+0 NY+0 NZ+1";
     let m = motions(text);
     let vectors = |axis, normal| ToolVectors { axis, normal };
@@ -88,7 +91,8 @@ fn vectors_of_ln_are_kept() {
 #[test]
 fn poles_radii_and_polar_words_lead_where_they_say() {
     let m = motions(
-        "L X+70 Y+50 Z+5 F300\nCC X+50 Y+50\nC X+50 Y+70 DR+\nCR X+60 Y+60 R+20 DR- R0\nLP PR+20 PA+30\nCP IPA+90 DR+ IZ-2\n\
+        "L X+70 Y+50 Z+5 F300\nCC X+50 Y+50\nC X+50 Y+70 DR+\nCR X+60 Y+60 R+20 DR- R0\nLP PR+20 PA+30\n\
+        CP IPA+90 DR+ IZ-2\n\
          CC IX+5 IY+0\nLP IPR+1 IPA-10\nTOOL CALL 1 Y S1\nL X+0 Y+0 Z+0\nCC X+10 Z+20\nLP PR+5 PA+90",
     );
     let arc = |k: usize| **m[k].arc.as_ref().unwrap();
@@ -138,8 +142,10 @@ fn parameters_are_evaluated_until_a_label_or_call() {
 
 #[test]
 fn cycles_and_calls_are_kept_with_their_arguments() {
-    let text = "CYCL DEF 200 DRILLING ~\n  Q200=+2 ;SET-UP ~\n  Q201=-20 ;DEPTH\nL X+1 Y+1 FMAX M99\nCYCL DEF 32.1 T0.01\n\
-                CYCL DEF 7.1 X+5\nCYCL CALL POS X+1\nTCH PROBE 411 DATUM ~\n  Q321=+1\nCALL LBL \"A b\" REP 2\nCALL PGM X.H\nLBL 5\n\
+    let text = "CYCL DEF 200 DRILLING ~\n  Q200=+2 ;SET-UP ~\n  Q201=-20 ;DEPTH\nL X+1 Y+1 FMAX M99\n\
+        CYCL DEF 32.1 T0.01\n\
+                CYCL DEF 7.1 X+5\nCYCL CALL POS X+1\nTCH PROBE 411 DATUM ~\n  Q321=+1\nCALL LBL \"A b\" REP 2\n\
+                    CALL PGM X.H\nLBL 5\n\
                 PLANE SPATIAL SPA+1 TURN FMAX\nPLANE RESET STAY\nCYCL DEF 444 NEW";
     let blocks = read(text).blocks;
     let of = |c: &ReadCommand| if let ReadCommand::Call(call) = c { Some((**call).clone()) } else { None };
@@ -171,7 +177,8 @@ fn cycles_and_calls_are_kept_with_their_arguments() {
 
 #[test]
 fn other_words_are_kept_as_commands() {
-    let text = "TOOL CALL \"Mill; 5\" Z S100\nTOOL DEF 6\nTOOL CALL 0 Z\nL M13\nSTOP M9\nM30\nCYCL DEF 9.1 DWELL 0.5\nFN 16: F-PRINT A/B";
+    let text = "TOOL CALL \"Mill; 5\" Z S100\nTOOL DEF 6\nTOOL CALL 0 Z\nL M13\nSTOP M9\nM30\n\
+        CYCL DEF 9.1 DWELL 0.5\nFN 16: F-PRINT A/B";
     let blocks = read(text).blocks;
     let commands: Vec<_> = blocks.into_iter().flat_map(|b| b.commands).collect();
     let is_plain = |c: &&ReadCommand| !matches!(c, ReadCommand::Call(_));

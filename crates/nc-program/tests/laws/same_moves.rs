@@ -29,10 +29,10 @@ fn moves(random: &mut Random, n: usize) -> Vec<Move> {
         let kind = random.below(4);
         let mut named = Vec::new();
         let start = at;
-        for k in 0..5 {
+        for (k, at) in at.iter_mut().enumerate() {
             let is_in_plane = k < 2;
             if kind >= 2 && is_in_plane || kind < 2 && random.below(3) > 0 {
-                at[k] = [0, 1, -1, 500, random.below(300_000) as i64 - 150_000][random.below(5)];
+                *at = [0, 1, -1, 500, random.below(300_000) as i64 - 150_000][random.below(5)];
                 named.push((k, random.below(3) == 0));
             }
         }

@@ -33,7 +33,8 @@ fn calls(text: &str) -> Vec<ReadCall> {
 #[test]
 fn words_count_as_they_say() {
     let m = motions(
-        "G90 G0 X10 Y=AC(2) Z1\nX=IC(5) Y=IC(-.5)\nG91 G1 X1 Y=AC(7) F100\nG90 X = 2*(3+4) Z=-SIN(30)\nG700\nX1 F2\nG71 X1",
+        "G90 G0 X10 Y=AC(2) Z1\nX=IC(5) Y=IC(-.5)\nG91 G1 X1 Y=AC(7) F100\nG90 X = 2*(3+4) Z=-SIN(30)\nG700\nX1 F2\n\
+        G71 X1",
     );
     assert_eq!([0, 1, 2, 3, 4, 5].map(|k| at(&m[k], "X")), [10.0, 15.0, 16.0, 14.0, 25.4, 1.0].map(word));
     assert_eq!([0, 1, 2].map(|k| at(&m[k], "Y")), [2.0, 1.5, 7.0].map(word));
@@ -106,7 +107,8 @@ fn vectors_are_kept_and_leave_the_rotary_axes_unknown() {
 
 #[test]
 fn cycles_and_subprograms_are_kept_with_their_arguments() {
-    let text = "N5 CYCLE832(_tol, 1,\"a)b\")\nG0 X1 Y1 Z1\nCYCLE800()\nMCALL CYCLE83(10,0)\nG0 X3\nX4\nMCALL\nMY_SUB(1, R2) P3\nL100\n\
+    let text = "N5 CYCLE832(_tol, 1,\"a)b\")\nG0 X1 Y1 Z1\nCYCLE800()\nMCALL CYCLE83(10,0)\nG0 X3\nX4\nMCALL\n\
+        MY_SUB(1, R2) P3\nL100\n\
                 MCALL POCKET3(1)\nG0 X1 Y2\nX2\nMCALL\nCALL \"OTHER\"\nEXTCALL(\"FAR\")";
     let found = calls(text);
     let names: Vec<_> = found.iter().map(|c| (c.kind, &*c.name, &*c.arguments, c.is_modal)).collect();
