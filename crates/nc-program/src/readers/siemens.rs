@@ -159,8 +159,11 @@ impl SiemensReader {
 
     fn read_code(&mut self, line: &[u8], start: usize, block: &mut ReadBlock) -> Result<(), ReadError> {
         let code = Code { text: &self.code, source: &self.source, variables: &self.variables };
-        let name = code.string(start..start + code.name_length(start));
-        if let Some(statement) = names::statement(&name) {
+        let name = &code.text[start..start + code.name_length(start)];
+        // Most blocks begin with an address.
+        let is_name = name.len() > 1 && name[1].is_ascii_alphabetic();
+        let statement = str::from_utf8(name).ok().filter(|_| is_name).and_then(names::statement);
+        if let Some(statement) = statement {
             return self.statement(statement, line, start, block);
         }
         self.items.clear();
