@@ -75,6 +75,7 @@ mod solver;
 mod summed_rotaries;
 mod three_rotaries;
 mod tip_condition;
+mod tip_held;
 mod trig_roots;
 mod ways_on_bed;
 mod windings;

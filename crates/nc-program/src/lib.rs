@@ -78,6 +78,7 @@ mod number_text;
 mod post_file;
 mod post_law;
 mod program;
+mod program_reader;
 mod program_spec;
 mod read_error;
 mod read_position;
@@ -107,6 +108,7 @@ pub use post_file::{
     Template,
 };
 pub use program::{Block, Coolant, CutVectors, FeedMode, NcProgram, WorkOffset};
+pub use program_reader::ProgramReader;
 pub use program_spec::{AxisSpec, ProgramSpec, SpindleSpec, ToolSpec};
 pub use read_error::{ReadError, ReadFault};
 pub use read_position::{AxisAt, ReadPosition};

@@ -11,6 +11,7 @@ use facemill::report::{CertificatesFile, Report};
 use facemill::solution_space_file::SolutionSpaceFile;
 use facemill::{Failure, Job, PlanSettings, SolutionSpaceRequest, Stages, files, plan_setup, summary};
 
+use crate::feedrate_command::{self, FeedrateArguments};
 use crate::machine_commands::{self, MachineCommand};
 use crate::progress::Bar;
 
@@ -66,6 +67,8 @@ enum Command {
         #[arg(long, value_name = "DIR")]
         out: Option<PathBuf>,
     },
+    /// Gives an existing program new feeds: its tip moves at the programmed speed. All but F words is kept byte for byte
+    Feedrate(FeedrateArguments),
     /// Writes an example: a complete job folder
     New {
         #[command(subcommand)]
@@ -175,6 +178,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
         Command::SolutionSpace { job, operation, pass, point, resolution_deg, out } => {
             solution_space(&job, &SolutionSpaceRequest { operation, pass, point, resolution_deg }, out)
         }
+        Command::Feedrate(arguments) => feedrate_command::run(&arguments),
         Command::New { part } => write_new(part),
         Command::Machine { what } => machine_commands::run(what),
         Command::Schema { format } => {
@@ -192,8 +196,13 @@ pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
 
 /// Writes to standard output. A reader that has had enough and closed it (`| head`) is no failure.
 pub(crate) fn say(text: &str) -> Result<(), Failure> {
+    say_bytes(text.as_bytes())
+}
+
+/// [`say`] of a file that need not be UTF-8.
+pub(crate) fn say_bytes(text: &[u8]) -> Result<(), Failure> {
     let mut out = std::io::stdout().lock();
-    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+    match out.write_all(text).and_then(|()| out.flush()) {
         Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => {
             Err(Failure::Write { file: PathBuf::from("standard output"), source: e })
         }

@@ -49,6 +49,7 @@ mod pieces;
 mod plan;
 mod pole;
 mod program;
+mod refeed;
 pub mod report;
 mod report_turning;
 mod reporting;
@@ -72,6 +73,7 @@ pub use load::{Job, read_mesh};
 pub use machine_check::{MachineCheck, describe_heads, describe_hulls, describe_machine};
 pub use machine_load::{BodyHull, ReadMachine, read_machine};
 pub use plan::{PlanSettings, Planned, REJECTED, plan_setup};
+pub use refeed::{Refed, RefeedSettings, RefeedSummary, refeed};
 pub use solution_space::{SolutionSpace, SolutionSpaceRequest, solution_space};
 pub use summary::summary;
 

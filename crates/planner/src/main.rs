@@ -5,6 +5,7 @@ use std::process::ExitCode;
 use clap::Parser;
 
 mod cli;
+mod feedrate_command;
 mod machine_commands;
 mod progress;
 

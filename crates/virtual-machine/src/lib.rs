@@ -80,7 +80,6 @@ mod rates;
 mod rates_laws;
 mod reader_notes;
 mod report;
-mod rtcp;
 mod scene;
 mod setup;
 mod stepping;

@@ -9,7 +9,6 @@ use facemill_nc_program::{
 use crate::{
     FindingKind, VerifySettings, VirtualSetup,
     control::{Control, own_head},
-    rtcp,
 };
 
 /// One motion of the axes.
@@ -329,7 +328,7 @@ impl<'a> State<'a> {
             }
         }
         let tip = self.setup.table_from_rtcp_words * tip;
-        rtcp::with_tip_at(machine, &rotaries, &tip, length).ok_or(NoEnd::Dependent)
+        machine.with_tip_at(&rotaries, &tip, length).ok_or(NoEnd::Dependent)
     }
 
     fn check_frame(&self, motion: &ReadMotion) -> Result<(), NoEnd> {

@@ -347,7 +347,7 @@ mod tests {
         let mut turned = start;
         turned[4] = 0.5_f64.to_radians();
         let tip = machine.cl_point(&start, LENGTH).tip;
-        let end = crate::rtcp::with_tip_at(&machine, &turned, &tip, LENGTH).unwrap();
+        let end = machine.with_tip_at(&turned, &tip, LENGTH).unwrap();
         assert!((end[0] - start[0]).hypot(end[1] - start[1]) > 10.0);
         let law = BlockLaw::Cutting(CuttingLaw::AxesLinear);
         let (_, _, _, n) = measure(&machine, law, [&start, &end]);

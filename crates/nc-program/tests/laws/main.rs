@@ -17,6 +17,6 @@ mod readers;
 mod same_moves;
 mod samples;
 mod siemens;
+mod siemens_reader;
 mod slow_control;
 mod vectors;
-mod siemens_reader;

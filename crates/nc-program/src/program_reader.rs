@@ -1,0 +1,51 @@
+use crate::{Dialect, FanucReader, HeidenhainReader, ReadBlock, ReadError, ReadNote, SiemensReader, ToolLengthNote};
+
+/// Reads a program of any dialect line by line, for programs that are not held in memory: [`crate::read_program`] without
+/// the whole.
+#[derive(Debug)]
+pub struct ProgramReader(Inner);
+
+#[derive(Debug)]
+enum Inner {
+    Fanuc(Box<FanucReader>),
+    Siemens(Box<SiemensReader>),
+    Heidenhain(Box<HeidenhainReader>),
+}
+
+impl ProgramReader {
+    /// A reader before the first line.
+    #[must_use]
+    pub fn new(dialect: Dialect) -> Self {
+        let fanuc = |reader: FanucReader| Inner::Fanuc(Box::new(reader.without_text()));
+        Self(match dialect {
+            Dialect::Fanuc => fanuc(FanucReader::new()),
+            Dialect::Haas => fanuc(FanucReader::haas()),
+            Dialect::Mazak => fanuc(FanucReader::mazak()),
+            Dialect::LinuxCnc => fanuc(FanucReader::linuxcnc()),
+            Dialect::Siemens840d => Inner::Siemens(Box::new(SiemensReader::new().without_text())),
+            Dialect::Heidenhain => Inner::Heidenhain(Box::new(HeidenhainReader::new().without_text())),
+        })
+    }
+
+    /// Reads the next line, as [`FanucReader::read_line`]; its block has no text.
+    ///
+    /// # Errors
+    /// As [`crate::read_program`].
+    pub fn read_line(&mut self, line: &[u8]) -> Result<Option<ReadBlock>, ReadError> {
+        match &mut self.0 {
+            Inner::Fanuc(reader) => reader.read_line(line),
+            Inner::Siemens(reader) => reader.read_line(line),
+            Inner::Heidenhain(reader) => reader.read_line(line),
+        }
+    }
+
+    /// Tool lengths that the program names, and what could not be decided from the text alone.
+    #[must_use]
+    pub fn finish(self) -> (Vec<ToolLengthNote>, Vec<ReadNote>) {
+        match self.0 {
+            Inner::Fanuc(reader) => reader.finish(),
+            Inner::Siemens(reader) => reader.finish(),
+            Inner::Heidenhain(reader) => reader.finish(),
+        }
+    }
+}

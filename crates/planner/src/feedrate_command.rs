@@ -1,0 +1,102 @@
+//! `facemill feedrate`.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::Args;
+use facemill::nc_program::Dialect;
+use facemill::{Failure, RefeedSettings, RefeedSummary, files, read_machine, refeed};
+
+use crate::cli::{say, say_bytes};
+
+#[derive(Args)]
+pub(crate) struct FeedrateArguments {
+    /// NC program
+    program: PathBuf,
+    /// Machine file
+    #[arg(long, value_name = "FILE")]
+    machine: PathBuf,
+    /// From the gauge line to the tip
+    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
+    tool_length_mm: f64,
+    /// Speed of the tip; where it is not given each block's own F
+    #[arg(long, value_name = "MM_MIN", allow_negative_numbers = true)]
+    tip_feed: Option<f64>,
+    /// Where the zero of an axis' words is on the machine, as X=-120.5, mm or deg; more than one are allowed
+    #[arg(long, value_name = "AXIS=VALUE", value_parser = offset)]
+    work_offset: Vec<(String, f64)>,
+    /// Control that the program is for: fanuc, haas, mazak, linuxcnc, siemens_840d, heidenhain; by the file's ending where it is
+    /// not given (ngc, mpf, h, else fanuc)
+    #[arg(long, value_name = "NAME", value_parser = dialect)]
+    dialect: Option<Dialect>,
+    /// File to write; standard output where it is not given
+    #[arg(short, long, value_name = "FILE")]
+    out: Option<PathBuf>,
+}
+
+fn offset(text: &str) -> Result<(String, f64), String> {
+    let (axis, value) = text.split_once('=').ok_or("is not of the form X=-120.5")?;
+    let value = value.parse().map_err(|_| format!("`{value}` is no number"))?;
+    Ok((axis.trim().to_uppercase(), value))
+}
+
+fn dialect(name: &str) -> Result<Dialect, String> {
+    let known = Dialect::ALL.into_iter().find(|d| d.name() == name);
+    known.ok_or_else(|| format!("none of {}", Dialect::ALL.map(Dialect::name).join(", ")))
+}
+
+fn dialect_of(path: &Path) -> Dialect {
+    let ending = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_lowercase();
+    match ending.as_str() {
+        "ngc" => Dialect::LinuxCnc,
+        "mpf" | "spf" => Dialect::Siemens840d,
+        "h" => Dialect::Heidenhain,
+        _ => Dialect::Fanuc,
+    }
+}
+
+pub(crate) fn run(arguments: &FeedrateArguments) -> Result<ExitCode, Failure> {
+    let read = read_machine(&arguments.machine)?;
+    let machine = read.heads.first().ok_or_else(|| Failure::input(&arguments.machine, "has no head"))?;
+    let text = files::read(&arguments.program)?;
+    let settings = RefeedSettings {
+        machine,
+        tool_length: arguments.tool_length_mm,
+        tip_feed: arguments.tip_feed,
+        work_offset: arguments.work_offset.clone(),
+        dialect: arguments.dialect.unwrap_or_else(|| dialect_of(&arguments.program)),
+    };
+    let refed = refeed(&text, &settings).map_err(|why| Failure::input(&arguments.program, why))?;
+    let told = told(&refed.summary);
+    let Some(out) = &arguments.out else {
+        say_bytes(&refed.text)?;
+        eprint!("{told}");
+        return Ok(ExitCode::SUCCESS);
+    };
+    let name = out.file_name().and_then(|n| n.to_str());
+    let name = name.ok_or_else(|| Failure::input(out, "is no name of a file; --out wants one"))?;
+    let folder = out.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    files::write_all(folder, &[(name.to_owned(), refed.text)])?;
+    say(&told)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+fn told(s: &RefeedSummary) -> String {
+    let clock = |s: f64| {
+        let s = s.round() as u64;
+        format!("{}:{:02}:{:02}", s / 3600, s / 60 % 60, s % 60)
+    };
+    format!(
+        "  cutting blocks    {}, {} with another F\n  limited by        tip feed {}, axes {}, control {}\n  kept as they are  {} \
+         (arcs, cycles, blocks before every axis is known)\n  cutting time      {} before, {} after\n  rapid time        {}\n",
+        s.blocks,
+        s.changed,
+        s.by_tip_feed,
+        s.by_axis,
+        s.by_control,
+        s.kept,
+        clock(s.time_before_s),
+        clock(s.time_after_s),
+        clock(s.rapid_time_s)
+    )
+}
