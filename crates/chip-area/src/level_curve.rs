@@ -36,9 +36,24 @@ impl LevelCurve {
         Self { k: 0.0, normal: Vector2::y(), level: y }
     }
 
+    /// The line `normal`·p = `level`, for a unit normal.
+    pub(crate) fn line(normal: Vector2<f64>, level: f64) -> Self {
+        Self { k: 0.0, normal, level }
+    }
+
     /// Negative on the side that `k` bends toward (inside of a circle with `k > 0`), 0 on the curve.
     pub(crate) fn value(&self, p: &Point2<f64>) -> f64 {
         0.5 * self.k * p.coords.norm_squared() + self.normal.dot(&p.coords) - self.level
+    }
+
+    /// Gradient of [`Self::value`].
+    pub(crate) fn gradient(&self, p: &Point2<f64>) -> Vector2<f64> {
+        p.coords * self.k + self.normal
+    }
+
+    /// Curvature times the gradient's length along the curve; 0 for a line.
+    pub(crate) fn k(&self) -> f64 {
+        self.k
     }
 
     /// Signed curvature; 0 for a line.

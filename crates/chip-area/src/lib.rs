@@ -25,12 +25,19 @@
 //! Lengths are mm, angles rad, areas mm². The section plane has x to the right and y up; what a value means there, and
 //! what is an error, [`ChipSection`] and [`ChipAreaError`] say. It must not know machines or meshes.
 
+mod elliptic;
 mod error;
 mod level_curve;
 mod outline;
+mod pass;
+mod pass_error;
+mod rim;
 mod section;
 mod slab;
+mod tool_section;
 
 pub use error::{ChipAreaError, Position};
 pub use outline::{OutlineError, chip_area_between_outlines};
+pub use pass::{Beside, ChipArea, CutterEnd, Engagement, Method, Orientation, PassSection, chip_of_pass};
+pub use pass_error::{PassError, Pose};
 pub use section::{ChipSection, SectionCutter, SectionSurface, StepSign, chip_area};

@@ -1,8 +1,9 @@
 use nalgebra::{Point2, Vector2};
 
 use crate::error::{ChipAreaError, Position};
-use crate::level_curve::{Branch, LevelCurve};
-use crate::slab::{Bottom, Edge, Layer, ToolSection, piece_at};
+use crate::rim::Rim;
+use crate::slab::{Cut, Layer};
+use crate::tool_section::{Contact, PARALLEL, ToolSection};
 
 /// The cutter in the section: what lies above its bottom runs on without end along the axis as flute.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -92,14 +93,22 @@ pub fn chip_area(section: &ChipSection) -> Result<f64, ChipAreaError> {
     check_values(section)?;
     let placed = Placed::new(section);
     let tools = placed.tools()?;
-    for (tool, position) in tools.iter().zip([Position::First, Position::Second]) {
-        placed.check_above_surface(tool, position)?;
+    for ((tool, contact), position) in tools.iter().zip(&placed.contacts).zip([Position::First, Position::Second]) {
+        if placed.layer.is_gouged_by(tool, contact.point) {
+            return Err(ChipAreaError::BelowSurface { position });
+        }
     }
     if section.depth_of_cut == 0.0 || section.step_over == 0.0 {
         return Ok(0.0);
     }
-    let chip = piece_at(&placed.layer, &tools[1], Some(&tools[0]), placed.contacts[1].point);
-    Ok(chip.iter().map(|slab| slab.area(&placed.layer)).sum())
+    let cut = Cut {
+        layer: &placed.layer,
+        tool: &tools[1],
+        borders: [None; 2],
+        before: [Some(tools[0]), None],
+        seed: placed.contacts[1].point,
+    };
+    Ok(cut.area())
 }
 
 impl SectionCutter {
@@ -112,7 +121,7 @@ impl SectionCutter {
 
 impl SectionSurface {
     /// > 0 convex, < 0 concave.
-    fn curvature(&self) -> f64 {
+    pub(crate) fn curvature(&self) -> f64 {
         match *self {
             Self::Plane => 0.0,
             Self::Convex { radius } => 1.0 / radius,
@@ -120,7 +129,7 @@ impl SectionSurface {
         }
     }
 
-    fn radius(&self) -> Option<f64> {
+    pub(crate) fn radius(&self) -> Option<f64> {
         match *self {
             Self::Plane => None,
             Self::Convex { radius } | Self::Concave { radius } => Some(radius),
@@ -159,13 +168,6 @@ fn check_values(section: &ChipSection) -> Result<(), ChipAreaError> {
     }
 }
 
-/// A CC point in the tool's frame.
-#[derive(Clone, Copy)]
-struct Contact {
-    point: Point2<f64>,
-    normal: Vector2<f64>,
-}
-
 /// The section in the tool's frame: origin at the first CC point, y along the axis.
 struct Placed {
     cutter: SectionCutter,
@@ -174,10 +176,6 @@ struct Placed {
     /// Whether the step goes toward +x at the first position.
     steps_right: bool,
 }
-
-// Directions closer than this (rad) count as parallel. Larger, and a real gouge of R × this depth goes unnoticed;
-// smaller, and rounding of the input angles makes a gouge of a tool that lies against the surface.
-const PARALLEL: f64 = 1e-9;
 
 impl Placed {
     fn new(section: &ChipSection) -> Self {
@@ -188,24 +186,11 @@ impl Placed {
         let radial = Vector2::new(turned.cos(), turned.sin());
         let normal = if curvature < 0.0 { -radial } else { radial };
         let tangent = Vector2::new(-radial.y, radial.x) * sense;
-
-        let (length, angle) = (section.step_over, section.step_over * curvature);
-        // The step is the chord of the arc; sin(φ/2)/(φ/2) keeps it exact for flat surfaces.
-        let half = 0.5 * angle;
-        let chord = length * if half == 0.0 { 1.0 } else { half.sin() / half };
-        let step = (tangent * half.cos() - normal * half.sin()) * chord;
-        let turned_normal = normal * angle.cos() + tangent * angle.sin();
+        let first = Contact { point: Point2::origin(), normal };
         Self {
             cutter: section.cutter,
-            layer: Layer {
-                curvature,
-                part: LevelCurve::offset_of_surface(curvature, normal, 0.0),
-                stock: LevelCurve::offset_of_surface(curvature, normal, section.depth_of_cut),
-            },
-            contacts: [
-                Contact { point: Point2::origin(), normal },
-                Contact { point: Point2::from(step), normal: turned_normal },
-            ],
+            layer: Layer::new(curvature, normal, section.depth_of_cut),
+            contacts: [first, first.stepped(curvature, tangent, section.step_over)],
             steps_right: tangent.x > 0.0,
         }
     }
@@ -221,13 +206,14 @@ impl Placed {
         if self.contacts[1].normal.y < -PARALLEL {
             return below(Position::Second);
         }
-        Ok(match self.cutter {
-            SectionCutter::Ball { radius } => self.contacts.map(|contact| ball(&contact, radius)),
+        let (rim, side) = match self.cutter {
+            SectionCutter::Ball { radius } => (Rim { rim: 0.0, corner: radius, squash: 0.0 }, 0.0),
             SectionCutter::Flat { radius } => {
-                let width = if self.left_corner_touches()? { 2.0 * radius } else { -2.0 * radius };
-                self.contacts.map(|contact| flat(&contact, width))
+                let side = if self.left_corner_touches()? { 1.0 } else { -1.0 };
+                (Rim { rim: radius, corner: 0.0, squash: 0.0 }, side)
             }
-        })
+        };
+        Ok(self.contacts.map(|contact| ToolSection::touching(rim, &contact, side)))
     }
 
     /// The bottom rises from the corner in contact. Where it is parallel to the surface the other position decides, and
@@ -240,35 +226,4 @@ impl Placed {
             [first, second] => Ok(first + second > 0.0),
         }
     }
-
-    /// Above a plane or a convex surface a tool is wherever its axis is above the tangent; in a concave one its bottom
-    /// must be inside the circle, and the flute must have left the stock of this cut before it meets the surface again.
-    fn check_above_surface(&self, tool: &ToolSection, position: Position) -> Result<(), ChipAreaError> {
-        if self.layer.curvature >= 0.0 {
-            return Ok(());
-        }
-        if let Bottom::Flat(y) = tool.bottom {
-            let width = tool.range[1] - tool.range[0];
-            let ends = tool.range.map(|x| self.layer.part.value(&Point2::new(x, y)));
-            if ends.into_iter().any(|height| height < -PARALLEL * width) {
-                return Err(ChipAreaError::BelowSurface { position });
-            }
-        }
-        let seed = self.contacts[usize::from(position == Position::Second)].point;
-        let piece = piece_at(&self.layer, tool, None, seed);
-        if piece.iter().any(|slab| matches!(slab.high, Edge::Part(Branch::Far))) {
-            return Err(ChipAreaError::BelowSurface { position });
-        }
-        Ok(())
-    }
-}
-
-fn ball(contact: &Contact, radius: f64) -> ToolSection {
-    let center = contact.point + contact.normal * radius;
-    ToolSection { range: [center.x - radius, center.x + radius], bottom: Bottom::Ball(center, radius) }
-}
-
-fn flat(contact: &Contact, width: f64) -> ToolSection {
-    let (x, y) = (contact.point.x, contact.point.y);
-    ToolSection { range: [x.min(x + width), x.max(x + width)], bottom: Bottom::Flat(y) }
 }
