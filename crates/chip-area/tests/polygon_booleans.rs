@@ -3,38 +3,23 @@
 use std::f64::consts::{PI, TAU};
 
 use facemill_chip_area::{ChipAreaError, ChipSection, SectionCutter, SectionSurface, StepSign, chip_area};
-use i_overlay::core::fill_rule::FillRule;
 use i_overlay::core::overlay_rule::OverlayRule;
-use i_overlay::float::single::SingleFloatOverlay;
 
-type Contour = Vec<[f64; 2]>;
-type Shape = Vec<Contour>;
+mod kit;
+
+use kit::{Contour, Random, Shape, area, at, boolean, moved};
 
 /// Corners on a full circle: chords leave out less than 1e-6 mm² of any chip here.
 const CORNERS: u32 = 20_000;
 /// Length of flutes and of the plane, far beyond every section here.
 const FAR: f64 = 400.0;
 
-/// SplitMix64.
-struct Random(u64);
+/// A section of CHIP's kind.
+trait Sections {
+    fn section(&mut self) -> ChipSection;
+}
 
-impl Random {
-    fn unit(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    fn within(&mut self, from: f64, to: f64) -> f64 {
-        from + (to - from) * self.unit()
-    }
-
-    fn one_in(&mut self, n: f64) -> bool {
-        self.unit() * n < 1.0
-    }
-
+impl Sections for Random {
     fn section(&mut self) -> ChipSection {
         let radius = self.within(8.0, 60.0);
         let surface = match (3.0 * self.unit()) as u32 {
@@ -76,10 +61,6 @@ fn arc(center: [f64; 2], radius: f64, from: f64, to: f64) -> Contour {
             [center[0] + radius * angle.cos(), center[1] + radius * angle.sin()]
         })
         .collect()
-}
-
-fn moved(p: [f64; 2], d: [f64; 2], by: f64) -> [f64; 2] {
-    [p[0] + by * d[0], p[1] + by * d[1]]
 }
 
 /// A position: CC point, outward normal, and the polygon of cutter and flute.
@@ -150,41 +131,6 @@ fn stock_and_ground(section: &ChipSection) -> (Shape, Shape) {
             (vec![circle([0.0; 2], radius), hollow.clone()], vec![outer, hollow])
         }
     }
-}
-
-fn boolean(a: &Vec<Shape>, b: &Vec<Shape>, rule: OverlayRule) -> Vec<Shape> {
-    a.overlay_as::<i64>(b, rule, FillRule::EvenOdd)
-}
-
-fn area(shape: &Shape) -> f64 {
-    let signed = |c: &Contour| -> f64 {
-        (0..c.len()).map(|i| (c[i], c[(i + 1) % c.len()])).map(|(p, q)| 0.5 * (p[0] * q[1] - p[1] * q[0])).sum()
-    };
-    shape.iter().map(signed).sum::<f64>().abs()
-}
-
-fn distance(shape: &Shape, p: [f64; 2]) -> f64 {
-    let to_edge = |a: [f64; 2], b: [f64; 2]| {
-        let (ab, ap) = ([b[0] - a[0], b[1] - a[1]], [p[0] - a[0], p[1] - a[1]]);
-        let t = ((ab[0] * ap[0] + ab[1] * ap[1]) / (ab[0] * ab[0] + ab[1] * ab[1])).clamp(0.0, 1.0);
-        (ap[0] - t * ab[0]).hypot(ap[1] - t * ab[1])
-    };
-    let edges = shape.iter().flat_map(|c| (0..c.len()).map(|i| (c[i], c[(i + 1) % c.len()])));
-    edges.map(|(a, b)| to_edge(a, b)).fold(f64::INFINITY, f64::min)
-}
-
-fn contains(shape: &Shape, p: [f64; 2]) -> bool {
-    let edges = shape.iter().flat_map(|c| (0..c.len()).map(|i| (c[i], c[(i + 1) % c.len()])));
-    let left_of = edges.filter(|(a, b)| {
-        (a[1] <= p[1]) != (b[1] <= p[1]) && p[0] < a[0] + (b[0] - a[0]) * (p[1] - a[1]) / (b[1] - a[1])
-    });
-    left_of.count() % 2 == 1
-}
-
-/// The shape at a point.
-fn at(shapes: Vec<Shape>, p: [f64; 2]) -> Option<Shape> {
-    let near = |shape: &Shape| if contains(shape, p) { 0.0 } else { distance(shape, p) };
-    shapes.into_iter().min_by(|a, b| near(a).total_cmp(&near(b))).filter(|s| near(s) < 1e-4)
 }
 
 fn polygon_area(section: &ChipSection) -> f64 {
