@@ -95,9 +95,9 @@ impl LevelCurve {
         [Some((-self.normal.x - root) / self.k), Some((-self.normal.x + root) / self.k)]
     }
 
-    /// x of the common points with another curve. Coinciding and concentric curves have none; at a tangency rounding
+    /// The common points with another curve. Coinciding and concentric curves have none; at a tangency rounding
     /// decides between none and two that are close together.
-    pub(crate) fn crossings(&self, other: &Self) -> [Option<f64>; 2] {
+    pub(crate) fn crossings(&self, other: &Self) -> [Option<Point2<f64>>; 2] {
         // The combination without |p|² is the line through the common points.
         let (line, level) = if self.k == 0.0 {
             (self.normal, self.level)
@@ -115,30 +115,32 @@ impl LevelCurve {
         let a = 0.5 * circle.k;
         let b = 0.5 * circle.normal.dot(&along);
         let c = 0.5 * circle.k * distance * distance + distance * circle.normal.dot(&across) - circle.level;
-        let x_at = |s: f64| Some(distance * across.x + s * along.x).filter(|x| x.is_finite());
+        let at = |s: f64| s.is_finite().then(|| Point2::from(across * distance + along * s));
         let disc = b * b - a * c;
         if disc < 0.0 {
             return [None; 2];
         }
         let q = -(b + b.signum() * disc.sqrt());
-        [x_at(q / a), x_at(c / q)]
+        [at(q / a), at(c / q)]
     }
 }
 
 /// Area between a circular arc of curvature `k` ≥ 0, not longer than half a circle, and its chord.
 pub(crate) fn segment_area(k: f64, chord: f64) -> f64 {
-    // φ − sin φ loses all digits for small angles, where its series is short.
-    const SERIES_BELOW: f64 = 0.1;
+    // φ − sin φ loses all digits for small angles, where its series is short: in the sine of half the angle, h,
+    // φ/2 − sin φ/2 = ⅔·h³ + ⅕·h⁵ + 3/28·h⁷ + 5/72·h⁹ + ….
+    const SERIES_BELOW: f64 = 0.05;
     if k == 0.0 || chord == 0.0 {
         return 0.0;
     }
-    let angle = 2.0 * (0.5 * k * chord).min(1.0).asin();
-    if angle > SERIES_BELOW {
-        return (angle - angle.sin()) / (2.0 * k * k);
+    let h = (0.5 * k * chord).min(1.0);
+    let sq = h * h;
+    if h > SERIES_BELOW {
+        return (h.asin() - h * ((1.0 - h) * (1.0 + h)).sqrt()) / (k * k);
     }
-    let sq = angle * angle;
-    let arc = angle / k;
-    arc * arc * arc * k / 12.0 * (1.0 - sq / 20.0 * (1.0 - sq / 42.0 * (1.0 - sq / 72.0)))
+    let series =
+        2.0 / 3.0 + sq * (0.2 + sq * (3.0 / 28.0 + sq * (5.0 / 72.0 + sq * (35.0 / 704.0 + sq * 63.0 / 1664.0))));
+    0.125 * chord * chord * chord * k * series
 }
 
 #[cfg(test)]
@@ -185,20 +187,20 @@ mod tests {
         let (d, s) = (18f64.sqrt(), (25.0 - 12.25 + 18.0) / (2.0 * 18f64.sqrt()));
         let h = (25.0 - s * s).sqrt();
         let expected = [1.0 + (3.0 * s - 3.0 * h) / d, 1.0 + (3.0 * s + 3.0 * h) / d];
-        let mut found = a.crossings(&b).map(Option::unwrap);
+        let mut found = a.crossings(&b).map(|p| p.unwrap().x);
         found.sort_by(f64::total_cmp);
         assert!(close(found[0], expected[0]) && close(found[1], expected[1]), "{found:?} {expected:?}");
 
         let line = LevelCurve::horizontal(2.0);
         for found in [a.crossings(&line), line.crossings(&a)] {
-            let mut found = found.map(Option::unwrap);
+            let mut found = found.map(|p| p.unwrap().x);
             found.sort_by(f64::total_cmp);
             assert!(close(found[0], -4.0) && close(found[1], 6.0));
         }
         assert_eq!(a.crossings(&LevelCurve::circle(Point2::new(1.0, 2.0), 3.0)), [None; 2]);
         assert_eq!(a.crossings(&LevelCurve::circle(Point2::new(10.0, 2.0), 3.0)), [None; 2]);
         let slanted = LevelCurve::offset_of_surface(0.0, Vector2::new(0.6, 0.8), 0.0);
-        assert!(slanted.crossings(&line).iter().flatten().any(|&x| close(x, -8.0 / 3.0)));
+        assert!(slanted.crossings(&line).iter().flatten().any(|p| close(p.x, -8.0 / 3.0) && close(p.y, 2.0)));
         assert_eq!(line.crossings(&LevelCurve::horizontal(3.0)), [None; 2]);
     }
 

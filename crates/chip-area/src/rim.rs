@@ -32,6 +32,13 @@ pub(crate) struct RimPoint {
     normal: Vector2<f64>,
 }
 
+impl RimPoint {
+    /// dy/dx of the outline.
+    pub(crate) fn slope(&self) -> f64 {
+        -self.normal.x / self.normal.y
+    }
+}
+
 impl Rim {
     pub(crate) fn half_width(&self) -> f64 {
         self.rim + self.corner
@@ -40,7 +47,7 @@ impl Rim {
     /// The point whose eccentric angle has this sine and cosine ≥ 0.
     fn point(&self, sin: f64, cos: f64) -> RimPoint {
         let s = self.squash;
-        let length = cos.hypot(s * sin);
+        let length = (cos * cos + s * s * sin * sin).sqrt();
         let normal = if length > 0.0 { Vector2::new(s * sin, -cos) / length } else { Vector2::new(sin, 0.0) };
         let at = Vector2::new(self.rim * sin, -s * self.rim * cos) + normal * self.corner;
         RimPoint { at, ellipse: [sin, cos], normal }
@@ -56,7 +63,7 @@ impl Rim {
         let along = (1.0 + s) * cos;
         let root = (along * along + 4.0 * s * sin * sin).sqrt();
         let (up, down) = if cos >= 0.0 { (2.0 * sin, along + root) } else { (root - along, 2.0 * s * sin) };
-        let length = up.hypot(down).copysign(down);
+        let length = (up * up + down * down).sqrt().copysign(down);
         self.point(up / length, down / length)
     }
 
@@ -82,7 +89,21 @@ impl Rim {
         if x.abs() >= self.half_width() {
             return self.point(x.signum(), 0.0);
         }
-        self.at_turn(root([-PI, PI], |w| self.at_turn(w).at.x - x))
+        if self.corner == 0.0 {
+            let sin = x / self.rim;
+            return self.point(sin, ((1.0 - sin) * (1.0 + sin)).sqrt());
+        }
+        self.at_turn(newton_root([-PI, PI], f64::EPSILON * self.half_width(), |w| {
+            let p = self.at_turn(w);
+            (p.at.x - x, self.widening(&p))
+        }))
+    }
+
+    /// dx/dw at a point.
+    fn widening(&self, p: &RimPoint) -> f64 {
+        let ([sin, cos], s) = (p.ellipse, self.squash);
+        let length_sq = cos * cos + s * s * sin * sin;
+        (self.rim * cos * length_sq - self.corner * p.normal.y * s) / (length_sq + s)
     }
 
     /// ∫ y dx from one of its points to another: the ellipse's and the corner's parts are elementary, what is mixed of
@@ -183,4 +204,37 @@ pub(crate) fn root(ends: [f64; 2], f: impl Fn(f64) -> f64) -> f64 {
         }
     }
     0.5 * (a + b)
+}
+
+/// The same by Newton's method for a growing function that is told with its slope, to where it is no larger than the
+/// `noise` of its rounding.
+pub(crate) fn newton_root(ends: [f64; 2], noise: f64, f: impl Fn(f64) -> (f64, f64)) -> f64 {
+    const MAX_STEPS: u32 = 200;
+    let [mut low, mut high] = ends;
+    let mut x = 0.5 * (low + high);
+    let mut width = high - low;
+    for step in 0..MAX_STEPS {
+        let (value, slope) = f(x);
+        if value.abs() <= noise {
+            return x;
+        }
+        if value < 0.0 {
+            low = x;
+        } else {
+            high = x;
+        }
+        let middle = 0.5 * (low + high);
+        let halve = step % 3 == 2 && {
+            let slow = high - low > 0.5 * width;
+            width = high - low;
+            slow
+        };
+        let newton = x - value / slope;
+        let close = 2.0 * f64::EPSILON * x.abs() + 1e-18;
+        if (newton - x).abs() <= close || high - low <= close {
+            return x;
+        }
+        x = if !halve && low < newton && newton < high { newton } else { middle };
+    }
+    x
 }

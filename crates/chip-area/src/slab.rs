@@ -1,7 +1,7 @@
 use nalgebra::{Point2, Vector2};
 
 use crate::level_curve::{Branch, LevelCurve};
-use crate::tool_section::{Bottom, PARALLEL, ToolSection, arc_integral};
+use crate::tool_section::{Form, PARALLEL, ToolSection, arc_integral};
 
 /// Stock between the surface and its offset by the depth of cut, in the frame of the tool (y along its axis, origin at
 /// a CC point).
@@ -38,19 +38,23 @@ pub(crate) struct Cut<'a> {
 
 /// One edge of a piece as a function of x.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Edge {
+enum Edge {
     Part(Branch),
     Stock(Branch),
-    Bottom(Bottom),
-    Border(Border),
+    Tool(Form),
+    /// Of one of the tools before.
+    Before(usize, Form),
+    Border(usize),
 }
 
 /// The points over `x` between two edges that do not cross there.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Slab {
-    pub(crate) x: [f64; 2],
-    pub(crate) low: Edge,
-    pub(crate) high: Edge,
+struct Slab {
+    x: [f64; 2],
+    low: Edge,
+    high: Edge,
+    /// Heights of both edges in the middle.
+    y: [f64; 2],
 }
 
 impl Layer {
@@ -87,63 +91,25 @@ impl Border {
     }
 }
 
-impl Edge {
-    fn y_at(&self, x: f64, layer: &Layer) -> f64 {
-        match self {
-            Self::Part(branch) => layer.part.y_at(x, *branch),
-            Self::Stock(branch) => layer.stock.y_at(x, *branch),
-            Self::Bottom(bottom) => bottom.y_at(x),
-            Self::Border(b) => (b.level - b.outward.x * x) / b.outward.y,
-        }
-    }
-
-    /// Curvature of a circle or line, positive where the arc is above its chord.
-    fn bulge(&self, layer: &Layer) -> f64 {
-        match self {
-            Self::Part(Branch::Near) => layer.part.curvature(),
-            Self::Part(Branch::Far) => -layer.part.curvature(),
-            Self::Stock(Branch::Near) => layer.stock.curvature(),
-            Self::Stock(Branch::Far) => -layer.stock.curvature(),
-            Self::Bottom(_) | Self::Border(_) => 0.0,
-        }
-    }
-
-    /// ∫ y dx over `x` in closed form.
-    fn integral(&self, x: [f64; 2], layer: &Layer) -> f64 {
-        match self {
-            Self::Bottom(bottom) => bottom.integral(x),
-            _ => arc_integral(x, x.map(|x| self.y_at(x, layer)), self.bulge(layer)),
-        }
-    }
-}
-
-impl Slab {
-    fn area(&self, layer: &Layer) -> f64 {
-        (self.high.integral(self.x, layer) - self.low.integral(self.x, layer)).max(0.0)
-    }
-
-    /// Whether the slabs have points of the vertical line at `x` in common, or miss that by no more than `touch`.
-    fn joins(&self, other: &Self, x: f64, layer: &Layer, touch: f64) -> bool {
-        let low = self.low.y_at(x, layer).max(other.low.y_at(x, layer));
-        low <= self.high.y_at(x, layer).min(other.high.y_at(x, layer)) + touch
-    }
-}
-
 impl Cut<'_> {
     /// Area of the stock that hangs together with the CC point inside the tool, less what has been cut before.
     pub(crate) fn area(&self) -> f64 {
-        self.piece().iter().filter_map(|slab| self.left_over(slab)).map(|slab| slab.area(self.layer)).sum()
+        self.piece().iter().filter_map(|slab| self.left_over(slab)).map(|slab| self.area_of(&slab)).sum()
     }
 
     /// Whether the tool runs into the far side of a concave surface before it has left the stock of the cut.
     pub(crate) fn meets_the_far_side(&self) -> bool {
-        let [left, right] = self.layer.stock.extremes();
-        let range = self.tool.range();
-        let beside = |x: Option<f64>| x.is_some_and(|x| range[0] < x && x < range[1]);
-        // A vertical line that crosses the hollow has stock of the near and of the far side apart from each other.
         self.layer.curvature < 0.0
-            && (beside(left) || beside(right) || self.layer.stock.reach(0.5 * (range[0] + range[1])) < 0.0)
+            && !self.is_over_the_hollow()
             && self.piece().iter().any(|slab| matches!(slab.high, Edge::Part(Branch::Far)))
+    }
+
+    /// Whether the tool is over nothing but the hollow of a concave surface's stock: every vertical line has stock of the
+    /// near and of the far side apart from each other.
+    fn is_over_the_hollow(&self) -> bool {
+        let [Some(a), Some(b)] = self.layer.stock.extremes() else { return false };
+        let [low, high] = self.tool.range();
+        self.layer.curvature < 0.0 && a.min(b) < low && high < a.max(b)
     }
 
     /// The stock in the tool that hangs together with the seed, nothing cut before, as slabs.
@@ -157,10 +123,13 @@ impl Cut<'_> {
         const TOUCH: f64 = 1e-10;
         let touch = TOUCH * 2.0 * self.tool.rim.half_width();
         let mut slabs = Vec::with_capacity(32);
+        let sides = if self.is_over_the_hollow() { 1 } else { 2 };
         for x in self.cuts().windows(2) {
-            self.slabs_between([x[0], x[1]], touch, &mut slabs);
+            self.slabs_between([x[0], x[1]], sides, touch, &mut slabs);
         }
-        self.connected(slabs, touch)
+        // On a plane or a convex surface the tool is above the tangent, so that it cuts a convex piece of everything
+        // below the stock's surface, and all of that is stock.
+        if self.layer.curvature >= 0.0 { slabs } else { self.connected(slabs, touch) }
     }
 
     /// x of the CC point; a corner that touches there is beside it by rounding.
@@ -210,33 +179,37 @@ impl Cut<'_> {
             .iter()
             .chain(&self.borders.iter().flatten().map(Border::line).collect::<Vec<_>>())
         {
-            line.crossings(curve).into_iter().flatten().for_each(&mut add);
+            line.crossings(curve).into_iter().flatten().for_each(|p| add(p.x));
         }
         self.tool.crossings(&line, &mut add);
         self.before.iter().flatten().for_each(|before| before.crossings(&line, &mut add));
     }
 
-    fn slabs_between(&self, x: [f64; 2], touch: f64, slabs: &mut Vec<Slab>) {
+    fn slabs_between(&self, x: [f64; 2], sides: usize, touch: f64, slabs: &mut Vec<Slab>) {
         let middle = 0.5 * (x[0] + x[1]);
-        let y = |edge: &Edge| edge.y_at(middle, self.layer);
-        let bottom = Edge::Bottom(self.tool.bottom_over(middle));
+        let bottom = Edge::Tool(self.tool.form_over(middle));
         let outside = |b: &Border| !b.is_slanted() && b.outward.x * middle > b.level;
         if self.borders.iter().flatten().any(outside) {
             return;
         }
-        for (mut low, mut high) in layer_over(middle, self.layer).into_iter().flatten() {
-            if y(&bottom) > y(&low) {
-                low = bottom;
+        let y_bottom = self.y_at(bottom, middle);
+        for (low, high) in layer_over(middle, self.layer).into_iter().take(sides).flatten() {
+            let (mut low, mut y_low) = (low, self.y_at(low, middle));
+            let (mut high, mut y_high) = (high, self.y_at(high, middle));
+            if y_bottom > y_low {
+                (low, y_low) = (bottom, y_bottom);
             }
-            for border in self.borders.iter().flatten().filter(|b| b.is_slanted()) {
-                let edge = Edge::Border(*border);
-                let end = if border.outward.y > 0.0 { &mut high } else { &mut low };
-                if (y(&edge) - y(end)) * border.outward.y < 0.0 {
-                    *end = edge;
+            for (i, border) in self.borders.iter().enumerate() {
+                let Some(border) = border.filter(Border::is_slanted) else { continue };
+                let y = self.y_at(Edge::Border(i), middle);
+                if border.outward.y > 0.0 && y < y_high {
+                    (high, y_high) = (Edge::Border(i), y);
+                } else if border.outward.y < 0.0 && y > y_low {
+                    (low, y_low) = (Edge::Border(i), y);
                 }
             }
-            if y(&low) <= y(&high) + touch {
-                slabs.push(Slab { x, low, high });
+            if y_low <= y_high + touch {
+                slabs.push(Slab { x, low, high, y: [y_low, y_high] });
             }
         }
     }
@@ -244,40 +217,84 @@ impl Cut<'_> {
     /// What has not been cut before of a slab.
     fn left_over(&self, slab: &Slab) -> Option<Slab> {
         let middle = 0.5 * (slab.x[0] + slab.x[1]);
-        let mut high = slab.high;
-        for before in self.before.iter().flatten() {
-            let range = before.range();
-            let edge = Edge::Bottom(before.bottom_over(middle));
-            if range[0] <= middle && middle <= range[1] && edge.y_at(middle, self.layer) < high.y_at(middle, self.layer)
-            {
-                high = edge;
+        let (mut high, mut y_high) = (slab.high, slab.y[1]);
+        for (i, before) in self.before.iter().enumerate() {
+            let Some(before) = before else { continue };
+            let [from, to] = before.range();
+            if from <= middle && middle <= to {
+                let edge = Edge::Before(i, before.form_over(middle));
+                let y = self.y_at(edge, middle);
+                if y < y_high {
+                    (high, y_high) = (edge, y);
+                }
             }
         }
-        (slab.low.y_at(middle, self.layer) < high.y_at(middle, self.layer)).then_some(Slab { high, ..*slab })
+        (slab.y[0] < y_high).then_some(Slab { high, ..*slab })
     }
 
     /// The slabs that hang together with one that touches the seed.
-    fn connected(&self, slabs: Vec<Slab>, touch: f64) -> Vec<Slab> {
-        let (seed, layer) = (Point2::new(self.seed_x(), self.seed.y), self.layer);
-        let mut taken: Vec<bool> = slabs
-            .iter()
-            .map(|s| {
-                s.x.contains(&seed.x)
-                    && s.low.y_at(seed.x, layer) <= seed.y + touch
-                    && seed.y - touch <= s.high.y_at(seed.x, layer)
-            })
-            .collect();
+    fn connected(&self, mut slabs: Vec<Slab>, touch: f64) -> Vec<Slab> {
+        let seed = Point2::new(self.seed_x(), self.seed.y);
+        let touches = |s: &Slab| {
+            s.x.contains(&seed.x)
+                && self.y_at(s.low, seed.x) <= seed.y + touch
+                && seed.y - touch <= self.y_at(s.high, seed.x)
+        };
+        let mut taken: Vec<bool> = slabs.iter().map(touches).collect();
         let mut open: Vec<usize> = (0..slabs.len()).filter(|&i| taken[i]).collect();
         while let Some(i) = open.pop() {
-            for j in 0..slabs.len() {
-                let shared = slabs[i].x.into_iter().find(|x| slabs[j].x.contains(x));
-                if !taken[j] && shared.is_some_and(|x| slabs[i].joins(&slabs[j], x, layer, touch)) {
+            // At most two slabs are over the same x, so that what is beside one is not farther in the list.
+            for j in i.saturating_sub(3)..slabs.len().min(i + 4) {
+                if !taken[j] && self.join(&slabs[i], &slabs[j], touch) {
                     taken[j] = true;
                     open.push(j);
                 }
             }
         }
-        slabs.into_iter().zip(taken).filter_map(|(s, taken)| taken.then_some(s)).collect()
+        let mut taken = taken.into_iter();
+        slabs.retain(|_| taken.next() == Some(true));
+        slabs
+    }
+
+    /// Whether two slabs beside each other have points in common, or miss that by no more than `touch`.
+    fn join(&self, a: &Slab, b: &Slab, touch: f64) -> bool {
+        let x = if a.x[1] == b.x[0] {
+            a.x[1]
+        } else if a.x[0] == b.x[1] {
+            a.x[0]
+        } else {
+            return false;
+        };
+        let low = self.y_at(a.low, x).max(self.y_at(b.low, x));
+        low <= self.y_at(a.high, x).min(self.y_at(b.high, x)) + touch
+    }
+
+    fn y_at(&self, edge: Edge, x: f64) -> f64 {
+        match edge {
+            Edge::Part(branch) => self.layer.part.y_at(x, branch),
+            Edge::Stock(branch) => self.layer.stock.y_at(x, branch),
+            Edge::Tool(form) => self.tool.y_at(x, form),
+            Edge::Before(i, form) => self.before[i].map_or(f64::INFINITY, |tool| tool.y_at(x, form)),
+            Edge::Border(i) => self.borders[i].map_or(f64::INFINITY, |b| (b.level - b.outward.x * x) / b.outward.y),
+        }
+    }
+
+    /// ∫ y dx over `x` in closed form.
+    fn integral(&self, edge: Edge, x: [f64; 2]) -> f64 {
+        let arc = |bulge: f64| arc_integral(x, x.map(|x| self.y_at(edge, x)), bulge);
+        match edge {
+            Edge::Part(Branch::Near) => arc(self.layer.part.curvature()),
+            Edge::Part(Branch::Far) => arc(-self.layer.part.curvature()),
+            Edge::Stock(Branch::Near) => arc(self.layer.stock.curvature()),
+            Edge::Stock(Branch::Far) => arc(-self.layer.stock.curvature()),
+            Edge::Tool(form) => self.tool.integral(x, form),
+            Edge::Before(i, form) => self.before[i].map_or(f64::INFINITY, |tool| tool.integral(x, form)),
+            Edge::Border(_) => arc(0.0),
+        }
+    }
+
+    fn area_of(&self, slab: &Slab) -> f64 {
+        (self.integral(slab.high, slab.x) - self.integral(slab.low, slab.x)).max(0.0)
     }
 }
 

@@ -1,7 +1,7 @@
 use nalgebra::{Point2, Vector2};
 
 use crate::level_curve::{LevelCurve, segment_area};
-use crate::rim::{Rim, root};
+use crate::rim::{Rim, newton_root};
 
 // Directions closer than this (rad) count as parallel. Larger, and a real gouge of R × this depth goes unnoticed;
 // smaller, and rounding of the input angles makes a gouge of a tool that lies against the surface.
@@ -36,15 +36,17 @@ pub(crate) struct ToolSection {
     pub(crate) rim: Rim,
 }
 
-/// Lower outline of a tool between two of its kinks.
+/// Form of a lower outline between two of its kinks.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Bottom {
-    /// Flat at this y.
-    Flat(f64),
-    /// Lower half of a circle.
-    Arc(Point2<f64>, f64),
+pub(crate) enum Form {
+    /// Flat bottom.
+    Flat,
+    /// Circle of the left corner.
+    Left,
+    /// Circle of the right corner.
+    Right,
     /// The rim seen as an ellipse, offset by the corner.
-    Seen(ToolSection),
+    Seen,
 }
 
 impl ToolSection {
@@ -71,15 +73,44 @@ impl ToolSection {
         [-1.0, 1.0].map(|side| inside.then_some(self.center.x + side * self.rim.rim))
     }
 
-    /// Its outline on the part between two kinks that `x` is in.
-    pub(crate) fn bottom_over(&self, x: f64) -> Bottom {
+    /// Form of its outline between the two kinks that `x` is between.
+    pub(crate) fn form_over(&self, x: f64) -> Form {
         let (off, rim) = (x - self.center.x, self.rim.rim);
         if self.rim.squash != 0.0 {
-            Bottom::Seen(*self)
+            Form::Seen
         } else if off.abs() <= rim && rim > 0.0 {
-            Bottom::Flat(self.center.y - self.rim.corner)
+            Form::Flat
+        } else if off < 0.0 {
+            Form::Left
         } else {
-            Bottom::Arc(self.corner(off.signum()), self.rim.corner)
+            Form::Right
+        }
+    }
+
+    /// Height of its outline at `x`, which has this form there.
+    pub(crate) fn y_at(&self, x: f64, form: Form) -> f64 {
+        let off = x - self.center.x;
+        let on_arc = |off: f64| {
+            let r = self.rim.corner;
+            self.center.y - ((r - off) * (r + off)).max(0.0).sqrt()
+        };
+        match form {
+            Form::Flat => self.center.y - self.rim.corner,
+            Form::Left => on_arc(off + self.rim.rim),
+            Form::Right => on_arc(off - self.rim.rim),
+            Form::Seen => self.center.y + self.rim.over(off).at.y,
+        }
+    }
+
+    /// ∫ y dx of its outline over `x`, where it has this form.
+    pub(crate) fn integral(&self, x: [f64; 2], form: Form) -> f64 {
+        match form {
+            Form::Flat => (self.center.y - self.rim.corner) * (x[1] - x[0]),
+            Form::Left | Form::Right => arc_integral(x, x.map(|x| self.y_at(x, form)), -1.0 / self.rim.corner),
+            Form::Seen => {
+                let ends = x.map(|x| self.rim.over(x - self.center.x));
+                self.center.y * (x[1] - x[0]) + self.rim.integral(&ends[0], &ends[1])
+            }
         }
     }
 
@@ -88,19 +119,20 @@ impl ToolSection {
         self.center + Vector2::new(side * self.rim.rim, 0.0)
     }
 
-    /// Lines and circles whose parts are the outline of a tool with its axis in the section plane, with the x where
-    /// they begin and end.
-    fn pieces(&self) -> [Option<(LevelCurve, [f64; 2])>; 3] {
+    /// Lines and circles whose parts are the outline of a tool with its axis in the section plane.
+    fn pieces(&self) -> [Option<Piece>; 3] {
         let ([low, high], Rim { rim, corner, .. }) = (self.range(), self.rim);
-        let flat = || (LevelCurve::horizontal(self.center.y - corner), [low + corner, high - corner]);
+        let top = self.center.y + 1e-9 * (high - low);
+        let piece = |curve, range| Some(Piece { curve, range, top });
+        let flat = || piece(LevelCurve::horizontal(self.center.y - corner), [low + corner, high - corner]);
         if rim == 0.0 {
-            return [Some((LevelCurve::circle(self.center, corner), [low, high])), None, None];
+            return [piece(LevelCurve::circle(self.center, corner), [low, high]), None, None];
         }
         if corner == 0.0 {
-            return [Some(flat()), None, None];
+            return [flat(), None, None];
         }
-        let arc = |side: f64, range| Some((LevelCurve::circle(self.corner(side), corner), range));
-        [arc(-1.0, [low, low + corner]), Some(flat()), arc(1.0, [high - corner, high])]
+        let arc = |side: f64, range| piece(LevelCurve::circle(self.corner(side), corner), range);
+        [arc(-1.0, [low, low + corner]), flat(), arc(1.0, [high - corner, high])]
     }
 
     /// x of all points that its outline has in common with a curve, and perhaps others.
@@ -108,8 +140,9 @@ impl ToolSection {
         if self.rim.squash != 0.0 {
             return self.rim.crossings(self.center, curve, found);
         }
-        for (piece, range) in self.pieces().iter().flatten() {
-            piece.crossings(curve).into_iter().flatten().filter(|x| within(range, *x)).for_each(&mut found);
+        for piece in self.pieces().iter().flatten() {
+            let crossings = piece.curve.crossings(curve).into_iter().flatten();
+            crossings.filter(|p| piece.may_hold(p)).for_each(|p| found(p.x));
         }
     }
 
@@ -123,17 +156,26 @@ impl ToolSection {
         if self.rim.squash != 0.0 {
             // The slopes of a convex outline grow with x, so the distance of one that is moved sideways grows or falls
             // all the way.
-            let y = |tool: &Self, x: f64| tool.center.y + tool.rim.over(x - tool.center.x).at.y;
-            let apart = |x: f64| y(self, x) - y(other, x);
-            if (apart(common[0]) < 0.0) != (apart(common[1]) < 0.0) {
-                found(root(common, apart));
+            let at = |tool: &Self, x: f64| tool.rim.over(x - tool.center.x);
+            let apart = |x: f64| {
+                let (p, q) = (at(self, x), at(other, x));
+                (self.center.y - other.center.y + p.at.y - q.at.y, p.slope() - q.slope())
+            };
+            let (left, right) = (apart(common[0]).0, apart(common[1]).0);
+            if (left < 0.0) != (right < 0.0) {
+                let sign = if right < 0.0 { -1.0 } else { 1.0 };
+                let extent = own[1] - own[0] + (self.center.y - other.center.y).abs();
+                found(newton_root(common, 4.0 * f64::EPSILON * extent, |x| {
+                    let (apart, slope) = apart(x);
+                    (sign * apart, sign * slope)
+                }));
             }
             return;
         }
-        for (piece, range) in self.pieces().iter().flatten().filter(|(_, range)| overlap(range, &common)) {
-            for (curve, part) in other.pieces().iter().flatten().filter(|(_, part)| overlap(range, part)) {
-                let crossings = piece.crossings(curve).into_iter().flatten();
-                crossings.filter(|x| within(range, *x) && within(part, *x)).for_each(&mut found);
+        for piece in self.pieces().iter().flatten().filter(|piece| piece.overlaps(&common)) {
+            for its in other.pieces().iter().flatten().filter(|its| its.overlaps(&piece.range)) {
+                let crossings = piece.curve.crossings(&its.curve).into_iter().flatten();
+                crossings.filter(|p| piece.may_hold(p) && its.may_hold(p)).for_each(|p| found(p.x));
             }
         }
     }
@@ -162,40 +204,29 @@ impl ToolSection {
     }
 }
 
-/// Whether `x` is in the range or misses it by little: what is only a place to cut at may be told too often.
-fn within(range: &[f64; 2], x: f64) -> bool {
-    let slack = 1e-9 * (range[1] - range[0]);
-    range[0] - slack <= x && x <= range[1] + slack
+/// Part of an outline: what of a curve is over a range and not above the middle of the rim.
+struct Piece {
+    curve: LevelCurve,
+    range: [f64; 2],
+    top: f64,
 }
 
-fn overlap(a: &[f64; 2], b: &[f64; 2]) -> bool {
-    a[0] <= b[1] && b[0] <= a[1]
-}
-
-impl Bottom {
-    pub(crate) fn y_at(&self, x: f64) -> f64 {
-        match self {
-            Self::Flat(y) => *y,
-            Self::Arc(c, r) => c.y - ((r - (x - c.x)) * (r + (x - c.x))).max(0.0).sqrt(),
-            Self::Seen(tool) => tool.center.y + tool.rim.over(x - tool.center.x).at.y,
-        }
+impl Piece {
+    /// Whether a point of the curve is on the piece or misses it by little: what is only a place to cut at may be told
+    /// too often.
+    fn may_hold(&self, p: &Point2<f64>) -> bool {
+        let slack = 1e-9 * (self.range[1] - self.range[0]);
+        self.range[0] - slack <= p.x && p.x <= self.range[1] + slack && p.y <= self.top
     }
 
-    /// ∫ y dx over `x`.
-    pub(crate) fn integral(&self, x: [f64; 2]) -> f64 {
-        match self {
-            Self::Flat(y) => y * (x[1] - x[0]),
-            Self::Arc(_, r) => arc_integral(x, [self.y_at(x[0]), self.y_at(x[1])], -1.0 / r),
-            Self::Seen(tool) => {
-                let ends = x.map(|x| tool.rim.over(x - tool.center.x));
-                tool.center.y * (x[1] - x[0]) + tool.rim.integral(&ends[0], &ends[1])
-            }
-        }
+    fn overlaps(&self, range: &[f64; 2]) -> bool {
+        self.range[0] <= range[1] && range[0] <= self.range[1]
     }
 }
 
 /// ∫ y dx along an arc of curvature `bulge` (positive where it is above its chord): trapezoid and circular segment.
 pub(crate) fn arc_integral(x: [f64; 2], y: [f64; 2], bulge: f64) -> f64 {
-    let width = x[1] - x[0];
-    0.5 * width * (y[0] + y[1]) + segment_area(bulge.abs(), width.hypot(y[1] - y[0])).copysign(bulge)
+    let (width, rise) = (x[1] - x[0], y[1] - y[0]);
+    let chord = (width * width + rise * rise).sqrt();
+    0.5 * width * (y[0] + y[1]) + segment_area(bulge.abs(), chord).copysign(bulge)
 }
