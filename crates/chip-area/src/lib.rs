@@ -34,6 +34,8 @@ mod pass_error;
 mod rim;
 mod section;
 mod slab;
+pub mod table;
+mod table_error;
 mod tool_section;
 
 pub use error::{ChipAreaError, Position};
