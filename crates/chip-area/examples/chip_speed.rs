@@ -5,7 +5,7 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use facemill_chip_area::{
-    Beside, CutterEnd, Engagement, Orientation, PassError, PassSection, SectionSurface, chip_of_pass,
+    Beside, CutterEnd, Engagement, NeighbourAxis, Orientation, PassError, PassSection, SectionSurface, chip_of_pass,
 };
 
 fn main() -> Result<(), PassError> {
@@ -24,6 +24,7 @@ fn main() -> Result<(), PassError> {
                         right: Beside::Cut { step_over: 1.0 },
                     },
                     orientation: Orientation { lead, lean },
+                    neighbour_axis: NeighbourAxis::Parallel,
                 };
                 let chip = chip_of_pass(&section)?;
                 // The fastest of many short runs: what else the machine does is in the others.

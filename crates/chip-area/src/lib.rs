@@ -31,15 +31,19 @@ mod level_curve;
 mod outline;
 mod pass;
 mod pass_error;
+mod quadrature;
 mod rim;
 mod section;
 mod slab;
 pub mod table;
 mod table_error;
 mod tool_section;
+mod turned;
 
 pub use error::{ChipAreaError, Position};
 pub use outline::{OutlineError, chip_area_between_outlines};
-pub use pass::{Beside, ChipArea, CutterEnd, Engagement, Method, Orientation, PassSection, chip_of_pass};
+pub use pass::{
+    Beside, ChipArea, CutterEnd, Engagement, Method, NeighbourAxis, Orientation, PassSection, chip_of_pass,
+};
 pub use pass_error::{PassError, Pose};
 pub use section::{ChipSection, SectionCutter, SectionSurface, StepSign, chip_area};

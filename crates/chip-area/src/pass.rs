@@ -7,6 +7,7 @@ use crate::rim::Rim;
 use crate::section::SectionSurface;
 use crate::slab::{Border, Cut, Layer};
 use crate::tool_section::{Contact, PARALLEL, ToolSection};
+use crate::turned::BesideTurned;
 
 /// End of a cutter; above it the flute goes on along the axis without end.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,7 +23,7 @@ pub struct CutterEnd {
 pub enum Beside {
     /// Stock without end.
     Stock,
-    /// The same cutter has passed there, with its axis parallel to this one.
+    /// The same cutter has passed there, with its axis as [`NeighbourAxis`] says.
     Cut {
         /// Distance of the CC points along the surface (lf), mm.
         step_over: f64,
@@ -68,6 +69,16 @@ impl Orientation {
     }
 }
 
+/// Axis of the neighbouring passes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum NeighbourAxis {
+    /// Parallel to that of this pass: three axes, or CHIP's sections.
+    #[default]
+    Parallel,
+    /// With the same lead and lean against the normal at its own CC point, as five axes cut a curved surface.
+    Turned,
+}
+
 /// Section across the feed through a pass and its neighbours.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PassSection {
@@ -77,8 +88,10 @@ pub struct PassSection {
     pub surface: SectionSurface,
     /// The stock around the pass.
     pub engagement: Engagement,
-    /// The axis of this pass and of its neighbours, against the surface normal of this pass.
+    /// The axis of this pass.
     pub orientation: Orientation,
+    /// The axis of its neighbours.
+    pub neighbour_axis: NeighbourAxis,
 }
 
 /// How an area was computed.
@@ -90,6 +103,8 @@ pub enum Method {
     /// The rim is seen as an ellipse, offset by the corner: areas under it by formula (with the elliptic integral of its
     /// length), its crossings by bracketed iteration to the last digits.
     IteratedCrossings,
+    /// Integrated over heights above the surface: neighbours on a curved surface whose axis has turned with it.
+    Quadrature,
 }
 
 /// Section area of a chip.
@@ -99,7 +114,8 @@ pub struct ChipArea {
     pub area: f64,
     /// How it was computed.
     pub method: Method,
-    /// The area is not farther than this from the exact one, mm²: rounding, and what is left of the iteration.
+    /// The area is not farther than this from the exact one, mm²: rounding, and what is left of the iteration. Of a
+    /// quadrature it is an estimate, the difference of Kronrod's and Gauss's rules summed over all parts.
     pub error_bound: f64,
 }
 
@@ -123,6 +139,7 @@ pub struct ChipArea {
 ///     surface: SectionSurface::Plane,
 ///     engagement: Engagement { depth_of_cut: 2.0, left: Beside::Stock, right: Beside::Cut { step_over: 30.0 } },
 ///     orientation: Orientation { lead: 5f64.to_radians(), lean: 0.0 },
+///     neighbour_axis: NeighbourAxis::Parallel,
 /// };
 /// let chip = chip_of_pass(&section)?;
 /// assert!(chip.area > 50.0 && chip.area < 60.0);
@@ -148,7 +165,12 @@ pub fn chip_of_pass(section: &PassSection) -> Result<ChipArea, PassError> {
         before: placed.before.map(|before| before.map(|(tool, _)| tool)),
         seed: Point2::origin(),
     };
-    Ok(ChipArea { area: cut.area(), method, error_bound: placed.error_bound(section) })
+    let rounding = placed.rounding(section);
+    if placed.turned == [None; 2] {
+        return Ok(ChipArea { area: cut.area(), method, error_bound: rounding });
+    }
+    let (area, estimate) = placed.area_beside_turned(section, cut);
+    Ok(ChipArea { area, method: Method::Quadrature, error_bound: estimate + 10.0 * rounding })
 }
 
 impl Beside {
@@ -173,7 +195,7 @@ impl Engagement {
 }
 
 fn check_values(section: &PassSection) -> Result<(), PassError> {
-    let PassSection { cutter, surface, engagement, orientation } = section;
+    let PassSection { cutter, surface, engagement, orientation, .. } = section;
     let surface_radius = surface.radius();
     let radii = [Some(("cutter.radius", cutter.radius)), surface_radius.map(|radius| ("surface.radius", radius))];
     let lengths = [
@@ -224,6 +246,9 @@ struct Placed {
     /// What is on the left and on the right.
     borders: [Option<Border>; 2],
     before: [Option<(ToolSection, Contact)>; 2],
+    /// Neighbours whose axis has turned: how far along the surface to the right.
+    turned: [Option<f64>; 2],
+    to_the_right: Vector2<f64>,
 }
 
 impl Placed {
@@ -239,10 +264,16 @@ impl Placed {
             tool: ToolSection::touching(rim, &contact, 0.0),
             borders: [None; 2],
             before: [None; 2],
+            turned: [None; 2],
+            to_the_right,
         };
-        for (i, (beside, toward)) in [(left, -to_the_right), (right, to_the_right)].into_iter().enumerate() {
+        // On a plane the axis does not turn.
+        let turns = section.neighbour_axis == NeighbourAxis::Turned && curvature != 0.0;
+        for (i, (beside, side)) in [(left, -1.0), (right, 1.0)].into_iter().enumerate() {
+            let toward = to_the_right * side;
             match beside {
                 Beside::Stock => {}
+                Beside::Cut { step_over } if turns => placed.turned[i] = Some(side * step_over),
                 Beside::Cut { step_over } => {
                     let there = contact.stepped(curvature, toward, step_over);
                     placed.before[i] = Some((ToolSection::touching(rim, &there, 0.0), there));
@@ -276,9 +307,29 @@ impl Placed {
         Ok(())
     }
 
+    fn area_beside_turned(&self, section: &PassSection, cut: Cut<'_>) -> (f64, f64) {
+        // Of the area of a strip as deep as the stock and as wide as the step.
+        const ACCURACY: f64 = 1e-7;
+        let Engagement { depth_of_cut, left, right } = section.engagement;
+        let end = |beside| match beside {
+            Beside::Border { distance } => distance,
+            _ => f64::INFINITY,
+        };
+        let beside = BesideTurned {
+            cut,
+            normal: Vector2::new(-self.to_the_right.y, self.to_the_right.x),
+            to_the_right: self.to_the_right,
+            neighbours: self.turned,
+            ends: [-end(left), end(right)],
+        };
+        let step = self.turned.iter().flatten().map(|step| step.abs()).fold(f64::INFINITY, f64::min);
+        let strip = depth_of_cut * step.min(2.0 * self.tool.rim.half_width());
+        beside.area(depth_of_cut, ACCURACY * strip)
+    }
+
     /// Rounding of the integrals under the edges, each of the order of the extent of what is cut; the crossings, which
     /// are as exact as their x, count only by the square of their error.
-    fn error_bound(&self, section: &PassSection) -> f64 {
+    fn rounding(&self, section: &PassSection) -> f64 {
         let width = 2.0 * self.tool.rim.half_width();
         let height = width + section.engagement.depth_of_cut;
         1e-13 * width * height

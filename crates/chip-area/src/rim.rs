@@ -120,14 +120,14 @@ impl Rim {
         primitive(to) - primitive(from)
     }
 
-    /// x of all points that the outline with its middle at `center` has in common with a curve.
-    pub(crate) fn crossings(&self, center: Point2<f64>, curve: &LevelCurve, mut found: impl FnMut(f64)) {
+    /// All points that the outline with its middle at `center` has in common with a curve.
+    pub(crate) fn crossings(&self, center: Point2<f64>, curve: &LevelCurve, mut found: impl FnMut(Point2<f64>)) {
         let value = |w: f64| curve.value(&(center + self.at_turn(w).at));
         let mut from = [-PI, value(-PI)];
         for to in self.extreme_turns(center, curve).into_iter().flatten().chain([PI]) {
             let to = [to, value(to)];
             if (from[1] < 0.0) != (to[1] < 0.0) {
-                found(center.x + self.at_turn(root([from[0], to[0]], value)).at.x);
+                found(center + self.at_turn(root([from[0], to[0]], value)).at);
             }
             from = to;
         }

@@ -49,7 +49,7 @@ enum Edge {
 
 /// The points over `x` between two edges that do not cross there.
 #[derive(Clone, Copy, Debug)]
-struct Slab {
+pub(crate) struct Slab {
     x: [f64; 2],
     low: Edge,
     high: Edge,
@@ -116,7 +116,7 @@ impl Cut<'_> {
     ///
     /// Between two neighbouring crossings of the outlines the edges of every piece are the same curves all the way, so
     /// the decomposition is exact up to rounding, and equal or touching outlines only add slabs of no area.
-    fn piece(&self) -> Vec<Slab> {
+    pub(crate) fn piece(&self) -> Vec<Slab> {
         // What may be missing between two pieces that are one, relative to the tool's extent: rounding thins a piece
         // away where it touches the next. Larger, and neighbouring pieces run together; smaller, and rounding cuts a
         // chip.
@@ -153,10 +153,10 @@ impl Cut<'_> {
             extremes.flatten().for_each(&mut add);
         }
         self.tool.kinks().into_iter().flatten().for_each(&mut add);
-        self.tool.crossings(&layer.stock, &mut add);
+        self.tool.crossings(&layer.stock, |p| add(p.x));
         for before in self.before.iter().flatten() {
             before.range().into_iter().chain(before.kinks().into_iter().flatten()).for_each(&mut add);
-            before.crossings(&layer.stock, &mut add);
+            before.crossings(&layer.stock, |p| add(p.x));
             self.tool.crossings_with(before, &mut add);
         }
         if let [Some(left), Some(right)] = &self.before {
@@ -181,8 +181,8 @@ impl Cut<'_> {
         {
             line.crossings(curve).into_iter().flatten().for_each(|p| add(p.x));
         }
-        self.tool.crossings(&line, &mut add);
-        self.before.iter().flatten().for_each(|before| before.crossings(&line, &mut add));
+        self.tool.crossings(&line, |p| add(p.x));
+        self.before.iter().flatten().for_each(|before| before.crossings(&line, |p| add(p.x)));
     }
 
     fn slabs_between(&self, x: [f64; 2], sides: usize, touch: f64, slabs: &mut Vec<Slab>) {
@@ -291,6 +291,14 @@ impl Cut<'_> {
             Edge::Before(i, form) => self.before[i].map_or(f64::INFINITY, |tool| tool.integral(x, form)),
             Edge::Border(_) => arc(0.0),
         }
+    }
+
+    /// Whether a point is in one of the slabs.
+    pub(crate) fn holds(&self, slabs: &[Slab], p: &Point2<f64>) -> bool {
+        slabs.iter().any(|slab| {
+            let [from, to] = slab.x;
+            from <= p.x && p.x <= to && self.y_at(slab.low, p.x) <= p.y && p.y <= self.y_at(slab.high, p.x)
+        })
     }
 
     fn area_of(&self, slab: &Slab) -> f64 {

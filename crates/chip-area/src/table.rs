@@ -11,6 +11,7 @@
 //! | `left`, `right` | what is there, seen along the feed: `stock`, `cut` or `border` |
 //! | `left_mm`, `right_mm` | step-over of `cut`, distance of `border`; empty for `stock` |
 //! | `lead_deg`, `lean_deg` | axis along and across the feed (toward the left); 0 where empty or without the column |
+//! | `neighbour_axis` | of the passes at `cut`: `parallel` to this one's, or `turned` with the surface; `parallel` where empty |
 //! | `name` | a text of your own |
 //!
 //! `surface_radius_mm`, `left_mm` and `right_mm` may be left out where no line needs them. Cells may stand in quotation
@@ -26,7 +27,9 @@
 //! # Ok::<(), facemill_chip_area::table::TableError>(())
 //! ```
 
-use crate::pass::{Beside, ChipArea, CutterEnd, Engagement, Method, Orientation, PassSection, chip_of_pass};
+use crate::pass::{
+    Beside, ChipArea, CutterEnd, Engagement, Method, NeighbourAxis, Orientation, PassSection, chip_of_pass,
+};
 use crate::pass_error::PassError;
 use crate::section::SectionSurface;
 pub use crate::table_error::TableError;
@@ -53,10 +56,23 @@ const RIGHT: &str = "right";
 const RIGHT_MM: &str = "right_mm";
 const LEAD: &str = "lead_deg";
 const LEAN: &str = "lean_deg";
+const NEIGHBOUR_AXIS: &str = "neighbour_axis";
 const NAME: &str = "name";
 
-const COLUMNS: [&str; 11] =
-    [RADIUS, CORNER_RADIUS, SURFACE, SURFACE_RADIUS, DEPTH_OF_CUT, LEFT, LEFT_MM, RIGHT, RIGHT_MM, LEAD, LEAN];
+const COLUMNS: [&str; 12] = [
+    RADIUS,
+    CORNER_RADIUS,
+    SURFACE,
+    SURFACE_RADIUS,
+    DEPTH_OF_CUT,
+    LEFT,
+    LEFT_MM,
+    RIGHT,
+    RIGHT_MM,
+    LEAD,
+    LEAN,
+    NEIGHBOUR_AXIS,
+];
 const REQUIRED: [&str; 6] = [RADIUS, CORNER_RADIUS, SURFACE, DEPTH_OF_CUT, LEFT, RIGHT];
 
 /// The chip areas of all cases of a table, in its order.
@@ -87,8 +103,8 @@ pub fn chips_of_table(text: &str) -> Result<Vec<TableRow>, TableError> {
         .collect()
 }
 
-/// The table with three more columns: `area_mm2`, `error_bound_mm2` and `method` (`closed-form` or
-/// `iterated-crossings`); comments and empty lines are kept.
+/// The table with three more columns: `area_mm2`, `error_bound_mm2` and `method` (`closed-form`,
+/// `iterated-crossings` or `quadrature`); comments and empty lines are kept.
 ///
 /// # Errors
 /// As [`chips_of_table`].
@@ -105,6 +121,7 @@ pub fn table_with_areas(text: &str) -> Result<String, TableError> {
             let method = match row.chip.method {
                 Method::ClosedForm => "closed-form",
                 Method::IteratedCrossings => "iterated-crossings",
+                Method::Quadrature => "quadrature",
             };
             out.push_str(&format!(",{},{:e},{method}", row.chip.area, row.chip.error_bound));
         }
@@ -198,6 +215,11 @@ impl Row<'_> {
                 right: self.beside(RIGHT, RIGHT_MM)?,
             },
             orientation: Orientation { lead: self.angle(LEAD)?, lean: self.angle(LEAN)? },
+            neighbour_axis: match self.cell(NEIGHBOUR_AXIS) {
+                "" | "parallel" => NeighbourAxis::Parallel,
+                "turned" => NeighbourAxis::Turned,
+                text => return Err(self.unknown(NEIGHBOUR_AXIS, text, "parallel, turned")),
+            },
         })
     }
 

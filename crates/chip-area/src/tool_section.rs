@@ -135,14 +135,14 @@ impl ToolSection {
         [arc(-1.0, [low, low + corner]), flat(), arc(1.0, [high - corner, high])]
     }
 
-    /// x of all points that its outline has in common with a curve, and perhaps others.
-    pub(crate) fn crossings(&self, curve: &LevelCurve, mut found: impl FnMut(f64)) {
+    /// All points that its outline has in common with a curve, and perhaps others of the curve.
+    pub(crate) fn crossings(&self, curve: &LevelCurve, mut found: impl FnMut(Point2<f64>)) {
         if self.rim.squash != 0.0 {
             return self.rim.crossings(self.center, curve, found);
         }
         for piece in self.pieces().iter().flatten() {
             let crossings = piece.curve.crossings(curve).into_iter().flatten();
-            crossings.filter(|p| piece.may_hold(p)).for_each(|p| found(p.x));
+            crossings.filter(|p| piece.may_hold(p)).for_each(&mut found);
         }
     }
 
@@ -178,6 +178,19 @@ impl ToolSection {
                 crossings.filter(|p| piece.may_hold(p) && its.may_hold(p)).for_each(|p| found(p.x));
             }
         }
+    }
+
+    /// All points of a curve on its flanks, the flute's sides.
+    pub(crate) fn flank_crossings(&self, curve: &LevelCurve, mut found: impl FnMut(Point2<f64>)) {
+        for x in self.range() {
+            let crossings = LevelCurve::line(Vector2::x(), x).crossings(curve);
+            crossings.into_iter().flatten().filter(|p| p.y >= self.center.y).for_each(&mut found);
+        }
+    }
+
+    pub(crate) fn contains(&self, p: &Point2<f64>) -> bool {
+        let [low, high] = self.range();
+        low <= p.x && p.x <= high && self.y_at(p.x, self.form_over(p.x)) <= p.y
     }
 
     /// The least value of a concave part's curve on the outline: negative where the tool is below the surface.

@@ -3,8 +3,8 @@
 use std::f64::consts::FRAC_PI_2;
 
 use facemill_chip_area::{
-    Beside, ChipSection, CutterEnd, Engagement, Method, Orientation, PassError, PassSection, Pose, SectionCutter,
-    SectionSurface, StepSign, chip_area, chip_of_pass,
+    Beside, ChipSection, CutterEnd, Engagement, Method, NeighbourAxis, Orientation, PassError, PassSection, Pose,
+    SectionCutter, SectionSurface, StepSign, chip_area, chip_of_pass,
 };
 
 mod kit;
@@ -33,6 +33,7 @@ fn sections() -> Vec<PassSection> {
                     surface,
                     engagement: Engagement { depth_of_cut: 2.0, left: Beside::Stock, right: cut(1.5) },
                     orientation: Orientation { lead, lean },
+                    neighbour_axis: NeighbourAxis::Parallel,
                 });
             }
         }
@@ -96,6 +97,7 @@ fn chips_sections_are_those_of_a_pass() {
                         surface,
                         engagement: Engagement { depth_of_cut: 2.0, left, right },
                         orientation: Orientation { lead: 0.0, lean },
+                        neighbour_axis: NeighbourAxis::Parallel,
                     };
                     let Ok(exact) = chip_area(&chip) else { continue };
                     assert!((area(&pass) - exact).abs() < 1e-12, "{pass:?}: {}, {exact}", area(&pass));
@@ -277,6 +279,7 @@ fn a_step_as_wide_as_the_cutter_leaves_full_stock() {
         surface: SectionSurface::Plane,
         engagement: Engagement { depth_of_cut: 2.0, left: Beside::Stock, right: Beside::Stock },
         orientation: Orientation { lead: 0.2, lean: 0.0 },
+        neighbour_axis: NeighbourAxis::Parallel,
     };
     let full = area(&base);
     assert!((area(&engaged(&base, 2.0, Beside::Stock, cut(12.0 - 1e-9))) - full).abs() < 1e-8);
@@ -302,6 +305,7 @@ fn a_leading_disc_cuts_the_squashed_chip_of_a_ball_to_the_error_bound() {
                 right: cut(step_over),
             },
             orientation: Orientation { lead, lean: 0.0 },
+            neighbour_axis: NeighbourAxis::Parallel,
         };
         let lead = random.within(0.01, 1.5);
         let chip = chip_of_pass(&section(lead)).unwrap();
@@ -324,6 +328,7 @@ fn bad_values_are_refused_by_their_field() {
         surface: SectionSurface::Concave { radius: 30.0 },
         engagement: Engagement { depth_of_cut: 2.0, left: Beside::Border { distance: 3.0 }, right: cut(1.5) },
         orientation: Orientation { lead: 0.4, lean: 0.3 },
+        neighbour_axis: NeighbourAxis::Parallel,
     };
     assert!(chip_of_pass(&good).is_ok());
     let refused = |change: &dyn Fn(&mut PassSection)| chip_of_pass(&with(&good, |s| change(s))).unwrap_err();

@@ -1,7 +1,9 @@
 //! Tables of cases.
 
 use facemill_chip_area::table::{TableError, chips_of_table, table_with_areas};
-use facemill_chip_area::{Beside, CutterEnd, Engagement, Orientation, PassSection, SectionSurface, chip_of_pass};
+use facemill_chip_area::{
+    Beside, CutterEnd, Engagement, NeighbourAxis, Orientation, PassSection, SectionSurface, chip_of_pass,
+};
 
 const HEADER: &str = "radius_mm,corner_radius_mm,surface,surface_radius_mm,depth_of_cut_mm,left,left_mm,right,right_mm,lead_deg,lean_deg";
 
@@ -23,6 +25,7 @@ fn a_line_is_the_section_it_says() {
             right: Beside::Cut { step_over: 30.0 },
         },
         orientation: Orientation { lead: 0.0, lean: -5f64.to_radians() },
+        neighbour_axis: NeighbourAxis::Parallel,
     };
     assert_eq!(rows.len(), 1);
     assert_eq!((rows[0].line, rows[0].section), (4, section));

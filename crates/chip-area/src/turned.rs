@@ -1,0 +1,89 @@
+use nalgebra::{Point2, Vector2};
+
+use crate::level_curve::LevelCurve;
+use crate::quadrature::integral;
+use crate::slab::{Cut, Slab};
+use crate::tool_section::Contact;
+
+/// A cut beside passes whose tool is this one, turned about the centre of the surface.
+///
+/// At every height over the surface the stock is an arc of a concentric circle. The tool holds pieces of it, and a
+/// neighbour the same pieces, moved by the step along the surface: what is left has a length in closed form but for the
+/// crossings of arc and outline, and the area is the integral of lengths over heights.
+pub(crate) struct BesideTurned<'a> {
+    /// What this pass cuts where nothing has been cut before.
+    pub(crate) cut: Cut<'a>,
+    /// Outward normal at the CC point.
+    pub(crate) normal: Vector2<f64>,
+    /// Along the surface to the right.
+    pub(crate) to_the_right: Vector2<f64>,
+    /// How far along the surface to the right the neighbours are.
+    pub(crate) neighbours: [Option<f64>; 2],
+    /// Ends of the stock along the surface to the right.
+    pub(crate) ends: [f64; 2],
+}
+
+/// From where to where along the surface.
+type Interval = [f64; 2];
+
+impl BesideTurned<'_> {
+    /// The area and the estimate of its error, mm²; it is asked to be `accuracy`.
+    pub(crate) fn area(&self, depth: f64, accuracy: f64) -> (f64, f64) {
+        let piece = self.cut.piece();
+        // The arcs begin with the root of the height, so that its root is what they are smooth in.
+        let length = |root: f64| {
+            let height = depth * root * root;
+            let stretch = 1.0 + self.cut.layer.curvature * height;
+            2.0 * depth * root * stretch * self.length(height, &piece)
+        };
+        integral(length, accuracy)
+    }
+
+    /// Length of what is left at a height, along the surface.
+    fn length(&self, height: f64, piece: &[Slab]) -> f64 {
+        let held = self.held(height);
+        let in_piece = |[from, to]: &Interval| {
+            // On a plane or a convex surface all that the tool holds hangs together.
+            self.cut.layer.curvature >= 0.0 || self.cut.holds(piece, &self.point(0.5 * (from + to), height))
+        };
+        let [left_end, right_end] = self.ends;
+        let own = held.iter().map(|[from, to]| [from.max(left_end), to.min(right_end)]);
+        let mut left: Vec<Interval> = own.filter(|[from, to]| from < to).filter(in_piece).collect();
+        for step in self.neighbours.into_iter().flatten() {
+            for cut in &held {
+                left = left.iter().flat_map(|rest| without(*rest, [cut[0] + step, cut[1] + step])).collect();
+            }
+        }
+        left.iter().map(|[from, to]| to - from).sum()
+    }
+
+    /// What the tool holds of the arc at a height.
+    fn held(&self, height: f64) -> Vec<Interval> {
+        let arc = LevelCurve::offset_of_surface(self.cut.layer.curvature, self.normal, height);
+        let mut borders = Vec::with_capacity(8);
+        self.cut.tool.crossings(&arc, |p| borders.push(self.place(&p)));
+        self.cut.tool.flank_crossings(&arc, |p| borders.push(self.place(&p)));
+        borders.sort_unstable_by(f64::total_cmp);
+        let pairs = borders.windows(2).map(|pair| [pair[0], pair[1]]);
+        pairs.filter(|[from, to]| self.cut.tool.contains(&self.point(0.5 * (from + to), height))).collect()
+    }
+
+    /// Where along the surface to the right a point is.
+    fn place(&self, p: &Point2<f64>) -> f64 {
+        let k = self.cut.layer.curvature;
+        let (along, up) = (p.coords.dot(&self.to_the_right), p.coords.dot(&self.normal));
+        (k.abs() * along).atan2(1.0 + k * up) / k.abs()
+    }
+
+    fn point(&self, place: f64, height: f64) -> Point2<f64> {
+        let contact = Contact { point: Point2::origin(), normal: self.normal };
+        let there = contact.stepped(self.cut.layer.curvature, self.to_the_right, place);
+        there.point + there.normal * height
+    }
+}
+
+/// What is left of an interval beside another.
+fn without([from, to]: Interval, [cut_from, cut_to]: Interval) -> impl Iterator<Item = Interval> {
+    let rest = [[from, to.min(cut_from)], [from.max(cut_to), to]];
+    rest.into_iter().filter(|[from, to]| from < to)
+}
