@@ -157,10 +157,10 @@ impl Cut<'_> {
         for before in self.before.iter().flatten() {
             before.range().into_iter().chain(before.kinks().into_iter().flatten()).for_each(&mut add);
             before.crossings(&layer.stock, |p| add(p.x));
-            self.tool.crossings_with(before, &mut add);
+            self.tool.crossing_with(before).into_iter().for_each(&mut add);
         }
         if let [Some(left), Some(right)] = &self.before {
-            left.crossings_with(right, &mut add);
+            left.crossing_with(right).into_iter().for_each(&mut add);
         }
         for border in self.borders.iter().flatten() {
             self.border_cuts(border, &mut add);
@@ -194,8 +194,11 @@ impl Cut<'_> {
         }
         let y_bottom = self.y_at(bottom, middle);
         for (low, high) in layer_over(middle, self.layer).into_iter().take(sides).flatten() {
-            let (mut low, mut y_low) = (low, self.y_at(low, middle));
             let (mut high, mut y_high) = (high, self.y_at(high, middle));
+            if y_bottom > y_high + touch {
+                continue;
+            }
+            let (mut low, mut y_low) = (low, self.y_at(low, middle));
             if y_bottom > y_low {
                 (low, y_low) = (bottom, y_bottom);
             }

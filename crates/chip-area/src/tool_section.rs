@@ -119,20 +119,26 @@ impl ToolSection {
         self.center + Vector2::new(side * self.rim.rim, 0.0)
     }
 
-    /// Lines and circles whose parts are the outline of a tool with its axis in the section plane.
+    /// The line or circle that its outline is a part of where it has this form.
+    fn curve(&self, form: Form) -> LevelCurve {
+        match form {
+            Form::Left => LevelCurve::circle(self.corner(-1.0), self.rim.corner),
+            Form::Right => LevelCurve::circle(self.corner(1.0), self.rim.corner),
+            Form::Flat | Form::Seen => LevelCurve::horizontal(self.center.y - self.rim.corner),
+        }
+    }
+
+    /// Forms of the outline of a tool with its axis in the section plane, and where they begin and end.
     fn pieces(&self) -> [Option<Piece>; 3] {
         let ([low, high], Rim { rim, corner, .. }) = (self.range(), self.rim);
         let top = self.center.y + 1e-9 * (high - low);
-        let piece = |curve, range| Some(Piece { curve, range, top });
-        let flat = || piece(LevelCurve::horizontal(self.center.y - corner), [low + corner, high - corner]);
-        if rim == 0.0 {
-            return [piece(LevelCurve::circle(self.center, corner), [low, high]), None, None];
+        let piece = |form, range| Some(Piece { curve: self.curve(form), range, top });
+        let flat = || piece(Form::Flat, [low + corner, high - corner]);
+        match (rim > 0.0, corner > 0.0) {
+            (false, _) => [piece(Form::Right, [low, high]), None, None],
+            (true, false) => [flat(), None, None],
+            (true, true) => [piece(Form::Left, [low, low + corner]), flat(), piece(Form::Right, [high - corner, high])],
         }
-        if corner == 0.0 {
-            return [flat(), None, None];
-        }
-        let arc = |side: f64, range| piece(LevelCurve::circle(self.corner(side), corner), range);
-        [arc(-1.0, [low, low + corner]), flat(), arc(1.0, [high - corner, high])]
     }
 
     /// All points that its outline has in common with a curve, and perhaps others of the curve.
@@ -146,38 +152,62 @@ impl ToolSection {
         }
     }
 
-    /// x of all points that its outline has in common with that of the same tool elsewhere, and perhaps others.
-    pub(crate) fn crossings_with(&self, other: &Self, mut found: impl FnMut(f64)) {
+    /// x of the point that its outline has in common with that of the same tool elsewhere: the slopes of a convex outline
+    /// grow with x, so that the distance of one that is moved sideways grows or falls all the way.
+    pub(crate) fn crossing_with(&self, other: &Self) -> Option<f64> {
         let (own, its) = (self.range(), other.range());
         let common = [own[0].max(its[0]), own[1].min(its[1])];
         if common[0] >= common[1] {
-            return;
+            return None;
         }
-        if self.rim.squash != 0.0 {
-            // The slopes of a convex outline grow with x, so the distance of one that is moved sideways grows or falls
-            // all the way.
-            let at = |tool: &Self, x: f64| tool.rim.over(x - tool.center.x);
-            let apart = |x: f64| {
-                let (p, q) = (at(self, x), at(other, x));
-                (self.center.y - other.center.y + p.at.y - q.at.y, p.slope() - q.slope())
-            };
-            let (left, right) = (apart(common[0]).0, apart(common[1]).0);
-            if (left < 0.0) != (right < 0.0) {
-                let sign = if right < 0.0 { -1.0 } else { 1.0 };
-                let extent = own[1] - own[0] + (self.center.y - other.center.y).abs();
-                found(newton_root(common, 4.0 * f64::EPSILON * extent, |x| {
-                    let (apart, slope) = apart(x);
-                    (sign * apart, sign * slope)
-                }));
+        if self.rim.squash == 0.0 { self.crossing_in_plane(other, common) } else { self.crossing_seen(other, common) }
+    }
+
+    /// Of two outlines of lines and circles: between two neighbouring kinks each is one of them.
+    fn crossing_in_plane(&self, other: &Self, common: [f64; 2]) -> Option<f64> {
+        let apart = |x: f64| self.y_at(x, self.form_over(x)) - other.y_at(x, other.form_over(x));
+        let mut from = common[0];
+        let mut below = apart(from) < 0.0;
+        let [mut own, mut its] = [self.kinks(), other.kinks()].map(|kinks| kinks.into_iter().flatten().peekable());
+        loop {
+            own.next_if(|x| *x <= from);
+            its.next_if(|x| *x <= from);
+            let next = own.peek().copied().unwrap_or(f64::INFINITY).min(its.peek().copied().unwrap_or(f64::INFINITY));
+            let to = next.min(common[1]);
+            let is_below = apart(to) < 0.0;
+            if below != is_below {
+                let middle = 0.5 * (from + to);
+                let (a, b) = (self.curve(self.form_over(middle)), other.curve(other.form_over(middle)));
+                // Circles also cross above the middles of the rims.
+                let top = self.center.y.min(other.center.y);
+                let miss = |p: &Point2<f64>| (from - p.x).max(p.x - to).max(p.y - top);
+                let points = a.crossings(&b).into_iter().flatten();
+                return points.min_by(|p, q| miss(p).total_cmp(&miss(q))).map(|p| p.x.clamp(from, to));
             }
-            return;
-        }
-        for piece in self.pieces().iter().flatten().filter(|piece| piece.overlaps(&common)) {
-            for its in other.pieces().iter().flatten().filter(|its| its.overlaps(&piece.range)) {
-                let crossings = piece.curve.crossings(&its.curve).into_iter().flatten();
-                crossings.filter(|p| piece.may_hold(p) && its.may_hold(p)).for_each(|p| found(p.x));
+            if to >= common[1] {
+                return None;
             }
+            (from, below) = (to, is_below);
         }
+    }
+
+    fn crossing_seen(&self, other: &Self, common: [f64; 2]) -> Option<f64> {
+        let at = |tool: &Self, x: f64| tool.rim.over(x - tool.center.x);
+        let apart = |x: f64| {
+            let (p, q) = (at(self, x), at(other, x));
+            (self.center.y - other.center.y + p.at.y - q.at.y, p.slope() - q.slope())
+        };
+        let (left, right) = (apart(common[0]).0, apart(common[1]).0);
+        if (left < 0.0) == (right < 0.0) {
+            return None;
+        }
+        let sign = if right < 0.0 { -1.0 } else { 1.0 };
+        let extent = 2.0 * self.rim.half_width() + (self.center.y - other.center.y).abs();
+        let growing = |x: f64| {
+            let (apart, slope) = apart(x);
+            (sign * apart, sign * slope)
+        };
+        Some(newton_root(common, 4.0 * f64::EPSILON * extent, growing))
     }
 
     /// All points of a curve on its flanks, the flute's sides.
@@ -230,10 +260,6 @@ impl Piece {
     fn may_hold(&self, p: &Point2<f64>) -> bool {
         let slack = 1e-9 * (self.range[1] - self.range[0]);
         self.range[0] - slack <= p.x && p.x <= self.range[1] + slack && p.y <= self.top
-    }
-
-    fn overlaps(&self, range: &[f64; 2]) -> bool {
-        self.range[0] <= range[1] && range[0] <= self.range[1]
     }
 }
 
