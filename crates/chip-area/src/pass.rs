@@ -194,35 +194,49 @@ impl Engagement {
     }
 }
 
-fn check_values(section: &PassSection) -> Result<(), PassError> {
+/// Fields of a section with their values; what is not there has a value that is good.
+fn fields(section: &PassSection) -> [(&'static str, f64, Rule); 8] {
     let PassSection { cutter, surface, engagement, orientation, .. } = section;
-    let surface_radius = surface.radius();
-    let radii = [Some(("cutter.radius", cutter.radius)), surface_radius.map(|radius| ("surface.radius", radius))];
-    let lengths = [
-        Some(("cutter.corner_radius", cutter.corner_radius)),
-        Some(("engagement.depth_of_cut", engagement.depth_of_cut)),
-    ];
-    let distances = engagement.distances();
-    let angles = [("orientation.lead", orientation.lead), ("orientation.lean", orientation.lean)];
-    let lengths = || lengths.into_iter().chain(distances).flatten();
-    let mut all = radii.into_iter().flatten().chain(lengths()).chain(angles);
-    if let Some((field, value)) = all.find(|(_, value)| !value.is_finite()) {
-        return Err(PassError::NotFinite { field, value });
+    let [(left, to_left), (right, to_right)] = engagement.distances().map(|distance| distance.unwrap_or(("", 0.0)));
+    [
+        ("cutter.radius", cutter.radius, Rule::Positive),
+        ("cutter.corner_radius", cutter.corner_radius, Rule::NotNegative),
+        ("surface.radius", surface.radius().unwrap_or(1.0), Rule::Positive),
+        ("engagement.depth_of_cut", engagement.depth_of_cut, Rule::NotNegative),
+        (left, to_left, Rule::NotNegative),
+        (right, to_right, Rule::NotNegative),
+        ("orientation.lead", orientation.lead, Rule::Acute),
+        ("orientation.lean", orientation.lean, Rule::Acute),
+    ]
+}
+
+/// What a value must be.
+#[derive(Clone, Copy)]
+enum Rule {
+    Positive,
+    NotNegative,
+    /// An angle between −90° and 90°.
+    Acute,
+}
+
+fn check_values(section: &PassSection) -> Result<(), PassError> {
+    for (field, value, rule) in fields(section) {
+        match rule {
+            _ if !value.is_finite() => return Err(PassError::NotFinite { field, value }),
+            Rule::Positive if value <= 0.0 => return Err(PassError::NotPositive { field, value }),
+            Rule::NotNegative if value < 0.0 => return Err(PassError::Negative { field, value }),
+            Rule::Acute if value.abs() >= FRAC_PI_2 - PARALLEL => {
+                return Err(PassError::AxisNotAbove { field, value });
+            }
+            _ => {}
+        }
     }
-    if let Some((field, value)) = radii.into_iter().flatten().find(|(_, value)| *value <= 0.0) {
-        return Err(PassError::NotPositive { field, value });
-    }
-    if let Some((field, value)) = lengths().find(|(_, value)| *value < 0.0) {
-        return Err(PassError::Negative { field, value });
-    }
-    if let Some((field, value)) = angles.into_iter().find(|(_, value)| value.abs() >= FRAC_PI_2 - PARALLEL) {
-        return Err(PassError::AxisNotAbove { field, value });
-    }
+    let PassSection { cutter, surface, engagement, .. } = section;
     let CutterEnd { radius, corner_radius } = *cutter;
     if corner_radius > radius {
         return Err(PassError::CornerTooLarge { corner_radius, radius });
     }
-    let Some(surface_radius) = surface_radius else { return Ok(()) };
+    let Some(surface_radius) = surface.radius() else { return Ok(()) };
     if surface.curvature() < 0.0 {
         let depth_of_cut = engagement.depth_of_cut;
         if corner_radius >= surface_radius {
@@ -232,7 +246,7 @@ fn check_values(section: &PassSection) -> Result<(), PassError> {
             return Err(PassError::DepthReachesCentre { depth_of_cut, surface_radius });
         }
     }
-    match distances.into_iter().flatten().find(|(_, value)| *value >= FRAC_PI_2 * surface_radius) {
+    match engagement.distances().into_iter().flatten().find(|(_, value)| *value >= FRAC_PI_2 * surface_radius) {
         Some((field, value)) => Err(PassError::TooFarAround { field, value, surface_radius }),
         None => Ok(()),
     }

@@ -128,8 +128,13 @@ impl Cut<'_> {
             self.slabs_between([x[0], x[1]], sides, touch, &mut slabs);
         }
         // On a plane or a convex surface the tool is above the tangent, so that it cuts a convex piece of everything
-        // below the stock's surface, and all of that is stock.
-        if self.layer.curvature >= 0.0 { slabs } else { self.connected(slabs, touch) }
+        // below the stock's surface, and all of that is stock. Slabs of the near side without a gap are one piece too.
+        let gap = |pair: &[Slab]| pair[0].x[1] != pair[1].x[0] || pair[1].y[0] >= pair[1].y[1];
+        if self.layer.curvature >= 0.0 || (sides == 1 && !slabs.windows(2).any(gap)) {
+            slabs
+        } else {
+            self.connected(slabs, touch)
+        }
     }
 
     /// x of the CC point; a corner that touches there is beside it by rounding.

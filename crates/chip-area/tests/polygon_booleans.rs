@@ -153,7 +153,7 @@ fn gouge_area(section: &ChipSection, pose: &Pose) -> f64 {
 fn the_closed_form_is_the_area_of_the_polygons() {
     let mut random = Random(11);
     let (mut compared, mut refused) = (0, 0);
-    while compared < 400 {
+    while compared < 200 {
         let section = random.section();
         match chip_area(&section) {
             Ok(area) => {
@@ -172,7 +172,7 @@ fn the_closed_form_is_the_area_of_the_polygons() {
 fn a_position_is_refused_exactly_where_its_polygon_is_below_the_surface() {
     let mut random = Random(12);
     let (mut free, mut below, mut flutes) = (0, 0, 0);
-    while free + below < 400 {
+    while free + below < 300 {
         let section = random.section();
         let verdict = chip_area(&section);
         let expected = match verdict {
@@ -198,5 +198,5 @@ fn a_position_is_refused_exactly_where_its_polygon_is_below_the_surface() {
         let above = |p: &Pose| p.normal[0] * axis[0] + p.normal[1] * axis[1] > 0.0;
         flutes += u32::from(expected && poses.iter().all(above));
     }
-    assert!(free > 40 && below > 40 && flutes > 10, "{free} free, {below} below, {flutes} at the far side");
+    assert!(free > 20 && below > 20 && flutes > 5, "{free} free, {below} below, {flutes} at the far side");
 }
