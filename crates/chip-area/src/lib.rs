@@ -1,36 +1,47 @@
 //! Section area of the chip across the feed, which times the feed is the removal rate.
 //!
-//! [`chip_area`] answers for CHIP's sections: a flat or ball cutter on a plane, a convex or a concave surface, with the
-//! tool axis in the section plane, in closed form. [`chip_area_between_outlines`] answers for any cutter that has a
-//! lower outline across the feed, such as a face mill tilted along the feed, by quadrature to a given accuracy.
+//! [`chip_of_pass`] answers for a pass of a flat, ball or bull-nose cutter on a plane, a convex or a concave surface, its
+//! axis tilted across the feed, along it or both, between stock, borders and neighbouring passes. It says how it found the
+//! area, in closed form or not, and how far it may be off. [`table`] does the same for many cases as comma-separated values.
+//!
+//! [`chip_area`] takes CHIP's own sections, with the paper's angles. [`chip_area_between_outlines`] answers for any cutter
+//! that has a lower outline across the feed, by quadrature to a given accuracy.
 //!
 //! ```
-//! use facemill_chip_area::{ChipSection, SectionCutter, SectionSurface, StepSign, chip_area};
-//!
-//! // CHIP, table 3: ball of radius 6 on a convex surface of radius 20, leaning by 10° to the left.
-//! let section = ChipSection {
-//!     cutter: SectionCutter::Ball { radius: 6.0 },
-//!     surface: SectionSurface::Convex { radius: 20.0 },
-//!     depth_of_cut: 2.0,
-//!     step_over: 1.0,
-//!     step_sign: StepSign::Positive,
-//!     alpha0: 45f64.to_radians(),
-//!     lean: -10f64.to_radians(),
+//! use facemill_chip_area::{
+//!     Beside, CutterEnd, Engagement, Method, NeighbourAxis, Orientation, PassSection, SectionSurface, chip_of_pass,
 //! };
-//! let area = chip_area(&section)?;
-//! assert!((area - 2.0774).abs() < 1e-4);
-//! # Ok::<(), facemill_chip_area::ChipAreaError>(())
+//!
+//! // CHIP, table 3: ball of radius 6 on a convex surface of radius 20, whose axis is vertical but for 10°, 45° down the
+//! // side; the second position is 1 mm farther up to the left, so that the first is its neighbour on the right.
+//! let turn = (1.0 / 20.0f64).to_degrees();
+//! let section = PassSection {
+//!     cutter: CutterEnd { radius: 6.0, corner_radius: 6.0 },
+//!     surface: SectionSurface::Convex { radius: 20.0 },
+//!     engagement: Engagement {
+//!         depth_of_cut: 2.0,
+//!         left: Beside::Stock,
+//!         right: Beside::Cut { step_over: 1.0 },
+//!     },
+//!     orientation: Orientation { lead: 0.0, lean: (45.0 - turn + 10.0).to_radians() },
+//!     neighbour_axis: NeighbourAxis::Parallel,
+//! };
+//! let chip = chip_of_pass(&section)?;
+//! assert_eq!(chip.method, Method::ClosedForm);
+//! assert!((chip.area - 2.0774).abs() < 1e-4);
+//! # Ok::<(), facemill_chip_area::PassError>(())
 //! ```
 //!
-//! Lengths are mm, angles rad, areas mm². The section plane has x to the right and y up; what a value means there, and
-//! what is an error, [`ChipSection`] and [`ChipAreaError`] say. It must not know machines or meshes.
+//! Lengths are mm, angles rad, areas mm². `docs/chip-area.md` derives every case. It must not know machines or meshes.
 
 mod elliptic;
 mod error;
 mod level_curve;
 mod outline;
 mod pass;
+mod pass_check;
 mod pass_error;
+mod placed;
 mod quadrature;
 mod rim;
 mod section;

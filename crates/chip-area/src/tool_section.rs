@@ -223,26 +223,45 @@ impl ToolSection {
         low <= p.x && p.x <= high && self.y_at(p.x, self.form_over(p.x)) <= p.y
     }
 
-    /// The least value of a concave part's curve on the outline: negative where the tool is below the surface.
-    pub(crate) fn least_value(&self, part: &LevelCurve) -> f64 {
+    /// The ends and kinks of its outline, and all points between them where the outline is parallel to a curve's family:
+    /// from one to the next the distance from the curve grows or falls all the way.
+    pub(crate) fn extremes(&self, curve: &LevelCurve, mut found: impl FnMut(Point2<f64>)) {
         let Rim { rim, corner, squash } = self.rim;
-        let half = rim + corner;
-        let mut least = f64::INFINITY;
-        let mut at = |off: Vector2<f64>| least = least.min(part.value(&(self.center + off)));
-        at(Vector2::new(-half, 0.0));
-        at(Vector2::new(half, 0.0));
+        let mut at = |off: Vector2<f64>| found(self.center + off);
+        at(Vector2::new(-rim - corner, 0.0));
+        at(Vector2::new(rim + corner, 0.0));
         if squash != 0.0 {
-            let turns = self.rim.extreme_turns(self.center, part);
-            turns.into_iter().flatten().for_each(|turn| at(self.rim.at_turn(turn).at));
-            return least;
+            let turns = self.rim.extreme_turns(self.center, curve);
+            return turns.into_iter().flatten().for_each(|turn| at(self.rim.at_turn(turn).at));
         }
         for side in [-1.0, 1.0] {
             at(Vector2::new(side * rim, -corner));
-            let down = -part.gradient(&self.corner(side)).normalize();
-            if down.x * side >= 0.0 && down.y <= 0.0 {
-                at(Vector2::new(side * rim, 0.0) + down * corner);
+            let normal = curve.gradient(&self.corner(side)).normalize();
+            for out in [normal, -normal] {
+                if out.x * side >= 0.0 && out.y <= 0.0 {
+                    at(Vector2::new(side * rim, 0.0) + out * corner);
+                }
             }
         }
+        let foot = -curve.gradient(&self.center).x / curve.k();
+        if foot.abs() < rim {
+            at(Vector2::new(foot, -corner));
+        }
+    }
+
+    /// The points of its flanks where they are parallel to a curve's family.
+    pub(crate) fn flank_extremes(&self, curve: &LevelCurve) -> [Option<Point2<f64>>; 2] {
+        self.range().map(|x| {
+            let end = Point2::new(x, self.center.y);
+            let up = -curve.gradient(&end).y / curve.k();
+            (up > 0.0 && up.is_finite()).then(|| end + Vector2::new(0.0, up))
+        })
+    }
+
+    /// The least value of a concave part's curve on the outline: negative where the tool is below the surface.
+    pub(crate) fn least_value(&self, part: &LevelCurve) -> f64 {
+        let mut least = f64::INFINITY;
+        self.extremes(part, |p| least = least.min(part.value(&p)));
         least
     }
 }

@@ -2,6 +2,7 @@ use nalgebra::{Point2, Vector2};
 
 use crate::level_curve::LevelCurve;
 use crate::quadrature::integral;
+use crate::rim::root;
 use crate::slab::{Cut, Slab};
 use crate::tool_section::Contact;
 
@@ -36,7 +37,59 @@ impl BesideTurned<'_> {
             let stretch = 1.0 + self.cut.layer.curvature * height;
             2.0 * depth * root * stretch * self.length(height, &piece)
         };
-        integral(length, accuracy)
+        integral(length, &self.breaks(depth), accuracy)
+    }
+
+    /// Roots of the shares of the depth at which the length has kinks, in order, from 0 to 1.
+    ///
+    /// Between the heights of the outline's extremes the tool holds the same number of intervals; what is held only in a
+    /// narrow band of heights is not missed so. Inside such a band there are kinks where an interval, or the gap between
+    /// two, is as long as the step to a neighbour, or to both, so that neighbours begin or end to overlap.
+    fn breaks(&self, depth: f64) -> Vec<f64> {
+        let part = &self.cut.layer.part;
+        let mut bands = vec![0.0, 1.0];
+        let mut add = |p: Point2<f64>| {
+            let value = part.value(&p);
+            let height = 2.0 * value / (1.0 + (1.0 + 2.0 * self.cut.layer.curvature * value).max(0.0).sqrt());
+            let root = (height / depth).max(0.0).sqrt();
+            if 0.0 < root && root < 1.0 {
+                bands.push(root);
+            }
+        };
+        self.cut.tool.extremes(part, &mut add);
+        self.cut.tool.flank_extremes(part).into_iter().flatten().for_each(&mut add);
+        bands.sort_unstable_by(f64::total_cmp);
+        bands.dedup();
+        let mut breaks = bands.clone();
+        for band in bands.windows(2) {
+            self.overlaps(depth, [band[0], band[1]], &mut breaks);
+        }
+        breaks.sort_unstable_by(f64::total_cmp);
+        breaks.dedup();
+        breaks
+    }
+
+    /// Where in a band of heights an interval or gap is as long as a step.
+    fn overlaps(&self, depth: f64, band: [f64; 2], breaks: &mut Vec<f64>) {
+        // At its very ends intervals begin and end.
+        let inset = 1e-9 * (band[1] - band[0]);
+        let ends = [band[0] + inset, band[1] - inset];
+        let lengths = |root: f64| -> Vec<f64> {
+            let held = self.held(depth * root * root);
+            held.iter().flatten().zip(held.iter().flatten().skip(1)).map(|(from, to)| to - from).collect()
+        };
+        let at_ends = ends.map(lengths);
+        if at_ends[0].len() != at_ends[1].len() {
+            return;
+        }
+        let [left, right] = self.neighbours.map(|step| step.map_or(0.0, f64::abs));
+        let [low, high] = at_ends;
+        for steps in [left, right, left + right] {
+            for (i, _) in low.iter().zip(&high).enumerate().filter(|(_, (a, b))| (**a < steps) != (**b < steps)) {
+                let longer = |at: f64| lengths(at).get(i).map_or(0.0, |length| length - steps);
+                breaks.push(root(ends, longer));
+            }
+        }
     }
 
     /// Length of what is left at a height, along the surface.

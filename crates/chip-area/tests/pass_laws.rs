@@ -322,6 +322,32 @@ fn a_leading_disc_cuts_the_squashed_chip_of_a_ball_to_the_error_bound() {
 }
 
 #[test]
+fn turned_neighbours_become_parallel_ones_on_the_plane_and_add_up_on_circles() {
+    for s in sections() {
+        let turned = |s: &PassSection| with(s, |s| s.neighbour_axis = NeighbourAxis::Turned);
+        let chip = chip_of_pass(&turned(&s)).unwrap();
+        if s.surface == SectionSurface::Plane {
+            assert_eq!(chip, chip_of_pass(&s).unwrap());
+            for radius in [1e3, 1e5, 1e8] {
+                for surface in [SectionSurface::Convex { radius }, SectionSurface::Concave { radius }] {
+                    let curved = chip_of_pass(&turned(&with(&s, |s| s.surface = surface))).unwrap();
+                    let bound = 300.0 / radius + curved.error_bound + chip.error_bound;
+                    assert!((curved.area - chip.area).abs() < bound, "{s:?} {surface:?}: {curved:?}, {chip:?}");
+                }
+            }
+        } else {
+            // The cutter turned about the centre cuts as much wherever it is: the strips on both sides are equal, and two
+            // steps are as much as one after the other.
+            let at = |left, right| chip_of_pass(&turned(&engaged(&s, 2.0, left, right))).unwrap();
+            let (left, far, both) = (at(cut(1.5), Beside::Stock), at(Beside::Stock, cut(3.0)), at(cut(1.5), cut(1.5)));
+            let bound = 4.0 * (chip.error_bound + left.error_bound + far.error_bound + both.error_bound);
+            assert!((left.area - chip.area).abs() < bound, "{s:?}: {left:?}, {chip:?}");
+            assert!((far.area + both.area - 2.0 * chip.area).abs() < bound, "{s:?}: {far:?}, {both:?}, {chip:?}");
+        }
+    }
+}
+
+#[test]
 fn bad_values_are_refused_by_their_field() {
     let good = PassSection {
         cutter: CutterEnd { radius: 6.0, corner_radius: 2.0 },

@@ -46,11 +46,17 @@ fn section(random: &mut Random) -> PassSection {
         let most = if random.one_in(4.0) { 0.1 } else { 1.2 * radius };
         random.within(0.0, most)
     };
-    let [left, right] = [0; 2].map(|_| match (4.0 * random.unit()) as u32 {
+    let [left, mut right] = [0; 2].map(|_| match (4.0 * random.unit()) as u32 {
         0 => Beside::Stock,
         1 => Beside::Border { distance: step_over(random) },
         _ => Beside::Cut { step_over: step_over(random) },
     });
+    if let (Beside::Cut { step_over: a }, Beside::Cut { step_over: b }) = (left, right)
+        && a.min(b) < 0.1
+    {
+        // Between two that close there is less than the sag of the polygons' chords.
+        right = Beside::Stock;
+    }
     PassSection {
         cutter: CutterEnd { radius, corner_radius },
         surface,
@@ -307,9 +313,9 @@ fn the_area_is_that_of_the_polygons() {
 }
 
 #[test]
-#[ignore = "the same for 6000 more cases: three minutes"]
+#[ignore = "the same for 4000 more cases: two minutes"]
 fn the_area_is_that_of_the_polygons_in_thousands_of_cases() {
-    compare(32, 6000);
+    compare(32, 4000);
 }
 
 /// Area of the cutter below the surface: of its end anywhere, of the flute where it hangs together with the CC point in
