@@ -50,6 +50,18 @@ enum Rule {
     Acute,
 }
 
+/// Beyond these the squares of lengths run out of digits beside each other.
+fn is_out_of_range(field: &str, value: f64) -> bool {
+    const LARGEST: f64 = 1e7;
+    const LARGEST_SURFACE: f64 = 1e15;
+    const LEAST_RADIUS: f64 = 1e-6;
+    match field {
+        "surface.radius" => !(LEAST_RADIUS..=LARGEST_SURFACE).contains(&value),
+        "cutter.radius" => !(LEAST_RADIUS..=LARGEST).contains(&value),
+        _ => value > LARGEST,
+    }
+}
+
 /// Whether every value is in its range, without looking at the cutter in its place.
 pub(crate) fn check_values(section: &PassSection) -> Result<(), PassError> {
     for (field, value, rule) in fields(section) {
@@ -57,6 +69,9 @@ pub(crate) fn check_values(section: &PassSection) -> Result<(), PassError> {
             _ if !value.is_finite() => return Err(PassError::NotFinite { field, value }),
             Rule::Positive if value <= 0.0 => return Err(PassError::NotPositive { field, value }),
             Rule::NotNegative if value < 0.0 => return Err(PassError::Negative { field, value }),
+            Rule::Positive | Rule::NotNegative if is_out_of_range(field, value) => {
+                return Err(PassError::OutOfRange { field, value });
+            }
             Rule::Acute if value.abs() >= FRAC_PI_2 - PARALLEL => {
                 return Err(PassError::AxisNotAbove { field, value });
             }

@@ -49,6 +49,14 @@ pub enum PassError {
         /// Its value, mm.
         value: f64,
     },
+    /// A length is of no cutter: above 10 km, or a radius below a nanometre (or above 10¹⁵ mm, of a surface).
+    #[error("{field} is {value} mm, which is out of range: give it in mm (a flat surface is a plane)")]
+    OutOfRange {
+        /// Path of the field.
+        field: &'static str,
+        /// Its value, mm.
+        value: f64,
+    },
     /// The axis would not be above the surface.
     #[error("{field} is {}°: give an angle between −90° and 90° (neither included)", value.to_degrees())]
     AxisNotAbove {

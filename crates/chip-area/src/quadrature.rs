@@ -18,7 +18,7 @@ const FIRST_PARTS: u32 = 2;
 /// Halvings of a first part after which a step of the function is narrow enough to be left alone.
 const MAX_HALVINGS: u32 = 36;
 /// Parts after which no more are halved: the error then says what is left.
-const MAX_PARTS: u32 = 20_000;
+const MAX_PARTS: u32 = 4_000;
 
 /// ∫ f from the first of `breaks` to the last and an estimate of its error: of each part the difference of both rules in
 /// its halves and that of the halves from the whole, which one coincidence alone cannot make small. Parts are halved until

@@ -285,6 +285,7 @@ fn column_of(error: &PassError) -> Option<&'static str> {
         PassError::NotFinite { field, .. }
         | PassError::NotPositive { field, .. }
         | PassError::Negative { field, .. }
+        | PassError::OutOfRange { field, .. }
         | PassError::AxisNotAbove { field, .. }
         | PassError::TooFarAround { field, .. }
         | PassError::StepBeyondCutter { field, .. } => field,
