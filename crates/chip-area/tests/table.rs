@@ -63,6 +63,25 @@ fn chips_table_of_the_paper_gives_its_areas() {
 }
 
 #[test]
+fn the_neighbours_axis_is_a_column() {
+    let header = "radius_mm,corner_radius_mm,surface,surface_radius_mm,depth_of_cut_mm,left,left_mm,right,lean_deg,neighbour_axis";
+    let line = |axis: &str| format!("6,1,convex,20,2,cut,1.5,stock,20,{axis}");
+    let text = [header, &line(""), &line("parallel"), &line("turned")].join("\n");
+    let rows = chips_of_table(&text).unwrap();
+    assert_eq!(rows[0].chip, rows[1].chip);
+    assert_eq!(rows[2].section.neighbour_axis, NeighbourAxis::Turned);
+    assert!((rows[2].chip.area - rows[1].chip.area).abs() > 0.1, "{rows:?}");
+    let out = table_with_areas(&text).unwrap();
+    let methods: Vec<&str> = out.lines().skip(1).filter_map(|line| line.rsplit(',').next()).collect();
+    assert_eq!(methods, ["closed-form", "closed-form", "quadrature"]);
+    let known = "parallel, turned";
+    assert_eq!(
+        error(&[header, &line("fixed")]),
+        TableError::UnknownWord { line: 2, column: "neighbour_axis", text: "fixed".to_owned(), known }
+    );
+}
+
+#[test]
 fn headers_at_fault_are_named() {
     assert!(matches!(error(&["# nothing", ""]), TableError::NoHeader { .. }));
     assert!(matches!(
