@@ -13,6 +13,8 @@ pub(crate) struct Layer {
     pub(crate) part: LevelCurve,
     /// Surface of the stock.
     pub(crate) stock: LevelCurve,
+    /// x of the leftmost and rightmost points of both.
+    sides: [[Option<f64>; 2]; 2],
 }
 
 /// The stock's side of a straight border: `outward`·p ≤ `level`.
@@ -60,11 +62,9 @@ pub(crate) struct Slab {
 impl Layer {
     /// Stock `depth` thick on a surface through the origin with this normal there.
     pub(crate) fn new(curvature: f64, normal: Vector2<f64>, depth: f64) -> Self {
-        Self {
-            curvature,
-            part: LevelCurve::offset_of_surface(curvature, normal, 0.0),
-            stock: LevelCurve::offset_of_surface(curvature, normal, depth),
-        }
+        let part = LevelCurve::offset_of_surface(curvature, normal, 0.0);
+        let stock = LevelCurve::offset_of_surface(curvature, normal, depth);
+        Self { curvature, part, stock, sides: [part.extremes(), stock.extremes()] }
     }
 
     /// Whether a tool that touches the surface at `contact` is below it. Above a plane or a convex surface a tool is
@@ -107,7 +107,7 @@ impl Cut<'_> {
     /// Whether the tool is over nothing but the hollow of a concave surface's stock: every vertical line has stock of the
     /// near and of the far side apart from each other.
     fn is_over_the_hollow(&self) -> bool {
-        let [Some(a), Some(b)] = self.layer.stock.extremes() else { return false };
+        let [Some(a), Some(b)] = self.layer.sides[1] else { return false };
         let [low, high] = self.tool.range();
         self.layer.curvature < 0.0 && a.min(b) < low && high < a.max(b)
     }
@@ -152,11 +152,9 @@ impl Cut<'_> {
                 cuts.push(x);
             }
         };
+        // At the CC point the outline touches the part: it must not be the middle of a slab.
         [range[0], range[1], self.seed_x()].into_iter().for_each(&mut add);
-        if layer.curvature != 0.0 {
-            let extremes = layer.part.extremes().into_iter().chain(layer.stock.extremes());
-            extremes.flatten().for_each(&mut add);
-        }
+        layer.sides.iter().flatten().flatten().copied().for_each(&mut add);
         self.tool.kinks().into_iter().flatten().for_each(&mut add);
         self.tool.crossings(&layer.stock, |p| add(p.x));
         for before in self.before.iter().flatten() {

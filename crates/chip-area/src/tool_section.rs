@@ -261,7 +261,21 @@ impl ToolSection {
     /// The least value of a concave part's curve on the outline: negative where the tool is below the surface.
     pub(crate) fn least_value(&self, part: &LevelCurve) -> f64 {
         let mut least = f64::INFINITY;
-        self.extremes(part, |p| least = least.min(part.value(&p)));
+        if self.rim.squash != 0.0 {
+            self.extremes(part, |p| least = least.min(part.value(&p)));
+            return least;
+        }
+        // What the axis in the section plane leaves to be looked at: ends, kinks, and where a corner is farthest out.
+        let Rim { rim, corner, .. } = self.rim;
+        let mut at = |off: Vector2<f64>| least = least.min(part.value(&(self.center + off)));
+        for side in [-1.0, 1.0] {
+            at(Vector2::new(side * (rim + corner), 0.0));
+            at(Vector2::new(side * rim, -corner));
+            let out = -part.gradient(&self.corner(side)).normalize();
+            if corner > 0.0 && out.x * side >= 0.0 && out.y <= 0.0 {
+                at(Vector2::new(side * rim, 0.0) + out * corner);
+            }
+        }
         least
     }
 }
