@@ -275,6 +275,7 @@ impl Cut<'_> {
         low <= self.y_at(a.high, x).min(self.y_at(b.high, x)) + touch
     }
 
+    #[inline]
     fn y_at(&self, edge: Edge, x: f64) -> f64 {
         match edge {
             Edge::Part(branch) => self.layer.part.y_at(x, branch),

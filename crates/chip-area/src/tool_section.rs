@@ -88,6 +88,7 @@ impl ToolSection {
     }
 
     /// Height of its outline at `x`, which has this form there.
+    #[inline]
     pub(crate) fn y_at(&self, x: f64, form: Form) -> f64 {
         let off = x - self.center.x;
         let on_arc = |off: f64| {
