@@ -44,6 +44,18 @@ pub(crate) struct Piece {
 }
 
 impl Piece {
+    /// Whether a cut is a place that runs of two heads count: a point of the path, or where a part begins or ends, which the
+    /// tool has to go to as well.
+    pub(crate) fn is_place(&self, cut: usize) -> bool {
+        let at_end = self.part.is_some() && (cut == 0 || cut + 1 == self.cuts.len());
+        at_end || self.cuts.get(cut).is_some_and(|c| !c.inserted)
+    }
+
+    /// The places, in order.
+    pub(crate) fn places(&self) -> impl Iterator<Item = &Cut> {
+        self.cuts.iter().enumerate().filter(|(k, _)| self.is_place(*k)).map(|(_, cut)| cut)
+    }
+
     /// Number of the path's points in it.
     pub(crate) fn points(&self) -> usize {
         self.cuts.iter().filter(|c| !c.inserted).count()

@@ -59,7 +59,7 @@ pub(crate) fn report(
             passes.push(pass);
         }
     }
-    totals.trimmed_points = totals.cc_points - totals.planned_points;
+    totals.trimmed_points = totals.cc_points.saturating_sub(totals.planned_points);
     totals.max_trimmed_fraction = operations.iter().map(PlannedOperation::max_trimmed_fraction).fold(1.0, f64::min);
     totals.planned_fraction =
         if totals.cc_points > 0 { totals.planned_points as f64 / totals.cc_points as f64 } else { 0.0 };

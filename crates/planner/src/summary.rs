@@ -1,5 +1,6 @@
 //! What the command line says at the end.
 
+use crate::PairReport;
 use crate::report::{CertifiedReport, PosturesReport, Report};
 
 /// A few lines for a person.
@@ -20,6 +21,7 @@ pub fn summary(report: &Report) -> String {
         format!("  cutting time      {} (entries and exits {})", clock(t.cutting_time_s), clock(t.approach_time_s)),
         format!("  rapid time        {}", clock(t.rapid_time_s)),
     ];
+    lines.extend(report.pairs.iter().map(pair));
     if report.verified {
         lines.push(format!(
             "  smallest clearance {}{}",
@@ -78,6 +80,18 @@ pub fn summary(report: &Report) -> String {
         lines.push(format!("    left out: {} points, {}{help}", reason.points, reason.reason));
     }
     lines.join("\n")
+}
+
+/// How much of a pair is cut at once, and what that is worth.
+fn pair(p: &PairReport) -> String {
+    let worth = if p.time_ratio > 1.0 { ", so one after the other is faster: leave the pair out" } else { "" };
+    format!(
+        "  cut at once       {:.1} % of \"{}\" and \"{}\", in {:.2} of their time one after the other{worth}",
+        100.0 * p.paired_fraction,
+        p.first,
+        p.second,
+        p.time_ratio
+    )
 }
 
 fn or_none(v: Option<f64>, unit: &str) -> String {

@@ -21,7 +21,7 @@ pub(crate) fn lines(
     (0..2).flat_map(|h| lines_to_mend(verification.map(|v| &v[h]), certificates.map(|c| &c[h]))).collect()
 }
 
-/// Puts a tested stop into the middle of each block of a run on these lines; the number put in. Where none is feasible, and
+/// Puts tested stops into each block of a run on these lines, one in its middle at least; the number put in. Where none is feasible, and
 /// where one head works alone, the block stays as it is.
 pub(crate) fn mend(ground: &DualGround<'_>, parts: &mut [Part<'_>], texts: &DualTexts, lines: &BTreeSet<u32>) -> usize {
     let on_them: Vec<BlockPlace> =
@@ -50,11 +50,13 @@ pub(crate) fn mend(ground: &DualGround<'_>, parts: &mut [Part<'_>], texts: &Dual
             let Some(run) = section.run.as_mut().filter(|_| is_cut && place.at > 0) else { continue };
             let ranges = planner.ranges(run.uncut_left);
             let (from, to) = (&run.stops[place.at - 1], &run.stops[place.at]);
-            let Some(middle) = planner.middle(&ranges, from, to, &mut hints) else { continue };
-            let axes = mover.turned(&middle.pose.axes, &section.moves[place.at - 1].axes);
-            section.moves.insert(place.at, DualMove { kind: MoveKind::Cut, axes, working: [true; 2] });
-            run.stops.insert(place.at, middle);
-            put_in += 1;
+            let Some(stops) = planner.mended(&ranges, from, to, &mut hints) else { continue };
+            put_in += stops.len();
+            for stop in stops.into_iter().rev() {
+                let axes = mover.turned(&stop.pose.axes, &section.moves[place.at - 1].axes);
+                section.moves.insert(place.at, DualMove { kind: MoveKind::Cut, axes, working: [true; 2] });
+                run.stops.insert(place.at, stop);
+            }
         }
     }
     put_in

@@ -1,6 +1,6 @@
 //! Two operations at once: from the plans of each alone to one part of the program.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use facemill_cutter_location::cusp::Strip;
 use facemill_cutter_location::{PairSettings, PoseTest, PostureRange};
@@ -48,8 +48,8 @@ impl<'a> PairPlanner<'_, 'a> {
             let named = ground.jobs[head].operations_of(ground.setups[head].file).find(|(_, o)| o.name == name);
             let named = named.ok_or_else(|| Failure::Internal(format!("operation \"{name}\" is not of this setup")))?;
             let wants_picture = head == 0 && picture.is_none();
-            let (planned, svg) =
-                PlannedOperation::plan(&ground.ground(head), named, None, wants_picture, self.stages, clock)?;
+            let planned = PlannedOperation::plan(&ground.ground(head), named, None, wants_picture, self.stages, clock);
+            let (planned, svg) = planned.map_err(|why| of_head(head, why))?;
             *picture = picture.take().or(svg);
             Ok::<_, Failure>((head, named.0, planned))
         };
@@ -73,18 +73,19 @@ impl<'a> PairPlanner<'_, 'a> {
         let linearisation = both.runs.iter().map(|r| planner.linearisation(&r.stops)).fold(0.0, f64::max);
         for h in 0..2 {
             let left = both.left[h].clone();
-            let mut alone = OperationMoves::default();
+            let (mut alone, mut lost_alone) = (OperationMoves::default(), Vec::new());
             if !left.is_empty() {
                 let (parking, moves, lost) = self.left_alone(&mover, h, left, *at)?;
                 sections.push(section(format!("HEAD {} ALONE", h + 1), parking));
-                planned[h].2.left_out.extend(lost);
+                lost_alone = lost;
                 alone = moves;
                 sections.extend(alone_sections(h, &alone));
                 *at = alone.last().map(|m| m.axes).or(*at);
             }
             let cut = both.runs.iter().zip(&both.passes).map(|(run, passes)| as_piece(h, run, &passes[h]));
             let mut all: Vec<PieceMoves> = cut.chain(alone.pieces).collect();
-            count_once(all.iter_mut(), &mut planned[h].2.left_out);
+            let lost = count_once(all.iter_mut(), points_of(&pieces[h]), lost_alone);
+            planned[h].2.left_out.extend(lost);
             let moves = OperationMoves {
                 pieces: all,
                 retract: alone.retract,
@@ -205,7 +206,7 @@ impl<'a> PairPlanner<'_, 'a> {
         settings: &[MoveSettings; 2],
     ) -> Result<(Vec<ReachedRun>, Causes), Failure> {
         let feeds = files.map(|f| f.feeds.cutting_mm_min / 60.0);
-        let asked = |piece: &Piece| -> Vec<_> { piece.cuts.iter().filter(|c| !c.inserted).map(|c| c.cc).collect() };
+        let asked = |piece: &Piece| -> Vec<_> { piece.places().map(|c| c.cc).collect() };
         let together: Vec<PiecePair> = pairs(pieces[0], pieces[1])
             .into_iter()
             .map(|[i, j]| {
@@ -213,6 +214,17 @@ impl<'a> PairPlanner<'_, 'a> {
                 PiecePair { pieces: [i, j], stations: stations([&passes[0], &passes[1]], feeds) }
             })
             .collect();
+        let mut causes = Causes::default();
+        for (h, of_head) in pieces.iter().enumerate() {
+            for (k, piece) in of_head.iter().enumerate() {
+                let why = match together.iter().find(|p| p.pieces[h] == k) {
+                    None => "no pass of the other side goes with it",
+                    Some(pair) if pair.stations.is_empty() => "the passes of both sides differ too much in length",
+                    Some(_) => continue,
+                };
+                piece.places().for_each(|cut| causes.add(why.to_owned(), why.to_owned(), &cut.cc));
+            }
+        }
         let planner = run_planner(mover, files, settings, self.pair, pieces);
         let n = together.iter().map(|p| p.stations.len()).sum();
         let monitor = self.stages.start("both heads", n);
@@ -225,7 +237,6 @@ impl<'a> PairPlanner<'_, 'a> {
             })
             .collect::<Result<_, _>>()?;
         drop(monitor);
-        let mut causes = Causes::default();
         let mut runs = Vec::new();
         for (found, why) in found {
             runs.extend(found);
@@ -297,8 +308,9 @@ fn run_sections(
         last = Some(axes);
     }
     *at = last;
-    sections.push(section(comment, moves));
-    sections.push(Section { comment: String::new(), moves: cuts, run: Some(run.run.clone()) });
+    let goes_on = passes.iter().any(|p| p.part.is_some_and(|part| part > 0));
+    sections.push(Section { goes_on, ..section(comment, moves) });
+    sections.push(Section { run: Some(run.run.clone()), goes_on, ..section(String::new(), cuts) });
     sections.push(section(String::new(), up));
     Ok(sections)
 }
@@ -337,7 +349,8 @@ const SPACING: f64 = 0.3;
 /// Postures of an operation in a pair: those of its search, and as far to the other side as the pair allows.
 fn posture_range(operation: &OperationFile, pair: &PairFile, uncut_left: bool) -> PostureRange {
     let s = &operation.search;
-    let (back, most) = (-pair.lean_back_deg.min(s.rotate_deg[1]), s.rotate_deg[1]);
+    let most = s.rotate_deg[1];
+    let back = if pair.lean_back_deg > 0.0 { -pair.lean_back_deg.min(most) } else { s.rotate_deg[0] };
     // Right-handed about the outward normal: turning left, to the uncut stock there, is positive.
     let rotate = if uncut_left { [back, most] } else { [-most, -back] };
     PostureRange { tilt: s.tilt_deg.map(f64::to_radians), rotate: rotate.map(f64::to_radians) }
@@ -354,16 +367,48 @@ pub(crate) fn as_piece(head: usize, run: &Run, piece: &Piece) -> PieceMoves {
     PieceMoves { piece: Piece { cuts: run.stops.iter().map(cut).collect(), ..piece.clone() }, moves: moves.collect() }
 }
 
-/// Points at which two pieces of one head end belong to the first of them; what a piece has is not left out.
-pub(crate) fn count_once<'p>(pieces: impl Iterator<Item = &'p mut PieceMoves>, left_out: &mut Vec<LeftOut>) {
-    let place = |p: &Point3<f64>| -> [u64; 3] { p.coords.map(f64::to_bits).into() };
-    let mut seen: BTreeSet<[u64; 3]> = BTreeSet::new();
-    for piece in pieces {
-        let cuts = &mut piece.piece.cuts;
-        cuts.iter_mut().for_each(|c| c.inserted |= seen.contains(&place(&c.cc.position)));
-        seen.extend(cuts.iter().filter(|c| !c.inserted).map(|c| place(&c.cc.position)));
+/// A failure with the head that it is of.
+fn of_head(head: usize, why: Failure) -> Failure {
+    match why {
+        Failure::Infeasible(why) => Failure::Infeasible(format!("head {} alone: {why}", head + 1)),
+        why => why,
     }
-    left_out.retain(|lost| !seen.contains(&place(&lost.place)));
+}
+
+/// How often each place of the path stands in pieces.
+type Places = BTreeMap<[u64; 3], usize>;
+
+fn place(p: &Point3<f64>) -> [u64; 3] {
+    p.coords.map(f64::to_bits).into()
+}
+
+/// Points of pieces, which are to be planned once each.
+fn points_of(pieces: &[Piece]) -> Places {
+    let mut points = Places::new();
+    for cut in pieces.iter().flat_map(|p| &p.cuts).filter(|c| !c.inserted) {
+        *points.entry(place(&cut.cc.position)).or_default() += 1;
+    }
+    points
+}
+
+/// Counts every point as often as it is to be planned: where two pieces of one head end at the same, it belongs to the first
+/// of them. Of what is said to be lost the rest remains.
+fn count_once<'p>(
+    pieces: impl Iterator<Item = &'p mut PieceMoves>,
+    mut asked: Places,
+    lost: Vec<LeftOut>,
+) -> Vec<LeftOut> {
+    let mut take = |at: &Point3<f64>| match asked.get_mut(&place(at)) {
+        Some(n) if *n > 0 => {
+            *n -= 1;
+            true
+        }
+        _ => false,
+    };
+    for cut in pieces.flat_map(|p| &mut p.piece.cuts).filter(|c| !c.inserted) {
+        cut.inserted = !take(&cut.cc.position);
+    }
+    lost.into_iter().filter(|lost| take(&lost.place)).collect()
 }
 
 /// Causes as the report tells them, the most frequent first.

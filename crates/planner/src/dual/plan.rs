@@ -3,11 +3,12 @@
 use facemill_cutter_location::{PairTest, PoseTest, Workcell};
 use facemill_inverse_kinematics::{AxisValues, Machine};
 use facemill_z_map::ZMap;
+use nalgebra::Point3;
 
 use super::mending::{lines, mend};
 use super::moves::{DualMove, DualMover};
 use super::output::{DualProgram, merged, proven_for_both, write_dual_texts};
-use super::pair::{PairPlanner, as_piece, count_once};
+use super::pair::{PairPlanner, as_piece};
 use super::program::dual_word_map;
 use super::report::PairSplit;
 use super::runs::Run;
@@ -59,6 +60,8 @@ pub(crate) struct Section {
     pub moves: Vec<DualMove>,
     /// The run whose stops its moves go to, where both heads cut.
     pub run: Option<Run>,
+    /// Whether its moves go on where a part of a pass was ended for an axis to turn back.
+    pub goes_on: bool,
 }
 
 /// What is known of a pair before it is timed.
@@ -189,14 +192,15 @@ pub(crate) fn alone_sections(head: usize, moves: &OperationMoves) -> Vec<Section
     let dual = |m: &Move| DualMove { kind: m.kind, axes: m.axes, working };
     let of_pieces = moves.pieces.iter().map(|p| {
         let comment = format!("HEAD {} PASS {} PLACE {}", head + 1, p.piece.pass + 1, p.piece.copy + 1);
-        section(comment, p.moves.iter().map(dual).collect())
+        let goes_on = p.piece.part.is_some_and(|part| part > 0);
+        Section { goes_on, ..section(comment, p.moves.iter().map(dual).collect()) }
     });
     let retract = section(String::new(), moves.retract.iter().map(dual).collect());
     of_pieces.chain([retract]).collect()
 }
 
 pub(crate) fn section(comment: String, moves: Vec<DualMove>) -> Section {
-    Section { comment, moves, run: None }
+    Section { comment, moves, run: None, goes_on: false }
 }
 
 pub(crate) fn cells<'a>(ground: &DualGround<'a>, first: &OperationFile, second: &OperationFile) -> [Workcell<'a>; 2] {
@@ -222,9 +226,11 @@ fn with_mended_stops(operations: &mut [PlannedOperation<'_>], parts: &[Part<'_>]
             let Some(operation) = operations.next() else { return };
             let runs = part.sections.iter().filter_map(|s| s.run.as_ref());
             for (piece, run) in operation.moves.pieces.iter_mut().zip(runs) {
+                let counted: Vec<Point3<f64>> =
+                    piece.piece.cuts.iter().filter(|c| !c.inserted).map(|c| c.cc.position).collect();
                 *piece = as_piece(head, run, &piece.piece);
+                piece.piece.cuts.iter_mut().for_each(|c| c.inserted |= !counted.contains(&c.cc.position));
             }
-            count_once(operation.moves.pieces.iter_mut(), &mut operation.left_out);
         }
     }
 }

@@ -93,7 +93,7 @@ impl Remains<'_, '_, '_> {
 
     /// The narrowest of the gaps around one that a head alone cuts without losing points; the whole piece where none is.
     fn wide_enough(&self, head: usize, gap: &Gap) -> [f64; 2] {
-        let whole = [0.0, self.pieces[head][gap.piece].points().saturating_sub(1) as f64];
+        let whole = [0.0, self.pieces[head][gap.piece].places().count().saturating_sub(1) as f64];
         let wider = |by: f64| {
             let [before, behind] = gap.beside.map(|run| if run.is_some() { by } else { 0.0 });
             [(gap.at[0] - before).max(whole[0]), (gap.at[1] + behind).min(whole[1])]
@@ -110,13 +110,12 @@ impl Remains<'_, '_, '_> {
         let piece = &self.pieces[head][gap.piece];
         let Some(part) = part_of(piece, gap.at) else { return false };
         let place = |p: &Point3<f64>| -> [u64; 3] { p.coords.map(f64::to_bits).into() };
-        let points = piece.cuts.iter().filter(|c| !c.inserted).enumerate();
         let own = |k: f64| {
             (k > gap.at[0] || gap.beside[0].is_none() && k == gap.at[0])
                 && (k < gap.at[1] || gap.beside[1].is_none() && k == gap.at[1])
         };
-        let own: BTreeSet<[u64; 3]> =
-            points.filter(|(k, _)| own(*k as f64)).map(|(_, c)| place(&c.cc.position)).collect();
+        let points = piece.places().enumerate().filter(|(k, c)| own(*k as f64) && !c.inserted);
+        let own: BTreeSet<[u64; 3]> = points.map(|(_, c)| place(&c.cc.position)).collect();
         let (reached, lost) = reach(self.mover.test.tests[head], self.mover.settings[head], part);
         !own.is_empty() && (reached.is_none() || lost.iter().any(|l| own.contains(&place(&l.place))))
     }
@@ -200,9 +199,9 @@ fn whole_run(
 ) -> Result<Option<ReachedRun>, Failure> {
     monitor.advance(1);
     let pieces = [&planner.pieces[0][couple[0]], &planner.pieces[1][couple[1]]];
-    let [a, b] = pieces.map(|p| p.cuts.iter().filter(|c| !c.inserted).map(|c| c.cc).collect::<Vec<_>>());
+    let [a, b] = pieces.map(|p| p.places().map(|c| c.cc).collect::<Vec<_>>());
     let pair = PiecePair { pieces: couple, stations: stations([&a, &b], feeds) };
-    let ends = pieces.map(|p| p.points().saturating_sub(1) as f64);
+    let ends = pieces.map(|p| p.places().count().saturating_sub(1) as f64);
     let whole = |run: &Run| {
         let [first, last] = [run.stops.first(), run.stops.last()].map(|s| s.map(|s| s.at));
         first == Some([0.0; 2]) && last == Some(ends)

@@ -6,6 +6,7 @@ use facemill_cl_data::{Cancelled, CcPoint, Monitor};
 use facemill_cutter_location::{
     Hints, PairBlocked, PairOutcome, PairPose, PairSettings, PairStation, PairTest, PostureRange, plan_pair,
 };
+use facemill_inverse_kinematics::AxisKind;
 
 use super::pairing::{PiecePair, Station, between};
 use crate::linearity::Linearity;
@@ -134,7 +135,7 @@ impl RunPlanner<'_, '_> {
                     if let Some(stops) = way {
                         open.extend(stops);
                     } else {
-                        let why = "no blocks join the stations before and behind without straying".to_owned();
+                        let why = self.why_parted(open.last(), &stop);
                         causes.add(why.clone(), why, &station.pair.cc[0]);
                         runs.push(run(std::mem::take(&mut open)));
                     }
@@ -156,6 +157,34 @@ impl RunPlanner<'_, '_> {
         }
         runs.retain(|r| !short(r));
         Ok((runs, causes))
+    }
+
+    /// Why no blocks lead from one stop to another.
+    fn why_parted(&self, from: Option<&Stop>, to: &Stop) -> String {
+        let shared = self.test.shared;
+        let axis = &self.test.tests[0].cell.machine.axes()[shared];
+        let way = from.map_or(0.0, |from| to.pose.axes[shared] - from.pose.axes[shared]);
+        if axis.kind == AxisKind::Rotary && way.abs() > std::f64::consts::PI {
+            format!("{} comes to its limit and turns back", axis.letter)
+        } else {
+            "no blocks join the stations before and behind without straying".to_owned()
+        }
+    }
+
+    /// Stops to put between two so that the control drives nearer to the meant motion: one in the middle at least, and none of
+    /// the ways between strays too far. `None` where there are none.
+    pub(crate) fn mended(
+        &self,
+        ranges: &[PostureRange; 2],
+        from: &Stop,
+        to: &Stop,
+        hints: &mut [Hints; 2],
+    ) -> Option<Vec<Stop>> {
+        let middle = self.middle(ranges, from, to, hints)?;
+        let mut stops = self.between(ranges, from, &middle, MAX_HALVINGS, hints)?;
+        stops.push(middle);
+        stops.extend(self.between(ranges, &middle, to, MAX_HALVINGS, hints)?);
+        Some(stops)
     }
 
     /// What is found at the stations with the first head on the branch that it has alone; where that leaves many out, on the
@@ -264,7 +293,7 @@ pub(crate) fn gaps(pieces: &[Piece], head: usize, runs: &[&Run]) -> Vec<Gap> {
         let of_piece = runs.iter().enumerate().filter(|(_, r)| r.pieces[head] == index);
         let mut covered: Vec<_> = of_piece.filter_map(ends).collect();
         covered.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let end = piece.points().saturating_sub(1) as f64;
+        let end = piece.places().count().saturating_sub(1) as f64;
         let (mut from, mut before) = (0.0, None);
         for (start, stop, run) in covered {
             if start > from {
@@ -287,18 +316,20 @@ pub(crate) fn left_over(pieces: &[Piece], head: usize, runs: &[&Run]) -> Vec<Pie
 
 /// The cuts of a piece from one place to another, whole cuts outward; `None` where that is fewer than two.
 pub(crate) fn part_of(piece: &Piece, [from, to]: [f64; 2]) -> Option<Piece> {
-    // Places count the path's own points; what was put between them goes with the one before.
+    // What was put between places goes with the one before.
     let mut place: f64 = -1.0;
     let cuts: Vec<_> = piece
         .cuts
         .iter()
-        .filter(|c| {
-            if !c.inserted {
+        .enumerate()
+        .filter(|(k, _)| {
+            let is_place = piece.is_place(*k);
+            if is_place {
                 place += 1.0;
             }
-            place >= from.floor() && (place < to.ceil() || (place == to.ceil() && !c.inserted))
+            place >= from.floor() && (place < to.ceil() || (place == to.ceil() && is_place))
         })
-        .copied()
+        .map(|(_, cut)| *cut)
         .collect();
     (cuts.len() >= 2).then(|| Piece { cuts, ..piece.clone() })
 }
