@@ -159,6 +159,55 @@ fn what_both_heads_cannot_cut_at_once_is_cut_by_each_alone() {
     }
 }
 
+/// A C that comes to its limit in the middle of passes parts them; with a pair each head goes the same ways as without.
+#[test]
+fn what_a_limited_axis_parts_is_driven_from_end_to_end() {
+    let job = job(483.0);
+    let mut machine = job.json("machine.json");
+    let joint = machine.pointer_mut("/workpiece_chain/rows/1/joint/revolute").unwrap();
+    joint["range"] = json!({ "limited": { "min_deg": -60.0, "max_deg": 305.0 } });
+    for chain in machine["tool_chains"].as_array_mut().unwrap() {
+        for row in chain["rows"].as_array_mut().unwrap() {
+            let of_head = row.pointer("/joint/revolute/axis").is_some_and(|a| a.as_str().unwrap().starts_with('B'));
+            if of_head {
+                row["joint"]["revolute"]["range"] = json!({ "limited": { "min_deg": -2.0, "max_deg": 100.0 } });
+            }
+        }
+    }
+    job.write("machine.json", serde_json::to_string(&machine).unwrap().as_bytes());
+    let plane = |z: f64| json!({ "plane": { "origin_mm": [0.0, 0.0, z], "normal": [0.0, 0.0, z.signum()] } });
+    let mut values = vec![
+        ("/setups/0/clearance".to_owned(), plane(300.0)),
+        ("/setups/0/second_clearance".to_owned(), plane(-300.0)),
+        ("/pairs/0/lean_back_deg".to_owned(), json!(0.0)),
+    ];
+    for k in 0..2 {
+        let of = |key: &str| format!("/operations/{k}/{key}");
+        values.push((of("path/strategy/strategy/cylindrical_sections/to_radius_mm"), json!(487.5)));
+        values.push((of("search/rotate_deg"), json!([0.0, 4.0])));
+        values.push((of("tolerances/cusp_mm"), json!(3.0)));
+        values.push((of("tolerances/linearisation_mm"), json!(0.1)));
+        values.push((of("tolerances/max_step_mm"), json!(4.0)));
+    }
+    let values: Vec<(&str, Value)> = values.iter().map(|(p, v)| (p.as_str(), v.clone())).collect();
+    job.set("job.json", &values);
+    let lengths = |planned: &Planned| -> Vec<f64> {
+        let of = |name: &str| {
+            planned.report.passes.iter().filter(|p| p.operation == name).map(|p| p.length_mm).sum::<f64>()
+        };
+        vec![of("suction side"), of("pressure side")]
+    };
+    let both = plan(&job, false);
+    job.set("job.json", &[("/pairs", Value::Null)]);
+    let alone = plan(&job, false);
+    let parted = alone.report.rewinds.inserted;
+    assert!(parted > 0, "{:?}", alone.report.rewinds);
+    assert_eq!(both.report.totals.planned_points, alone.report.totals.planned_points);
+    for (paired, single) in lengths(&both).iter().zip(lengths(&alone)) {
+        assert!(*paired > single - 1e-6 && *paired < 1.02 * single, "{paired} mm, alone {single} mm");
+    }
+}
+
 /// What every plan of both heads must hold.
 fn holds(planned: &Planned, read: &ReadPlan) {
     let report = &planned.report;

@@ -1,0 +1,214 @@
+//! `facemill feedrate`: FEED's tables on the command line; only F words change, and the tip then moves as fast as asked, by
+//! matrices made from the rows of the machine file.
+
+use facemill::inverse_kinematics::Machine;
+use facemill::nc_program::{AxisAt, Dialect, FeedMode, MotionKind, read_program};
+use facemill::{RefeedSettings, refeed};
+use facemill_tests::craig::{Words, end_of};
+use facemill_tests::jobs::JobFolder;
+use facemill_tests::program::run;
+use facemill_tests::shared::workspace;
+use serde_json::Value;
+
+/// FEED's machine: 253 mm from the B axis to the tip, 100 mm of it tool.
+fn machine() -> Value {
+    let file = std::fs::read(workspace().join("assets/machines/head-b-table-c.json")).unwrap();
+    let mut file: Value = serde_json::from_slice(&file).unwrap();
+    let rows = &mut file["tool_chains"][0]["rows"];
+    (rows[2]["d_mm"], rows[4]["d_mm"]) = (153.0.into(), (-153.0).into());
+    file
+}
+
+const LENGTH: f64 = 100.0;
+
+/// Where the tip is in the frame of the table; the words are those with the tool's length in force.
+fn tip(machine: &Value, words: &Words) -> [f64; 3] {
+    let mut joints = words.clone();
+    *joints.get_mut("Z").unwrap() += LENGTH;
+    let head = end_of(&machine["tool_chains"][0]["rows"], &joints);
+    let table = end_of(&machine["workpiece_chain"]["rows"], &joints);
+    let tip = table.try_inverse().unwrap() * head * nalgebra::Vector4::new(0.0, 0.0, -LENGTH, 1.0);
+    [tip.x, tip.y, tip.z]
+}
+
+fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
+    (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt()
+}
+
+/// The text without F words.
+fn without_feeds(text: &str) -> String {
+    let is_feed = |word: &&str| word.starts_with('F') && word[1..].starts_with(|c: char| c.is_ascii_digit());
+    let line = |l: &str| l.split(' ').filter(|w| !is_feed(w)).collect::<Vec<_>>().join(" ");
+    text.lines().map(line).collect::<Vec<_>>().join("\n")
+}
+
+#[test]
+fn tables_of_feed_come_out_of_the_command() {
+    let folder = JobFolder::of(&[]);
+    folder.write("machine.json", machine().to_string().as_bytes());
+    for name in ["feedrate_table2.csv", "feedrate_table4.csv"] {
+        let table = std::fs::read_to_string(workspace().join("assets/golden").join(name)).unwrap();
+        let rows = table.lines().filter(|l| l.starts_with(|c: char| c == '-' || c.is_ascii_digit()));
+        let rows: Vec<Vec<&str>> = rows.map(|l| l.split(',').collect()).collect();
+        let blocks = rows.iter().map(|r| format!("G1 X{} Y{} Z{} B{} C{}\n", r[0], r[1], r[2], r[3], r[4]));
+        let text = format!("%\nO1 (FEED, {name})\nG21 G90 G94 G54\nG43 H1\nF1000.\n{}M30\n%\n", blocks.collect::<String>());
+        folder.write("table.nc", text.as_bytes());
+        let [program, machine, out] = ["table.nc", "machine.json", "new.nc"].map(|n| folder.path(n));
+        let [program, machine, out] = [&program, &machine, &out].map(|p| p.to_str().unwrap());
+        let arguments = ["feedrate", program, "--machine", machine, "--tool-length-mm", "100", "--tip-feed", "1000"];
+        let told = run(&[&arguments[..], &["-o", out]].concat());
+        assert!(told.status.success(), "{}", String::from_utf8_lossy(&told.stderr));
+        let new = std::fs::read_to_string(out).unwrap();
+        assert_eq!(without_feeds(&new), without_feeds(&text));
+        let feeds: Vec<f64> = new
+            .lines()
+            .filter(|l| l.starts_with("G1"))
+            .filter_map(|l| l.split(" F").nth(1).map(|f| f.parse().unwrap()))
+            .collect();
+        let printed: Vec<f64> = rows[1..].iter().map(|r| r[10].parse().unwrap()).collect();
+        assert_eq!(feeds.len(), printed.len(), "{new}");
+        for (feed, printed) in feeds.iter().zip(&printed) {
+            assert!((feed - printed).abs() < 0.25, "{name}: F{feed}, printed {printed}");
+        }
+        // Without a file the program goes to standard output, the same bytes.
+        assert_eq!(run(&arguments).stdout, new.as_bytes());
+    }
+}
+
+struct Random(u64);
+
+impl Random {
+    fn within(&mut self, low: f64, high: f64) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        low + (high - low) * (self.0 >> 11) as f64 / (1u64 << 53) as f64
+    }
+}
+
+/// Moves with F here and there, rapids and arcs between.
+fn program(random: &mut Random, dialect: Dialect) -> String {
+    let mut at = [0.0, 0.0, 150.0, -10.0, 20.0];
+    let is_inverse = dialect == Dialect::LinuxCnc;
+    let head = match dialect {
+        Dialect::Siemens840d => "G54 G71 G90 G94\nD1\n",
+        Dialect::LinuxCnc => "G21 G90 G93 G54\nG43 H1\n",
+        _ => "%\nO0007 (RANDOM F12)\nG21 G90 G94 G54\nG43 H1\n",
+    };
+    let mut text = head.to_owned();
+    for k in 0..60 {
+        for (value, step) in at.iter_mut().zip([8.0, 8.0, 2.0, 1.5, 6.0]) {
+            *value += random.within(-step, step);
+        }
+        let [x, y, z, b, c] = at;
+        let words = format!("X{x:.3} Y{y:.3} Z{z:.3} B{b:.4} C{c:.4}");
+        let line = match k {
+            0 | 20 => format!("G0 {words}"),
+            30 if !is_inverse => format!("G2 X{:.3} Y{y:.3} I5. J0. F321.", x + 10.0),
+            31 => format!("G1 {words}"),
+            _ if is_inverse => format!("G1 {words} F{:.3}", random.within(20.0, 90.0)),
+            _ if k == 1 || random.within(0.0, 1.0) < 0.3 => format!("G1 {words} F{:.1}", random.within(200.0, 2000.0)),
+            _ => format!("G1 {words}"),
+        };
+        let line = if is_inverse && k == 31 { format!("{line} F40.") } else { line };
+        let comment = if k % 7 == 3 && dialect != Dialect::Siemens840d { " (F1.)" } else { "" };
+        text.push_str(&format!("N{} {line}{comment}\n", 10 * (k + 1)));
+    }
+    text + "M30\n"
+}
+
+#[test]
+fn nothing_but_f_words_changes_and_the_tip_keeps_to_its_feed() {
+    let mut random = Random(5);
+    let file = machine();
+    let machine = Machine::from_json(file.to_string().as_bytes()).unwrap();
+    for dialect in [Dialect::Fanuc, Dialect::Haas, Dialect::Mazak, Dialect::LinuxCnc, Dialect::Siemens840d] {
+        for asked in [Some(800.0), None] {
+            let text = program(&mut random, dialect);
+            let settings = RefeedSettings {
+                machine: &machine,
+                tool_length: LENGTH,
+                tip_feed: asked,
+                work_offset: Vec::new(),
+                dialect,
+            };
+            let new = refeed(text.as_bytes(), &settings).unwrap_or_else(|why| panic!("{dialect:?}: {why}\n{text}"));
+            let summary = new.summary;
+            let new = String::from_utf8(new.text).unwrap();
+            assert_eq!(without_feeds(&new), without_feeds(&text), "{dialect:?}");
+            let [before, after] = [&text, &new].map(|t| read_program(t, dialect).unwrap());
+            let mut last: Option<Words> = None;
+            let mut n = 0;
+            for (old, new) in before.blocks.iter().zip(&after.blocks) {
+                let (Some(was), Some(is)) = (&old.motion, &new.motion) else { continue };
+                assert_eq!(was.position, is.position);
+                let words: Words = is
+                    .position
+                    .iter()
+                    .map(|(letter, at)| match at {
+                        AxisAt::Word(word) => (letter.to_string(), word),
+                        other => panic!("{letter} at {other:?}"),
+                    })
+                    .collect();
+                let from = last.replace(words.clone());
+                let (Some(from), MotionKind::Linear) = (from, is.kind) else {
+                    // What is kept has the feed that it had.
+                    assert_eq!(was.feed.map(|f| f.value), is.feed.map(|f| f.value), "line {}", old.line);
+                    continue;
+                };
+                let feed = is.feed.unwrap();
+                let way = distance(tip(&file, &words), tip(&file, &from));
+                let norm = words.iter().map(|(name, to)| (to - from[name]).powi(2)).sum::<f64>().sqrt();
+                let inverse = feed.mode == FeedMode::G93;
+                let time = if inverse { 60.0 / feed.value } else { 60.0 * norm / feed.value };
+                let axis_time = slowest(&machine, &from, &words);
+                let wanted = match (asked, was.feed.unwrap()) {
+                    (Some(asked), _) => 60.0 * way / asked,
+                    (None, old) if inverse => 60.0 / old.value,
+                    (None, old) => 60.0 * way / old.value,
+                };
+                let least = wanted.max(axis_time);
+                // F is rounded down.
+                let coarse = if inverse { 1e-3 / feed.value } else { 0.1 / feed.value };
+                let told = format!("{dialect:?} line {}: {time} s, least {least} s", old.line);
+                assert!(time >= least * (1.0 - 1e-9) && time <= least * (1.0 + 2.0 * coarse) + 1e-9, "{told}");
+                n += 1;
+            }
+            assert!(n > 50 && summary.blocks == n, "{dialect:?}: {n} cuts, {summary:?}");
+            assert_eq!(summary.by_tip_feed + summary.by_axis + summary.by_control, n);
+        }
+    }
+}
+
+fn slowest(machine: &Machine, from: &Words, to: &Words) -> f64 {
+    let of = |axis: &facemill::inverse_kinematics::Axis| {
+        let name = axis.letter.to_string();
+        (to[&name] - from[&name]).abs() / axis.in_word_unit(axis.max_velocity)
+    };
+    machine.axes().iter().map(of).fold(0.0, f64::max)
+}
+
+#[test]
+fn programs_that_cannot_be_trusted_are_refused_by_line() {
+    let machine = Machine::from_json(machine().to_string().as_bytes()).unwrap();
+    let head = "G21 G90 G94 G54\nG43 H1\nG0 X0. Y0. Z150. B0. C0.\n";
+    for (rest, told) in [
+        ("G1 X1. F0.\n", &["line 4", "feed is 0"][..]),
+        ("G1 X1.\n", &["line 4", "no feed", "--tip-feed"]),
+        ("G1 A5. F100.\n", &["line 4", "A"]),
+        ("G1 B300. F100.\n", &["line 4", "axis B", "300", "limits"]),
+        ("G1 X1. F100.\nG55 X2.\n", &["line 5"]),
+        ("G1 X1. F100.\nG1 X#101\n", &["line 5", "not evaluated"]),
+        ("M98 P1000\nG1 X1. F100.\n", &["line 4", "not evaluated"]),
+        ("G1 X1. Q\u{a7}\n", &["line 4", "column"]),
+    ] {
+        let text = format!("{head}{rest}M30\n");
+        let settings = RefeedSettings {
+            machine: &machine,
+            tool_length: LENGTH,
+            tip_feed: None,
+            work_offset: Vec::new(),
+            dialect: Dialect::Fanuc,
+        };
+        let why = refeed(text.as_bytes(), &settings).expect_err(rest);
+        assert!(told.iter().all(|part| why.contains(part)), "{rest}: {why}");
+    }
+}
