@@ -1,0 +1,135 @@
+//! Polynomials on [0, 1] by Bernstein coefficients: they lie between the smallest and the largest one.
+
+/// Highest degree that occurs: the square of a degree 6 times a degree 2.
+pub(crate) const MAX_DEGREE: usize = 14;
+
+/// A polynomial of a degree up to [`MAX_DEGREE`].
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Bernstein {
+    pub(crate) c: [f64; MAX_DEGREE + 1],
+    pub(crate) degree: usize,
+}
+
+/// Binomial coefficients as floats.
+const BINOMIAL: [[f64; MAX_DEGREE + 1]; MAX_DEGREE + 1] = {
+    let mut b = [[0.0; MAX_DEGREE + 1]; MAX_DEGREE + 1];
+    let mut n = 0;
+    while n <= MAX_DEGREE {
+        b[n][0] = 1.0;
+        let mut k = 1;
+        while k <= n {
+            b[n][k] = b[n - 1][k - 1] + if k < n { b[n - 1][k] } else { 0.0 };
+            k += 1;
+        }
+        n += 1;
+    }
+    b
+};
+
+impl Bernstein {
+    pub(crate) fn zero(degree: usize) -> Self {
+        Self { c: [0.0; MAX_DEGREE + 1], degree }
+    }
+
+    pub(crate) fn from_coefficients(coefficients: &[f64]) -> Self {
+        let mut out = Self::zero(coefficients.len() - 1);
+        out.c[..coefficients.len()].copy_from_slice(coefficients);
+        out
+    }
+
+    /// From coefficients of powers, lowest first.
+    pub(crate) fn from_powers(powers: &[f64]) -> Self {
+        let n = powers.len() - 1;
+        let mut out = Self::zero(n);
+        for (k, row) in BINOMIAL.iter().enumerate().take(n + 1) {
+            out.c[k] = (0..=k).map(|i| row[i] / BINOMIAL[n][i] * powers[i]).sum();
+        }
+        out
+    }
+
+    pub(crate) fn times(&self, other: &Self) -> Self {
+        let mut out = Self::zero(self.degree + other.degree);
+        for i in 0..=self.degree {
+            for j in 0..=other.degree {
+                let weight = BINOMIAL[self.degree][i] * BINOMIAL[other.degree][j] / BINOMIAL[out.degree][i + j];
+                out.c[i + j] += weight * self.c[i] * other.c[j];
+            }
+        }
+        out
+    }
+
+    /// Sum of two polynomials of the same degree.
+    pub(crate) fn plus(&self, other: &Self) -> Self {
+        let mut out = *self;
+        for k in 0..=out.degree {
+            out.c[k] += other.c[k];
+        }
+        out
+    }
+
+    pub(crate) fn scaled(&self, factor: f64) -> Self {
+        Self { c: self.c.map(|c| c * factor), degree: self.degree }
+    }
+
+    fn largest(&self) -> f64 {
+        self.c[..=self.degree].iter().copied().fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    /// The halves [0, ½] and [½, 1], by de Casteljau.
+    fn split(&self) -> (Self, Self) {
+        let n = self.degree;
+        let (mut low, mut high) = (*self, *self);
+        for k in 1..=n {
+            for i in 0..=n - k {
+                high.c[i] = 0.5 * (high.c[i] + high.c[i + 1]);
+            }
+            low.c[k] = high.c[0];
+        }
+        (low, high)
+    }
+
+    /// An upper bound of the polynomial on [0, 1]: either at most `floor`, or within the share `tolerance` of its maximum.
+    pub(crate) fn upper_bound(&self, floor: f64, tolerance: f64) -> f64 {
+        // Each split halves the interval, and the gap shrinks by four: 30 are beyond rounding.
+        self.bound(floor, tolerance, 30)
+    }
+
+    fn bound(&self, floor: f64, tolerance: f64, depth: u32) -> f64 {
+        let largest = self.largest();
+        let reached = floor.max(self.c[0]).max(self.c[self.degree]);
+        if depth == 0 || largest <= floor || largest <= reached + tolerance * reached.abs() {
+            return largest;
+        }
+        let (low, high) = self.split();
+        let first = low.bound(reached, tolerance, depth - 1);
+        first.max(high.bound(reached.max(first), tolerance, depth - 1))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bounds_hold_and_are_tight() {
+        let mut state = 1_u64;
+        let mut random = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+        };
+        for _ in 0..300 {
+            let powers: Vec<f64> = (0..7).map(|_| random()).collect();
+            let other: Vec<f64> = (0..3).map(|_| random()).collect();
+            let b = Bernstein::from_powers(&powers);
+            let product = b.times(&b).times(&Bernstein::from_powers(&other));
+            let at = |c: &[f64], s: f64| c.iter().rev().fold(0.0, |sum, c| sum * s + c);
+            let sampled = (0..=4000)
+                .map(|k| f64::from(k) / 4000.0)
+                .map(|s| at(&powers, s).powi(2) * at(&other, s))
+                .fold(f64::NEG_INFINITY, f64::max);
+            let bound = product.upper_bound(f64::NEG_INFINITY, 1e-6);
+            assert!(bound >= sampled - 1e-14, "{bound} {sampled}");
+            assert!(bound <= sampled + 1e-5 * sampled.abs() + 1e-6, "{bound} {sampled}");
+        }
+    }
+}

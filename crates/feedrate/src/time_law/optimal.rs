@@ -1,0 +1,154 @@
+use super::barrier::{Problem, Scaled, end_weights};
+use super::certify::stretch;
+use super::descent::minimise;
+use super::law::{Pace, TimeLaw};
+use super::span::{Ramp, Span, span};
+use super::{JointPath, MotionBounds, TimeLawError};
+use facemill_inverse_kinematics::AxisValues;
+
+/// Effort of [`minimum_time_law`]. The result depends on these numbers alone, not on a clock.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TimeLawSettings {
+    /// Spans that the path is cut into, on each of which ṙ² is quadratic; each piece of the path has at least one. The
+    /// time above the least falls about as 1/spans, and computing time grows as spans.
+    pub spans: usize,
+    /// Solutions in turn in which the limits of spans are drawn in by what they are exceeded between the samples.
+    pub rounds: usize,
+}
+
+impl Default for TimeLawSettings {
+    /// About a tenth of a second of computing for five axes.
+    fn default() -> Self {
+        Self { spans: 1000, rounds: 2 }
+    }
+}
+
+impl TimeLawSettings {
+    /// About ten times the effort of the default.
+    pub fn thorough() -> Self {
+        Self { spans: 10_000, rounds: 2 }
+    }
+}
+
+/// The law of motion from rest to rest that takes the least time along a smooth path within the limits of all axes and the
+/// cap on the tip feed.
+///
+/// Guarantee: along the path as cut into polynomials of degree 7 (which meet the given path and its three derivatives at
+/// every knot) no limit is exceeded at any time, proven by the Bernstein coefficients of velocity, acceleration and jerk,
+/// to rounding. That the time is the least is not proven: the problem has the local minima of jerk limits.
+///
+/// # Errors
+/// Limits that are not positive, a path that is not finite, stands still, or whose position, first or second derivative
+/// jumps.
+pub fn minimum_time_law(
+    path: &dyn JointPath,
+    bounds: &MotionBounds,
+    settings: &TimeLawSettings,
+) -> Result<TimeLaw, TimeLawError> {
+    bounds.check()?;
+    let (spans, ramp) = cut(path, bounds, settings.spans)?;
+    let scaled = Scaled::new(bounds);
+    let n = spans.len();
+    let mut tightening = vec![1.0; n];
+    let mut best: Option<(f64, Vec<Pace>)> = None;
+    for _ in 0..settings.rounds.max(1) {
+        let problem = Problem::new(&spans, &scaled, &tightening);
+        let x = minimise(&problem);
+        let paces = paces(&spans, &x);
+        let stretches: Vec<f64> = spans.iter().zip(&paces).map(|(s, p)| stretch(s, p, &scaled, 0.0)).collect();
+        let most = stretches.iter().copied().fold(0.0, f64::max);
+        let paces: Vec<Pace> = paces.iter().map(|p| p.scaled(1.0 / (most * most))).collect();
+        let time: f64 = paces.iter().map(Pace::duration).sum();
+        if best.as_ref().is_none_or(|(least, _)| time < *least) {
+            best = Some((time, paces));
+        }
+        for (factor, stretch) in tightening.iter_mut().zip(&stretches) {
+            *factor = (*factor * stretch).max(1.0);
+        }
+    }
+    Ok(TimeLaw::new(spans, best.map(|b| b.1).unwrap_or_default(), ramp))
+}
+
+impl Scaled {
+    fn new(bounds: &MotionBounds) -> Self {
+        Self {
+            axes: bounds.axes.iter().map(|b| [b.velocity.powi(-2), 1.0 / b.acceleration, 1.0 / b.jerk]).collect(),
+            // mm/min to mm/s.
+            tip: bounds.tip_feed.map(|f| (60.0 / f).powi(2)),
+        }
+    }
+}
+
+/// The unknowns as quadratics over each span's own s.
+fn paces(spans: &[Span], x: &[f64]) -> Vec<Pace> {
+    let h: Vec<f64> = spans.iter().map(|s| s.h).collect();
+    (0..spans.len())
+        .map(|i| {
+            let ([l0, l1], [r0, r1]) = end_weights(&h, i);
+            let ends = [l0 * x[i] + l1 * x[i + 1], x[i + 1], r0 * x[i + 1] + r1 * x[i + 2]];
+            Pace(ends).scaled(h[i].powi(-2))
+        })
+        .collect()
+}
+
+/// The path as polynomials: every piece in spans of about equal length in r.
+fn cut(path: &dyn JointPath, bounds: &MotionBounds, spans: usize) -> Result<(Vec<Span>, Ramp), TimeLawError> {
+    let breaks = checked_breaks(path)?;
+    let ramp = Ramp { start: breaks[0], length: breaks[breaks.len() - 1] - breaks[0] };
+    let last = breaks.len() - 1;
+    let r_at = |k: usize| match k {
+        0 => 0.0,
+        k if k == last => 1.0,
+        k => ramp.inverse(breaks[k]),
+    };
+    let mut out: Vec<Span> = Vec::with_capacity(spans + last);
+    for piece in 0..last {
+        let (start, end) = (r_at(piece), r_at(piece + 1));
+        let n = ((end - start) * spans as f64).round().max(1.0) as usize;
+        let r = |k: usize| if k == n { end } else { start + (end - start) * k as f64 / n as f64 };
+        for k in 0..n {
+            out.push(span(path, piece, &ramp, (r(k), r(k + 1)), (breaks[piece], breaks[piece + 1]))?);
+        }
+    }
+    let n_axes = out[0].axes.len();
+    if out.iter().any(|s| s.axes.len() != bounds.axes.len()) {
+        return Err(TimeLawError::AxisCount { path: n_axes, bounds: bounds.axes.len() });
+    }
+    if bounds.tip_feed.is_some() && out.iter().any(|s| s.tip.is_none()) {
+        return Err(TimeLawError::NoTip);
+    }
+    let still = |span: &&Span| span.axes.iter().all(|c| c[1..].iter().all(|&c| c == 0.0));
+    match out.iter().find(still) {
+        Some(span) => Err(TimeLawError::NoMotion { piece: span.piece }),
+        None => Ok((out, ramp)),
+    }
+}
+
+/// Largest jump of a derivative between pieces as a share of its largest value: rounding passes, corners do not.
+const JUMP: f64 = 1e-9;
+
+/// The ends of the pieces, after position, first and second derivative have been found to be continuous there.
+fn checked_breaks(path: &dyn JointPath) -> Result<Vec<f64>, TimeLawError> {
+    let breaks = path.breaks();
+    if let Some(index) = breaks.iter().position(|b| !b.is_finite()) {
+        return Err(TimeLawError::BadBreaks { index });
+    }
+    if let Some(index) = (1..breaks.len().max(2)).find(|&k| k >= breaks.len() || breaks[k] <= breaks[k - 1]) {
+        return Err(TimeLawError::BadBreaks { index });
+    }
+    let n = breaks.len() - 1;
+    let ends: Vec<_> = (0..n).map(|k| (path.at(k, breaks[k]).axes, path.at(k, breaks[k + 1]).axes)).collect();
+    for order in 0..3 {
+        for axis in 0..ends[0].0[0].len() {
+            let value = |q: &[AxisValues; 4]| q[order].get_or_zero(axis);
+            let most = ends.iter().flat_map(|(a, b)| [value(a).abs(), value(b).abs()]).fold(0.0, f64::max);
+            for piece in 1..n {
+                let jump = (value(&ends[piece].0) - value(&ends[piece - 1].1)).abs();
+                if jump > JUMP * most {
+                    return Err(TimeLawError::Jump { piece, axis, order });
+                }
+            }
+        }
+    }
+    Ok(breaks)
+}

@@ -1,0 +1,7 @@
+//! Laws of the least time along a path, and the published benchmark.
+
+mod checks;
+mod closed_form;
+mod refused;
+mod smooth;
+mod spline_path;
