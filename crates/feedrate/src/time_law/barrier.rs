@@ -1,4 +1,4 @@
-use super::span::{Span, eval};
+use super::span::eval;
 
 /// Limits in the form the solver works with: reciprocals of velocity², acceleration and jerk of every axis, and of the
 /// square of the tip's speed.
@@ -27,11 +27,36 @@ struct Line {
     j: [f64; 3],
 }
 
+/// A span as the solver sees it.
+pub(crate) struct Part<'a, const K: usize> {
+    /// First of its three unknowns.
+    pub(crate) first: usize,
+    /// Length in the path variable.
+    pub(crate) h: f64,
+    /// As from [`end_weights`].
+    pub(crate) ends: ([f64; 2], [f64; 2]),
+    /// Axes as polynomials in s.
+    pub(crate) axes: &'a [[f64; K]],
+    /// Coordinates whose joint speed is capped, and 1/cap².
+    pub(crate) tip: &'a [[f64; K]],
+    pub(crate) tip_limit: f64,
+    /// The limits are drawn in as for a motion that is faster by this factor.
+    pub(crate) tightening: f64,
+}
+
+/// How many unknowns at the start and at the end keep their values.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Pinned {
+    pub(crate) start: usize,
+    pub(crate) end: usize,
+}
+
 /// The discrete problem: least time over the unknowns of a quadratic spline β with all limits at the samples.
 pub(crate) struct Problem {
     samples: Vec<Sample>,
     lines: Vec<Line>,
     pub(crate) n: usize,
+    pub(crate) pinned: Pinned,
 }
 
 /// Gradient and the symmetric band of the Hessian: row i holds columns i, i + 1, i + 2.
@@ -40,7 +65,7 @@ pub(crate) struct Quadratic {
     pub(crate) band: Vec<[f64; 3]>,
 }
 
-/// Values at the left and right end of span `i` from the unknowns i, i + 1 and i + 1, i + 2.
+/// Weights of the values at the left and right end of span `i` from the unknowns i, i + 1 and i + 1, i + 2.
 pub(crate) fn end_weights(h: &[f64], i: usize) -> ([f64; 2], [f64; 2]) {
     let share = |a: f64, b: f64| [b / (a + b), a / (a + b)];
     let left = if i == 0 { [1.0, 0.0] } else { share(h[i - 1], h[i]) };
@@ -49,33 +74,34 @@ pub(crate) fn end_weights(h: &[f64], i: usize) -> ([f64; 2], [f64; 2]) {
 }
 
 impl Problem {
-    /// The limits of span i are drawn in as for a motion that is faster by the factor `tightening[i]`.
-    pub(crate) fn new(spans: &[Span], scaled: &Scaled, tightening: &[f64]) -> Self {
-        let h: Vec<f64> = spans.iter().map(|s| s.h).collect();
-        let mut problem = Self { samples: Vec::new(), lines: Vec::new(), n: spans.len() + 2 };
-        for (i, span) in spans.iter().enumerate() {
-            for (s, weight) in [(0.0, 1.0 / 6.0), (0.5, 4.0 / 6.0), (1.0, 1.0 / 6.0)] {
-                problem.add(i, span, scaled, &h, (s, weight), tightening[i]);
-            }
-        }
-        problem
+    /// No samples yet, of spans with `n` unknowns together.
+    pub(crate) fn new(n: usize) -> Self {
+        Self { samples: Vec::new(), lines: Vec::new(), n, pinned: Pinned::default() }
     }
 
-    fn add(&mut self, i: usize, span: &Span, scaled: &Scaled, h: &[f64], (s, weight): (f64, f64), tightening: f64) {
-        let ([l0, l1], [r0, r1]) = end_weights(h, i);
+    /// Adds the samples of a span.
+    pub(crate) fn push<const K: usize>(&mut self, part: &Part<K>, scaled: &Scaled) {
+        for (s, weight) in [(0.0, 1.0 / 6.0), (0.5, 4.0 / 6.0), (1.0, 1.0 / 6.0)] {
+            self.sample(part, scaled, s, weight);
+        }
+    }
+
+    fn sample<const K: usize>(&mut self, part: &Part<K>, scaled: &Scaled, s: f64, weight: f64) {
+        let ([l0, l1], [r0, r1]) = part.ends;
         let t = 1.0 - s;
         // A combination of left end, middle control point and right end, in the unknowns.
         let row = |l: f64, m: f64, r: f64| [l * l0, l * l1 + m + r * r0, r * r1];
-        let d = 1.0 / span.h;
+        let d = 1.0 / part.h;
         let rows = [
             row(t * t, 2.0 * s * t, s * s),
             row(-2.0 * t * d, 2.0 * (1.0 - 2.0 * s) * d, 2.0 * s * d),
             row(2.0 * d * d, -4.0 * d * d, 2.0 * d * d),
         ];
         let start = self.lines.len() as u32;
-        let mut velocity: f64 = 0.0;
-        let f = tightening;
-        for (c, limit) in span.axes.iter().zip(&scaled.axes) {
+        let f = part.tightening;
+        let speed_sq: f64 = part.tip.iter().map(|c| (eval(c, s)[1] * d).powi(2)).sum();
+        let mut velocity = speed_sq * part.tip_limit * f * f;
+        for (c, limit) in part.axes.iter().zip(&scaled.axes) {
             let limit = [limit[0] * f * f, limit[1] * f * f, limit[2] * f * f * f];
             let [_, q1, q2, q3] = eval(c, s);
             let (q1, q2, q3) = (q1 * d, q2 * d * d, q3 * d * d * d);
@@ -86,22 +112,13 @@ impl Problem {
                 self.lines.push(Line { a, j });
             }
         }
-        if let (Some(tip), Some(limit)) = (&span.tip, scaled.tip) {
-            let speed_sq: f64 = tip.iter().map(|c| (eval(c, s)[1] * d).powi(2)).sum();
-            velocity = velocity.max(speed_sq * limit * f * f);
-        }
         let lines = start..self.lines.len() as u32;
-        self.samples.push(Sample { first: i as u32, rows, weight: weight * span.h, velocity, lines });
+        self.samples.push(Sample { first: part.first as u32, rows, weight: weight * part.h, velocity, lines });
     }
 
     fn state(sample: &Sample, x: &[f64]) -> [f64; 3] {
         let k = sample.first as usize;
         sample.rows.map(|w| w[0] * x[k] + w[1] * x[k + 1] + w[2] * x[k + 2])
-    }
-
-    /// Time of the motion by Simpson's rule on each span.
-    pub(crate) fn time(&self, x: &[f64]) -> f64 {
-        self.samples.iter().map(|s| s.weight / Self::state(s, x)[0].sqrt()).sum()
     }
 
     /// The factor by which time has to be stretched so that no sample exceeds a limit.
@@ -118,35 +135,39 @@ impl Problem {
         most
     }
 
-    /// κ·T and the barrier; `None` where a limit is reached.
-    pub(crate) fn value(&self, x: &[f64], kappa: f64) -> Option<f64> {
+    /// Time by Simpson's rule on each span and the sum of the barriers; `None` where a limit is reached.
+    pub(crate) fn value(&self, x: &[f64]) -> Option<(f64, f64)> {
         // Then β is above 0 on the whole of every span.
         if x.iter().any(|&x| x.is_nan() || x <= 0.0) {
             return None;
         }
-        let mut sum: f64 = x.iter().map(|x| -x.ln()).sum();
-        // Logarithms are dear: slacks are multiplied up first.
+        // Logarithms are dear: factors are multiplied first, as long as they are far from underflow.
+        let (mut time, mut barrier, mut product) = (0.0, 0.0, 1.0);
+        for x in x {
+            product *= x;
+            flush(&mut product, &mut barrier);
+        }
         for sample in &self.samples {
             let [b, b1, b2] = Self::state(sample, x);
-            let root = 1.0 / b.sqrt();
             let slack = 1.0 - b * sample.velocity;
             if slack <= 0.0 {
                 return None;
             }
-            sum += kappa * sample.weight * root;
-            let mut product = slack;
+            time += sample.weight / b.sqrt();
+            product *= slack;
             for line in &self.lines[sample.lines.start as usize..sample.lines.end as usize] {
                 let a = line.a[0] * b + line.a[1] * b1;
                 let j = line.j[0] * b + line.j[1] * b1 + line.j[2] * b2;
-                let (sa, sj) = (1.0 - a * a, root * root - j * j);
+                let (sa, sj) = (1.0 - a * a, 1.0 - b * j * j);
                 if sa <= 0.0 || sj <= 0.0 {
                     return None;
                 }
                 product *= sa * sj;
+                flush(&mut product, &mut barrier);
             }
-            sum -= product.ln();
         }
-        sum.is_finite().then_some(sum)
+        barrier -= product.ln();
+        (time.is_finite() && barrier.is_finite()).then_some((time, barrier))
     }
 
     /// Gradient and Hessian; `curved` is the share of the jerk limits' own curvature (which may make it indefinite).
@@ -175,7 +196,20 @@ impl Problem {
                 }
             }
         }
+        self.pin(&mut out);
         out
+    }
+
+    /// Makes the step of pinned unknowns 0.
+    fn pin(&self, q: &mut Quadratic) {
+        let (start, end) = (self.pinned.start, self.n - self.pinned.end);
+        for i in (0..start).chain(end..self.n) {
+            q.gradient[i] = 0.0;
+            q.band[i] = [1.0, 0.0, 0.0];
+            for back in 1..=2.min(i) {
+                q.band[i - back][back] = 0.0;
+            }
+        }
     }
 
     /// Gradient and Hessian by β, β', β'' of what one sample adds: (00, 01, 02, 11, 12, 22).
@@ -185,8 +219,10 @@ impl Problem {
         let root2 = 0.75 * root / (b * b);
         let v = sample.velocity / (1.0 - b * sample.velocity);
         let time = kappa * sample.weight;
-        let mut g = [v + time * root1, 0.0, 0.0];
-        let mut h = [v * v + time * root2, 0.0, 0.0, 0.0, 0.0, 0.0];
+        // −ln(1 − β·j²) is −ln β − ln(1/√β − j) − ln(1/√β + j).
+        let lines = f64::from(sample.lines.end - sample.lines.start) / b;
+        let mut g = [v + time * root1 - lines, 0.0, 0.0];
+        let mut h = [v * v + time * root2 + lines / b, 0.0, 0.0, 0.0, 0.0, 0.0];
         for line in &self.lines[sample.lines.start as usize..sample.lines.end as usize] {
             let [a0, a1] = line.a;
             let a = a0 * b + a1 * b1;
@@ -216,6 +252,16 @@ impl Problem {
             h[5] += square * j2 * j2;
         }
         (g, h)
+    }
+}
+
+/// Moves a product that has come near the ends of the range of numbers into the sum of −ln.
+#[inline]
+fn flush(product: &mut f64, barrier: &mut f64) {
+    // Slacks are at least 1e-16, unknowns of a usual size: three factors more are far from underflow.
+    if *product < 1e-200 || *product > 1e200 {
+        *barrier -= product.ln();
+        *product = 1.0;
     }
 }
 

@@ -11,46 +11,86 @@ const STEPS: usize = 60;
 const GAP: f64 = 1e-6;
 const STAGES: usize = 40;
 
+/// Unknowns with their time and the sum of their barriers.
+struct Iterate {
+    x: Vec<f64>,
+    time: f64,
+    barrier: f64,
+}
+
+impl Iterate {
+    /// `None` where a limit is reached.
+    fn new(problem: &Problem, x: Vec<f64>) -> Option<Self> {
+        problem.value(&x).map(|(time, barrier)| Self { x, time, barrier })
+    }
+}
+
 /// Unknowns of least time by a barrier method: strictly within every sampled limit, from a slow law on.
 pub(crate) fn minimise(problem: &Problem) -> Vec<f64> {
     let mut x = vec![1.0; problem.n];
     let slow = 1.5 * problem.dilation(&x);
     x.iter_mut().for_each(|v| *v /= slow * slow);
-    let mut kappa = problem.n as f64 / problem.time(&x);
+    let Some(mut at) = Iterate::new(problem, x.clone()) else { return x };
+    let mut kappa = problem.n as f64 / at.time;
     for _ in 0..STAGES {
-        stage(problem, &mut x, kappa);
+        for _ in 0..STEPS {
+            match newton(problem, &mut at, kappa) {
+                Some(decrement) if decrement > 1e-3 => {}
+                _ => break,
+            }
+        }
         // Each active limit of a span costs 1/κ.
-        if 3.0 * problem.n as f64 <= GAP * kappa * problem.time(&x) {
+        if 3.0 * problem.n as f64 <= GAP * kappa * at.time {
             break;
         }
         kappa *= GROWTH;
     }
-    x
+    at.x
 }
 
-/// Newton's method on κ·T + barrier; every step stays strictly feasible and lowers it.
-fn stage(problem: &Problem, x: &mut Vec<f64>, kappa: f64) {
-    for _ in 0..STEPS {
-        let Some(value) = problem.value(x, kappa) else { return };
-        // The exact Hessian where it is positive definite; without the jerk limits' curvature it always is.
-        let exact = problem.derivatives(x, kappa, 1.0);
-        let (step, gradient) = match newton_step(&exact) {
-            Some(step) => (step, exact.gradient),
-            None => {
-                let convex = problem.derivatives(x, kappa, 0.0);
-                let Some(step) = newton_step(&convex) else { return };
-                (step, convex.gradient)
-            }
-        };
-        let slope: f64 = step.iter().zip(&gradient).map(|(s, g)| s * g).sum();
-        // The decrease that a full step promises, in units of one logarithm.
-        if -slope < 1e-3 {
-            return;
+/// How far [`lower`] goes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Effort {
+    /// Newton steps at most.
+    pub(crate) steps: usize,
+    /// Share of the time that the barrier costs at first and at last.
+    pub(crate) gaps: (f64, f64),
+}
+
+/// Lowers the time from `x` on, which is strictly within every limit; the weight of the barrier follows the time.
+pub(crate) fn lower(problem: &Problem, x: &mut Vec<f64>, effort: &Effort) {
+    let Some(mut at) = Iterate::new(problem, x.clone()) else { return };
+    let (mut gap, last) = effort.gaps;
+    for _ in 0..effort.steps {
+        let kappa = 3.0 * problem.n as f64 / (gap * at.time);
+        match newton(problem, &mut at, kappa) {
+            // A full step would still lower the mean barrier of a span by this.
+            Some(decrement) if decrement > 0.05 * problem.n as f64 => {}
+            _ if gap <= last => break,
+            _ => gap = (gap / 6.0).max(last),
         }
-        let trial = |alpha: f64| -> Vec<f64> { x.iter().zip(&step).map(|(x, s)| x + alpha * s).collect() };
-        let lower = |x: &[f64], alpha: f64| problem.value(x, kappa).is_some_and(|v| v <= value + 1e-4 * alpha * slope);
-        let found = (0..40).map(|k| 0.5_f64.powi(k)).map(|alpha| (trial(alpha), alpha)).find(|(x, a)| lower(x, *a));
-        let Some((next, _)) = found else { return };
-        *x = next;
     }
+    *x = at.x;
+}
+
+/// One step of Newton's method, which stays strictly feasible and lowers κ·T + barrier. Returns the decrease that the full
+/// step promises, in units of one logarithm; `None` where there is no step.
+fn newton(problem: &Problem, at: &mut Iterate, kappa: f64) -> Option<f64> {
+    // The exact Hessian where it is positive definite; without the jerk limits' curvature it always is.
+    let exact = problem.derivatives(&at.x, kappa, 1.0);
+    let (step, gradient) = match newton_step(&exact) {
+        Some(step) => (step, exact.gradient),
+        None => {
+            let convex = problem.derivatives(&at.x, kappa, 0.0);
+            (newton_step(&convex)?, convex.gradient)
+        }
+    };
+    let slope: f64 = step.iter().zip(&gradient).map(|(s, g)| s * g).sum();
+    let value = kappa * at.time + at.barrier;
+    let trial = |alpha: f64| {
+        let x = at.x.iter().zip(&step).map(|(x, s)| x + alpha * s).collect();
+        Iterate::new(problem, x).filter(|next| kappa * next.time + next.barrier <= value + 1e-4 * alpha * slope)
+    };
+    *at = (0..40).find_map(|k| trial(0.5_f64.powi(k)))?;
+    Some(-slope)
 }

@@ -91,6 +91,15 @@ impl Pace {
         (self.0[0].sqrt() * t * first + (self.0[1] - self.0[0]) * t * t * second).clamp(0.0, 1.0)
     }
 
+    /// Time from s = 0 to `s`: the duration of the part before it.
+    pub(crate) fn time_to(&self, s: f64) -> f64 {
+        if s <= 0.0 {
+            return 0.0;
+        }
+        let [a, b, _] = self.0;
+        Pace([a, a * (1.0 - s) + b * s, self.at(s)[0]]).scaled(1.0 / (s * s)).duration()
+    }
+
     /// First three derivatives of s by time.
     pub(crate) fn rates(&self, s: f64) -> [f64; 3] {
         let [rho, rho1, rho2] = self.at(s);
@@ -133,7 +142,7 @@ impl TimeLaw {
     /// Index of the span at time `t`, and s within it.
     fn place(&self, t: f64) -> (usize, f64) {
         let i = self.starts.partition_point(|&start| start <= t).clamp(1, self.paces.len()) - 1;
-        (i, self.paces[i].position((t - self.starts[i]).max(0.0)))
+        (i, self.paces[i].position((t.min(self.total_time()) - self.starts[i]).max(0.0)))
     }
 
     /// The axes at time `t`, s; before the start and after the end they stand.
@@ -158,7 +167,7 @@ impl TimeLaw {
     pub fn parameter_at(&self, t: f64) -> f64 {
         let (i, s) = self.place(t);
         let span = &self.spans[i];
-        self.ramp.at(span.start + span.h * s)[0]
+        self.ramp.at((span.start + span.h * s).min(1.0))[0].min(self.ramp.start + self.ramp.length)
     }
 
     /// Times at which the pieces of the path end, s, in order; the last one is [`TimeLaw::total_time`].
@@ -180,12 +189,6 @@ pub(crate) fn in_time([q, q1, q2, q3]: [f64; 4], [v, a, j]: [f64; 3]) -> [f64; 4
 mod tests {
     use super::*;
 
-    /// Time from s = 0 to `s`: the duration of the part before `s`.
-    fn time_to(pace: &Pace, s: f64) -> f64 {
-        let [a, b, _] = pace.0;
-        Pace([a, a * (1.0 - s) + b * s, pace.at(s)[0]]).scaled(1.0 / (s * s)).duration()
-    }
-
     /// The closed forms against Simpson's rule on ds/√ρ, for upward, downward and no curvature.
     #[test]
     fn duration_and_position_are_those_of_the_integral() {
@@ -197,7 +200,7 @@ mod tests {
             let time = sum / (3.0 * f64::from(n));
             assert!((pace.duration() - time).abs() < 1e-8 * time, "{pace:?} {} {time}", pace.duration());
             for s in [0.1, 0.5, 0.93, 1.0] {
-                let back = pace.position(time_to(&pace, s));
+                let back = pace.position(pace.time_to(s));
                 assert!((back - s).abs() < 1e-12, "{pace:?} {s} {back}");
             }
         }

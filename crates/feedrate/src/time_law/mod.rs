@@ -1,15 +1,15 @@
 //! Laws of motion along a path in the least time.
 
-mod barrier;
+pub(crate) mod barrier;
 mod bernstein;
 mod bounds;
-mod certify;
-mod descent;
+pub(crate) mod certify;
+pub(crate) mod descent;
 mod jet;
-mod law;
+pub(crate) mod law;
 mod optimal;
 mod path;
-mod span;
+pub(crate) mod span;
 
 pub use bounds::{AxisBounds, MotionBounds, MotionLimit, TimeLawError};
 pub use jet::Jet;

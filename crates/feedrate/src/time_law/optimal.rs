@@ -1,8 +1,8 @@
-use super::barrier::{Problem, Scaled, end_weights};
+use super::barrier::{Part, Problem, Scaled, end_weights};
 use super::certify::stretch;
 use super::descent::minimise;
 use super::law::{Pace, TimeLaw};
-use super::span::{Ramp, Span, span};
+use super::span::{Ramp, Septic, Span, span};
 use super::{JointPath, MotionBounds, TimeLawError};
 use facemill_inverse_kinematics::AxisValues;
 
@@ -52,10 +52,10 @@ pub fn minimum_time_law(
     let mut tightening = vec![1.0; n];
     let mut best: Option<(f64, Vec<Pace>)> = None;
     for _ in 0..settings.rounds.max(1) {
-        let problem = Problem::new(&spans, &scaled, &tightening);
+        let problem = problem(&spans, &scaled, &tightening);
         let x = minimise(&problem);
         let paces = paces(&spans, &x);
-        let stretches: Vec<f64> = spans.iter().zip(&paces).map(|(s, p)| stretch(s, p, &scaled, 0.0)).collect();
+        let stretches: Vec<f64> = spans.iter().zip(&paces).map(|(s, p)| span_stretch(s, p, &scaled)).collect();
         let most = stretches.iter().copied().fold(0.0, f64::max);
         let paces: Vec<Pace> = paces.iter().map(|p| p.scaled(1.0 / (most * most))).collect();
         let time: f64 = paces.iter().map(Pace::duration).sum();
@@ -69,8 +69,32 @@ pub fn minimum_time_law(
     Ok(TimeLaw::new(spans, best.map(|b| b.1).unwrap_or_default(), ramp))
 }
 
+fn span_stretch(span: &Span, pace: &Pace, scaled: &Scaled) -> f64 {
+    let tip: &[Septic] = span.tip.as_ref().map_or(&[], |t| t);
+    stretch(&span.axes, (tip, scaled.tip.unwrap_or(0.0)), pace, scaled, 0.0)
+}
+
+fn problem(spans: &[Span], scaled: &Scaled, tightening: &[f64]) -> Problem {
+    let h: Vec<f64> = spans.iter().map(|s| s.h).collect();
+    let mut problem = Problem::new(spans.len() + 2);
+    for (i, span) in spans.iter().enumerate() {
+        let tip: &[Septic] = span.tip.as_ref().map_or(&[], |t| t);
+        let part = Part {
+            first: i,
+            h: span.h,
+            ends: end_weights(&h, i),
+            axes: &span.axes,
+            tip,
+            tip_limit: scaled.tip.unwrap_or(0.0),
+            tightening: tightening[i],
+        };
+        problem.push(&part, scaled);
+    }
+    problem
+}
+
 impl Scaled {
-    fn new(bounds: &MotionBounds) -> Self {
+    pub(crate) fn new(bounds: &MotionBounds) -> Self {
         Self {
             axes: bounds.axes.iter().map(|b| [b.velocity.powi(-2), 1.0 / b.acceleration, 1.0 / b.jerk]).collect(),
             // mm/min to mm/s.

@@ -35,8 +35,8 @@ pub(crate) fn septic(start: [f64; 4], end: [f64; 4]) -> Septic {
     ]
 }
 
-/// Value and first three derivatives by s.
-pub(crate) fn eval(c: &Septic, s: f64) -> [f64; 4] {
+/// Value and first three derivatives by s of a polynomial by its powers, lowest first.
+pub(crate) fn eval(c: &[f64], s: f64) -> [f64; 4] {
     let mut out = [0.0; 4];
     for &k in c.iter().rev() {
         out[3] = out[3] * s + out[2];

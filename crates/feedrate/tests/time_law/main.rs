@@ -2,6 +2,7 @@
 
 mod checks;
 mod closed_form;
+mod program;
 mod refused;
 mod smooth;
 mod spline_path;

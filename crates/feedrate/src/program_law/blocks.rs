@@ -1,0 +1,222 @@
+use facemill_inverse_kinematics::AxisValues;
+use rayon::prelude::*;
+
+use super::law::ProgramLaw;
+use super::polyline::Polyline;
+use super::section::Section;
+use super::spans::Grain;
+use crate::time_law::barrier::Scaled;
+use crate::{AxisBounds, MotionBounds, TimeLawError};
+
+/// A block of a program whose time law is asked for: a straight line of the axes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ProgramBlock {
+    /// Axis values at its end; it starts where the one before it ends.
+    pub end: AxisValues,
+    /// Least time by its tip feed, s: the tip's way over the feed (Dc/Fc, FEED (4)); 0 where the feed is not capped.
+    pub tip_time: f64,
+    /// Whether the axes stand at its end.
+    pub exact_stop: bool,
+}
+
+/// How a program is run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ProgramSettings {
+    /// Most by which each axis leaves the program's lines where corners are blended, mm or rad; `None` stops at corners.
+    pub tolerance: Option<AxisValues>,
+    /// Length of the spans that the law is made of where the path would allow longer ones, as a share of the time in which
+    /// an axis gets from rest to its largest speed. Shorter ones come nearer to the least time and cost more computing.
+    pub resolution: f64,
+}
+
+impl ProgramSettings {
+    /// Corners blended within this tolerance of each axis, mm or rad.
+    pub fn blended(tolerance: AxisValues) -> Self {
+        Self { tolerance: Some(tolerance), resolution: 0.15 }
+    }
+
+    /// A stop at every corner.
+    pub fn stopping() -> Self {
+        Self { tolerance: None, resolution: 0.15 }
+    }
+}
+
+/// Why a program has no time law.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ProgramLawError {
+    /// A limit is wrong.
+    #[error(transparent)]
+    Bounds(#[from] TimeLawError),
+    /// The position that the program starts from is not finite, or has not as many axes as there are limits.
+    #[error("the start has {axes} axes with limits for {bounds}, or a value that is not finite")]
+    BadStart {
+        /// Axes of the start.
+        axes: usize,
+        /// Axes with limits.
+        bounds: usize,
+    },
+    /// A block's end is not finite.
+    #[error("block {block}: the value of axis {axis} at its end is not finite")]
+    NotFinite {
+        /// Index of the block, from 0.
+        block: usize,
+        /// Index of the axis.
+        axis: usize,
+    },
+    /// A block has another number of axes.
+    #[error("block {block} has {axes} axes, but limits are given for {bounds}")]
+    AxisCount {
+        /// Index of the block, from 0.
+        block: usize,
+        /// Its axes.
+        axes: usize,
+        /// Axes with limits.
+        bounds: usize,
+    },
+    /// A block's least time is negative or not finite.
+    #[error("block {block}: the least time by its tip feed is {tip_time} s, but has to be a finite number from 0 up")]
+    BadTipTime {
+        /// Index of the block, from 0.
+        block: usize,
+        /// What was given, s.
+        tip_time: f64,
+    },
+    /// The tolerance is not a positive number for every axis.
+    #[error(
+        "the blend tolerance of axis {axis} is {value}, but has to be a finite number above 0; leave it out to stop"
+    )]
+    BadTolerance {
+        /// Index of the axis.
+        axis: usize,
+        /// What was given, mm or rad; 0 where it is missing.
+        value: f64,
+    },
+    /// The resolution is not a positive number.
+    #[error("the resolution is {value}, but has to be a finite number above 0")]
+    BadResolution {
+        /// What was given.
+        value: f64,
+    },
+}
+
+/// Lines that are shorter than this are left out, s at the axes' largest speeds: 1e-8 mm at 100 mm/s.
+const SHORTEST: f64 = 1e-10;
+
+/// Stands in for the tolerance where the program stops at every corner: rounding passes.
+const STRAIGHT: f64 = 1e-9;
+
+/// The motion of a program from rest to rest in short time: within velocity, acceleration and jerk of every axis and the
+/// tip feed of every block, corners blended within the tolerance, with look-ahead over the whole program.
+///
+/// Guarantee: no limit is exceeded at any time, proven by Bernstein coefficients to rounding, and no axis is farther from
+/// the program's lines than its tolerance. The cost is linear in the number of blocks. The time is not proven to be the
+/// least one. Blocks without motion take no time. The result does not depend on the number of threads.
+///
+/// # Errors
+/// Limits, settings or blocks that cannot be meant, with the index of the block.
+///
+/// ```
+/// use facemill_feedrate::{AxisBounds, ProgramBlock, ProgramSettings, program_law};
+/// use facemill_inverse_kinematics::AxisValues;
+///
+/// let axis = AxisBounds { velocity: 100.0, acceleration: 1000.0, jerk: 20_000.0 };
+/// let block = |x: f64, y: f64| ProgramBlock { end: AxisValues::from([x, y]), tip_time: 0.0, exact_stop: false };
+/// let blocks = [block(50.0, 0.0), block(50.0, 50.0)];
+/// let start = AxisValues::zeros(2);
+/// let blended = ProgramSettings::blended(AxisValues::from([0.5, 0.5]));
+/// let law = program_law(&start, &blocks, &[axis, axis], &blended)?;
+/// let stopping = program_law(&start, &blocks, &[axis, axis], &ProgramSettings::stopping())?;
+/// // With stops each block takes 50/100 + 100/1000 + 1000/20000 s.
+/// assert!((stopping.total_time() - 1.3).abs() < 0.02 && law.total_time() < stopping.total_time());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn program_law(
+    start: &AxisValues,
+    blocks: &[ProgramBlock],
+    axes: &[AxisBounds],
+    settings: &ProgramSettings,
+) -> Result<ProgramLaw, ProgramLawError> {
+    let bounds = MotionBounds::new(axes.to_vec());
+    bounds.check()?;
+    check(start, blocks, axes.len(), settings)?;
+    let scaled = Scaled::new(&bounds);
+    let tolerance = settings.tolerance.unwrap_or_else(|| AxisValues::from_fn(start.len(), |_| STRAIGHT));
+    let grain = grain(axes, settings.resolution);
+    let polylines = sections(start, blocks, axes, settings.tolerance.is_none());
+    let plan = |polyline: Polyline| {
+        let section = Section::plan(&polyline, &tolerance, &grain, &scaled);
+        (polyline, section)
+    };
+    let planned: Vec<_> = polylines.into_par_iter().map(plan).collect();
+    Ok(ProgramLaw::new(*start, blocks.len(), planned))
+}
+
+/// Lengths of spans that the changes of speed of every axis can be made of.
+fn grain(axes: &[AxisBounds], resolution: f64) -> Grain {
+    let least = |f: fn(&AxisBounds) -> f64| axes.iter().map(f).fold(f64::INFINITY, f64::min);
+    // Time from rest to the largest speed; half of it is the way at that speed.
+    let rise = least(|b| b.velocity / b.acceleration + b.acceleration / b.jerk);
+    Grain { span: resolution * rise, ramp: 0.5 * rise }
+}
+
+/// Length of a line, s: axes by the time that they take at their largest speeds.
+fn length(from: &AxisValues, to: &AxisValues, axes: &[AxisBounds]) -> f64 {
+    axes.iter().enumerate().map(|(k, b)| (to[k] - from[k]) / b.velocity).fold(0.0, f64::hypot)
+}
+
+/// The lines between stops; blocks without motion are left out.
+fn sections(start: &AxisValues, blocks: &[ProgramBlock], axes: &[AxisBounds], stops: bool) -> Vec<Polyline> {
+    let mut out = Vec::new();
+    let mut open = Polyline::new(start);
+    let mut at = *start;
+    for (index, block) in blocks.iter().enumerate() {
+        let length = length(&at, &block.end, axes);
+        if length > SHORTEST {
+            if stops && open.turns(&block.end, length, axes) {
+                out.push(std::mem::replace(&mut open, Polyline::new(&at)));
+            }
+            let cap = if block.tip_time > 0.0 { length / block.tip_time } else { f64::INFINITY };
+            open.push(&block.end, length, cap, index);
+            at = block.end;
+        }
+        if block.exact_stop && open.lines() > 0 {
+            out.push(std::mem::replace(&mut open, Polyline::new(&at)));
+        }
+    }
+    if open.lines() > 0 {
+        out.push(open);
+    }
+    out
+}
+
+fn check(
+    start: &AxisValues,
+    blocks: &[ProgramBlock],
+    bounds: usize,
+    settings: &ProgramSettings,
+) -> Result<(), ProgramLawError> {
+    if start.len() != bounds || !start.is_finite() {
+        return Err(ProgramLawError::BadStart { axes: start.len(), bounds });
+    }
+    let positive = |value: f64| value > 0.0 && value.is_finite();
+    if !positive(settings.resolution) {
+        return Err(ProgramLawError::BadResolution { value: settings.resolution });
+    }
+    if let Some(tolerance) = &settings.tolerance
+        && let Some(axis) = (0..bounds).find(|&k| !positive(tolerance.get_or_zero(k)))
+    {
+        return Err(ProgramLawError::BadTolerance { axis, value: tolerance.get_or_zero(axis) });
+    }
+    for (block, b) in blocks.iter().enumerate() {
+        if b.end.len() != bounds {
+            return Err(ProgramLawError::AxisCount { block, axes: b.end.len(), bounds });
+        }
+        if let Some(axis) = b.end.iter().position(|q| !q.is_finite()) {
+            return Err(ProgramLawError::NotFinite { block, axis });
+        }
+        if !(b.tip_time >= 0.0 && b.tip_time.is_finite()) {
+            return Err(ProgramLawError::BadTipTime { block, tip_time: b.tip_time });
+        }
+    }
+    Ok(())
+}

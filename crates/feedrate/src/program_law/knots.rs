@@ -1,0 +1,122 @@
+use facemill_inverse_kinematics::AxisValues;
+
+use super::polyline::{Point, Polyline};
+
+/// Most by which neighbouring pieces differ, and a little for rounding.
+const GRADING: f64 = 2.01;
+
+/// The spline has to be straight on the first and the last piece. As pieces at most double, the control points of these
+/// reach less than so many times as far.
+pub(crate) const CHORD: f64 = 4.0;
+
+/// Length of the first or last piece: such that the chord over [`CHORD`] times that length stays within half the tolerance.
+fn ramp_length(polyline: &Polyline, tolerance: &AxisValues, ramp: f64, at_end: bool) -> f64 {
+    let length = polyline.length();
+    let mut w = ramp.min(length / (2.0 * CHORD));
+    loop {
+        let (a, b) = if at_end { (length - CHORD * w, length) } else { (0.0, CHORD * w) };
+        let (first, last) = (polyline.line_at(a, 0), polyline.line_at(b, polyline.lines()));
+        let off = |v: usize| {
+            let (p, q) = (polyline.on_chord(polyline.r[v], a, b), polyline.vertex(v));
+            (0..polyline.n_axes).map(|k| (p[k] - q[k]).abs() / tolerance[k]).fold(0.0, f64::max)
+        };
+        let one_line = first == last || (at_end && first + 1 == last && b <= polyline.r[last]);
+        if one_line || (first + 1..=last).all(|v| off(v) <= 0.5) {
+            return w;
+        }
+        w *= 0.5;
+    }
+}
+
+/// Ends of pieces such that a uniform spline with pieces of these lengths would stay within half the tolerance.
+pub(crate) fn coarse(polyline: &Polyline, tolerance: &AxisValues, ramp: f64) -> Vec<f64> {
+    let length = polyline.length();
+    let last = polyline.lines() - 1;
+    let (head, tail) = if last == 0 {
+        (ramp.min(0.5 * length), ramp.min(0.5 * length))
+    } else {
+        (ramp_length(polyline, tolerance, ramp, false), ramp_length(polyline, tolerance, ramp, true))
+    };
+    let (from, to) = (head, length - tail);
+    let mut ends = vec![0.0, head];
+    let middle = to - from;
+    // Two ramps may share one line.
+    if middle > 1e-9 * length {
+        let mut line = 0;
+        let mut stack = vec![(from, to)];
+        while let Some((a, b)) = stack.pop() {
+            line = polyline.line_at(a, line);
+            if is_rough(polyline, tolerance, (a, b), line) {
+                let mid = 0.5 * (a + b);
+                stack.push((mid, b));
+                stack.push((a, mid));
+            } else {
+                ends.push(b);
+            }
+        }
+    } else {
+        ends[1] = 0.5 * length;
+    }
+    ends.push(length);
+    ends
+}
+
+/// Whether an interval has to be halved; `line` holds its start.
+fn is_rough(polyline: &Polyline, tolerance: &AxisValues, (a, b): (f64, f64), line: usize) -> bool {
+    let w = b - a;
+    let mid = 0.5 * (a + b);
+    let second = |p: &[f64], r: f64| {
+        let (low, high): (Point, Point) = (polyline.at(r - w, line), polyline.at(r + w, line));
+        (0..polyline.n_axes).map(|k| ((high[k] - p[k]) - (p[k] - low[k])).abs() / tolerance[k]).fold(0.0, f64::max)
+    };
+    let bent = |d: f64| d > 0.8 * 6.0;
+    if [a, mid, b].into_iter().any(|r| bent(second(&polyline.at(r, line), r))) {
+        return true;
+    }
+    let inside = (line + 1..polyline.lines()).take_while(|&v| polyline.r[v] < b);
+    inside.into_iter().any(|v| bent(second(polyline.vertex(v), polyline.r[v])))
+}
+
+/// The same ends with more between them, so that neighbouring pieces differ by a factor of 2 at most. The first and the
+/// last one stay: nothing bends there.
+pub(crate) fn graded(ends: Vec<f64>) -> Vec<f64> {
+    let mut ends = ends;
+    loop {
+        let n = ends.len();
+        ends = graded_forward(&ends, 1.0);
+        ends.reverse();
+        ends = graded_forward(&ends, -1.0);
+        ends.reverse();
+        if ends.len() == n {
+            return ends;
+        }
+    }
+}
+
+/// Halves spans that are longer than twice the one before them; `sign` is −1 where the ends descend.
+fn graded_forward(ends: &[f64], sign: f64) -> Vec<f64> {
+    let mut out = Vec::with_capacity(ends.len());
+    out.push(ends[0]);
+    let mut before = f64::INFINITY;
+    let mut stack = Vec::new();
+    for (k, pair) in ends.windows(2).enumerate() {
+        if k == 0 || k + 2 == ends.len() {
+            before = sign * (pair[1] - pair[0]);
+            out.push(pair[1]);
+            continue;
+        }
+        stack.push((pair[0], pair[1]));
+        while let Some((a, b)) = stack.pop() {
+            let width = sign * (b - a);
+            if width > GRADING * before {
+                let mid = 0.5 * (a + b);
+                stack.push((mid, b));
+                stack.push((a, mid));
+            } else {
+                before = width;
+                out.push(b);
+            }
+        }
+    }
+    out
+}

@@ -1,0 +1,127 @@
+use facemill_inverse_kinematics::{AxisValues, MAX_AXES};
+
+use crate::AxisBounds;
+
+/// Axis values of a point without their number.
+pub(crate) type Point = [f64; MAX_AXES];
+
+/// Share of an axis's speed by which directions may differ and count as one: rounding passes, and a jump of the velocity
+/// by this share is blended within nanometres.
+const SAME_DIRECTION: f64 = 1e-9;
+
+/// The blocks between two stops as straight lines over their summed length r, in which each axis counts by the time it
+/// takes at its largest speed: s.
+#[derive(Clone, Debug)]
+pub(crate) struct Polyline {
+    pub(crate) n_axes: usize,
+    /// r at every vertex, ascending, from 0.
+    pub(crate) r: Vec<f64>,
+    /// Axis values of every vertex, one after the other.
+    pub(crate) q: Vec<f64>,
+    /// Largest ṙ on every line by the tip feed; infinite without a cap.
+    pub(crate) caps: Vec<f64>,
+    /// Block of the program that each line belongs to.
+    pub(crate) blocks: Vec<usize>,
+}
+
+impl Polyline {
+    pub(crate) fn new(start: &AxisValues) -> Self {
+        Self { n_axes: start.len(), r: vec![0.0], q: start.as_slice().to_vec(), caps: Vec::new(), blocks: Vec::new() }
+    }
+
+    /// Adds the line of a block, of this length, to `end`.
+    pub(crate) fn push(&mut self, end: &AxisValues, length: f64, cap: f64, block: usize) {
+        self.blocks.push(block);
+        self.r.push(self.length() + length);
+        self.q.extend_from_slice(end.as_slice());
+        self.caps.push(cap);
+    }
+
+    /// Whether a line of this length to `end` would leave in another direction than the last line came.
+    pub(crate) fn turns(&self, end: &AxisValues, length: f64, axes: &[AxisBounds]) -> bool {
+        let Some(last) = self.lines().checked_sub(1) else { return false };
+        let before = self.r[last + 1] - self.r[last];
+        let (a, b) = (self.vertex(last), self.vertex(last + 1));
+        (0..self.n_axes)
+            .any(|k| ((end[k] - b[k]) / length - (b[k] - a[k]) / before).abs() > SAME_DIRECTION * axes[k].velocity)
+    }
+
+    /// Number of lines.
+    pub(crate) fn lines(&self) -> usize {
+        self.caps.len()
+    }
+
+    pub(crate) fn length(&self) -> f64 {
+        self.r[self.r.len() - 1]
+    }
+
+    pub(crate) fn vertex(&self, index: usize) -> &[f64] {
+        &self.q[index * self.n_axes..(index + 1) * self.n_axes]
+    }
+
+    /// Index of the line that holds `r`, the first or last one outside; searched from `near` on.
+    pub(crate) fn line_at(&self, r: f64, near: usize) -> usize {
+        let last = self.lines() - 1;
+        let mut low = near.min(last);
+        let mut step = 1;
+        // Widens until r lies between low and high, then halves.
+        let mut high = low;
+        while self.r[low] > r && low > 0 {
+            high = low;
+            low = low.saturating_sub(step);
+            step *= 2;
+        }
+        step = 1;
+        high = high.max(low);
+        while high < last && self.r[high + 1] <= r {
+            low = high + 1;
+            high = (high + step).min(last);
+            step *= 2;
+        }
+        low + self.r[low + 1..=high].partition_point(|&x| x <= r)
+    }
+
+    /// The point at `r` on the line of this index, which may be longer than the line.
+    pub(crate) fn on_line(&self, r: f64, line: usize) -> Point {
+        let share = (r - self.r[line]) / (self.r[line + 1] - self.r[line]);
+        let (a, b) = (self.vertex(line), self.vertex(line + 1));
+        let mut out = [0.0; MAX_AXES];
+        for ((out, a), b) in out.iter_mut().zip(a).zip(b) {
+            *out = a + (b - a) * share;
+        }
+        out
+    }
+
+    /// The point at `r` on the straight line through the points at `a` and `b`.
+    pub(crate) fn on_chord(&self, r: f64, a: f64, b: f64) -> Point {
+        let (p, q) = (self.at(a, 0), self.at(b, self.lines()));
+        let share = (r - a) / (b - a);
+        std::array::from_fn(|k| p[k] + (q[k] - p[k]) * share)
+    }
+
+    /// The point at `r`; the first and the last line go on beyond the ends.
+    pub(crate) fn at(&self, r: f64, near: usize) -> Point {
+        self.on_line(r, self.line_at(r, near))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_are_found_from_anywhere() {
+        let mut line = Polyline::new(&AxisValues::from([0.0]));
+        for k in 1..60_u32 {
+            line.push(&AxisValues::from([f64::from(k * k)]), f64::from(1 + k % 3), 1.0, 0);
+        }
+        for near in [0, 1, 7, 31, 58, 90] {
+            for i in 0..59 {
+                let (a, b) = (line.r[i], line.r[i + 1]);
+                assert_eq!((line.line_at(a, near), line.line_at(0.5 * (a + b), near)), (i, i));
+            }
+            assert_eq!((line.line_at(-3.0, near), line.line_at(1e9, near)), (0, 58));
+        }
+        assert_eq!(line.at(-1.0, 0)[0], -0.5);
+    }
+}

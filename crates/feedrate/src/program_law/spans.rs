@@ -1,0 +1,154 @@
+use facemill_inverse_kinematics::AxisValues;
+
+use super::polyline::Polyline;
+use super::spline::{Quartic, Spline};
+
+/// How long spans may be at most.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Grain {
+    /// At the speeds of the tip feed, s.
+    pub(crate) span: f64,
+    /// The first and the last piece of a section, in r.
+    pub(crate) ramp: f64,
+}
+
+/// A spline cut into the spans of a law, from rest to rest.
+///
+/// Its first and last piece lie on straight lines and are run through in another variable x with r ~ x³, so that the path
+/// is at rest with finite jerk there.
+#[derive(Clone, Debug)]
+pub(crate) struct Spans {
+    pub(crate) spline: Spline,
+    places: Vec<Place>,
+}
+
+/// The part of a piece that a span is, of so many equal ones.
+#[derive(Clone, Copy, Debug)]
+struct Place {
+    piece: u32,
+    part: u32,
+    parts: u32,
+}
+
+/// Spans of the first and the last piece, in which speeds grow from rest.
+const RAMP: u32 = 12;
+
+/// Length of a span at most, as a share of its distance from the stop.
+const ONSET: f64 = 0.5;
+
+/// From rest over 1 to the rate 2 at x = 1: 2x³ − x⁴. Its second derivative vanishes at both ends.
+const RISE: Quartic = [0.0, 0.0, 0.0, 2.0, -1.0];
+/// The same backward: 1 − 2(1 − x)³ + (1 − x)⁴.
+const FALL: Quartic = [0.0, 2.0, 0.0, -2.0, 1.0];
+
+impl Spans {
+    /// The spans of the spline within the tolerance of a polyline.
+    pub(crate) fn along(polyline: &Polyline, tolerance: &AxisValues, grain: &Grain) -> Self {
+        let spline = Spline::along(polyline, tolerance, grain.ramp);
+        let pieces = spline.pieces();
+        let mut places = Vec::with_capacity(pieces + 2 * RAMP as usize);
+        for piece in 0..pieces {
+            let (a, b) = spline.range(piece);
+            let speed = spline.lines(piece).map(|line| polyline.caps[line]).fold(1.0, f64::min);
+            let from_stop = a.min(polyline.length() - b);
+            let parts = ((b - a) / (speed * grain.span)).max((b - a) / (ONSET * from_stop)).ceil();
+            // Long ways at constant speed need no more than this.
+            let parts = if piece == 0 || piece + 1 == pieces { RAMP } else { parts.clamp(1.0, 1e6) as u32 };
+            places.extend((0..parts).map(|part| Place { piece: piece as u32, part, parts }));
+        }
+        Self { spline, places }
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.places.len()
+    }
+
+    /// Lines of the polyline that take part in a span, from the first to the last.
+    pub(crate) fn lines(&self, span: usize) -> std::ops::RangeInclusive<usize> {
+        self.spline.lines(self.places[span].piece as usize)
+    }
+
+    /// r less the start of a piece, and its part at the start or the end, if it is a ramp.
+    fn ramp(&self, piece: usize) -> Option<&'static Quartic> {
+        match piece {
+            0 => Some(&RISE),
+            _ if piece + 1 == self.spline.pieces() => Some(&FALL),
+            _ => None,
+        }
+    }
+
+    /// r over a span, less the start of its piece.
+    fn advance(&self, span: usize) -> Quartic {
+        let place = self.places[span];
+        let (a, b) = self.spline.range(place.piece as usize);
+        let whole = self.ramp(place.piece as usize).map_or([0.0, b - a, 0.0, 0.0, 0.0], |c| c.map(|c| c * (b - a)));
+        place.restrict(&whole)
+    }
+
+    /// r at the end of a span.
+    pub(crate) fn end(&self, span: usize) -> f64 {
+        let place = self.places[span];
+        let (a, b) = self.spline.range(place.piece as usize);
+        if place.part + 1 == place.parts { b } else { a + self.advance(span).iter().sum::<f64>() }
+    }
+
+    /// Length of a span in the path variable.
+    pub(crate) fn length(&self, span: usize) -> f64 {
+        let place = self.places[span];
+        let (a, b) = self.spline.range(place.piece as usize);
+        let rate = if self.ramp(place.piece as usize).is_some() { 2.0 } else { 1.0 };
+        rate * (b - a) / f64::from(place.parts)
+    }
+
+    /// The axes as polynomials in the span's own s, and r less the start of its piece.
+    pub(crate) fn polynomials(&self, span: usize, axes: &mut Vec<Quartic>) -> Quartic {
+        let place = self.places[span];
+        self.spline.polynomials(place.piece as usize, axes);
+        for axis in axes.iter_mut() {
+            if let Some(ramp) = self.ramp(place.piece as usize) {
+                let [start, rise, ..] = *axis;
+                *axis = ramp.map(|c| c * rise);
+                axis[0] += start;
+            }
+            *axis = place.restrict(axis);
+        }
+        self.advance(span)
+    }
+
+    /// s of a span at which r is reached.
+    pub(crate) fn s_at(&self, span: usize, r: f64) -> f64 {
+        let (a, _) = self.spline.range(self.places[span].piece as usize);
+        let c = self.advance(span);
+        let (mut low, mut high) = (0.0, 1.0);
+        // Halves down to the last bit.
+        for _ in 0..54 {
+            let mid = 0.5 * (low + high);
+            if c.iter().rev().fold(0.0, |sum, c| sum * mid + c) < r - a { low = mid } else { high = mid }
+        }
+        0.5 * (low + high)
+    }
+}
+
+impl Place {
+    /// A polynomial over the piece in the s of this part.
+    fn restrict(&self, c: &Quartic) -> Quartic {
+        let mut out = *c;
+        if self.parts == 1 {
+            return out;
+        }
+        let h = 1.0 / f64::from(self.parts);
+        let start = f64::from(self.part) * h;
+        // Taylor coefficients at the part's start.
+        for i in 0..4 {
+            for j in (i..4).rev() {
+                out[j] += start * out[j + 1];
+            }
+        }
+        let mut scale = 1.0;
+        for c in &mut out {
+            *c *= scale;
+            scale *= h;
+        }
+        out
+    }
+}
