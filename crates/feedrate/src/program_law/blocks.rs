@@ -1,8 +1,10 @@
 use facemill_inverse_kinematics::AxisValues;
 use rayon::prelude::*;
 
-use super::law::ProgramLaw;
+use super::corner::{Line, stops_between};
+use super::law::{Motion, ProgramLaw};
 use super::polyline::Polyline;
+use super::s_curve::SCurve;
 use super::section::Section;
 use super::spans::Grain;
 use crate::time_law::barrier::Scaled;
@@ -22,7 +24,8 @@ pub struct ProgramBlock {
 /// How a program is run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ProgramSettings {
-    /// Most by which each axis leaves the program's lines where corners are blended, mm or rad; `None` stops at corners.
+    /// Most by which each axis leaves the program's lines where corners are blended, mm or rad; `None` stops at every
+    /// corner. Where a blend within it would take longer than a stop, the axes stop.
     pub tolerance: Option<AxisValues>,
     /// Length of the spans that the law is made of where the path would allow longer ones, as a share of the time in which
     /// an axis gets from rest to its largest speed. Shorter ones come nearer to the least time and cost more computing.
@@ -121,13 +124,13 @@ const STRAIGHT: f64 = 1e-9;
 ///
 /// let axis = AxisBounds { velocity: 100.0, acceleration: 1000.0, jerk: 20_000.0 };
 /// let block = |x: f64, y: f64| ProgramBlock { end: AxisValues::from([x, y]), tip_time: 0.0, exact_stop: false };
-/// let blocks = [block(50.0, 0.0), block(50.0, 50.0)];
+/// let blocks = [block(50.0, 0.0), block(100.0, 10.0)];
 /// let start = AxisValues::zeros(2);
-/// let blended = ProgramSettings::blended(AxisValues::from([0.5, 0.5]));
+/// let blended = ProgramSettings::blended(AxisValues::from([0.05, 0.05]));
 /// let law = program_law(&start, &blocks, &[axis, axis], &blended)?;
 /// let stopping = program_law(&start, &blocks, &[axis, axis], &ProgramSettings::stopping())?;
-/// // With stops each block takes 50/100 + 100/1000 + 1000/20000 s.
-/// assert!((stopping.total_time() - 1.3).abs() < 0.02 && law.total_time() < stopping.total_time());
+/// // With stops X takes 50/100 + 100/1000 + 1000/20000 s in each block.
+/// assert!((stopping.total_time() - 1.3).abs() < 1e-9 && law.total_time() < stopping.total_time());
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn program_law(
@@ -142,13 +145,84 @@ pub fn program_law(
     let scaled = Scaled::new(&bounds);
     let tolerance = settings.tolerance.unwrap_or_else(|| AxisValues::from_fn(start.len(), |_| STRAIGHT));
     let grain = grain(axes, settings.resolution);
-    let polylines = sections(start, blocks, axes, settings.tolerance.is_none());
-    let plan = |polyline: Polyline| {
-        let section = Section::plan(&polyline, &tolerance, &grain, &scaled);
-        (polyline, section)
+    let plan = |stretch: Stretch| match stretch {
+        Stretch::Line { block, curve, cap } => Motion::Line { block, curve, cap },
+        Stretch::Lines(polyline) => {
+            let section = Section::plan(&polyline, &tolerance, &grain, &scaled);
+            Motion::Spline { polyline, section }
+        }
     };
-    let planned: Vec<_> = polylines.into_par_iter().map(plan).collect();
-    Ok(ProgramLaw::new(*start, blocks.len(), planned))
+    let (points, stretches) = stretches(start, blocks, axes, settings.tolerance.as_ref());
+    let planned: Vec<Motion> = stretches.into_par_iter().map(plan).collect();
+    Ok(ProgramLaw::new(points, axes.len(), planned))
+}
+
+/// What lies between two stops.
+enum Stretch {
+    /// One line, that of a block.
+    Line { block: usize, curve: SCurve, cap: f64 },
+    /// Several lines.
+    Lines(Polyline),
+}
+
+/// Collects lines until the axes stand.
+struct Open<'a> {
+    axes: &'a [AxisBounds],
+    polyline: Polyline,
+    last: Option<Line>,
+    out: Vec<Stretch>,
+}
+
+impl Open<'_> {
+    fn push(&mut self, block: usize, line: Line, end: &AxisValues, cap: f64) {
+        self.polyline.push(end, line.length, cap, block);
+        self.last = Some(line);
+    }
+
+    /// Ends the lines so far; the next ones start at `at`.
+    fn stop(&mut self, at: &AxisValues) {
+        let Some(line) = self.last.take() else { return };
+        if self.polyline.lines() == 1 {
+            let (block, cap) = (self.polyline.blocks[0], self.polyline.caps[0]);
+            self.out.push(Stretch::Line { block, curve: line.alone(), cap });
+            self.polyline.restart(at);
+        } else {
+            let polyline = std::mem::replace(&mut self.polyline, Polyline::new(at));
+            self.out.push(Stretch::Lines(polyline));
+        }
+    }
+}
+
+/// The points at the ends of the blocks, one after the other from the start on, and what lies between stops. A block
+/// without motion ends where the one before it does.
+fn stretches(
+    start: &AxisValues,
+    blocks: &[ProgramBlock],
+    axes: &[AxisBounds],
+    tolerance: Option<&AxisValues>,
+) -> (Vec<f64>, Vec<Stretch>) {
+    let mut points = Vec::with_capacity((blocks.len() + 1) * axes.len());
+    points.extend_from_slice(start.as_slice());
+    let mut open = Open { axes, polyline: Polyline::new(start), last: None, out: Vec::new() };
+    let mut at = *start;
+    for (index, block) in blocks.iter().enumerate() {
+        let length = length(&at, &block.end, axes);
+        if length > SHORTEST {
+            let cap = if block.tip_time > 0.0 { length / block.tip_time } else { f64::INFINITY };
+            let line = Line::new(&at, &block.end, length, cap, axes);
+            if open.last.is_some_and(|last| stops_between(&last, &line, open.axes, tolerance)) {
+                open.stop(&at);
+            }
+            open.push(index, line, &block.end, cap);
+            at = block.end;
+        }
+        if block.exact_stop {
+            open.stop(&at);
+        }
+        points.extend_from_slice(at.as_slice());
+    }
+    open.stop(&at);
+    (points, open.out)
 }
 
 /// Lengths of spans that the changes of speed of every axis can be made of.
@@ -164,38 +238,13 @@ fn length(from: &AxisValues, to: &AxisValues, axes: &[AxisBounds]) -> f64 {
     axes.iter().enumerate().map(|(k, b)| (to[k] - from[k]) / b.velocity).fold(0.0, f64::hypot)
 }
 
-/// The lines between stops; blocks without motion are left out.
-fn sections(start: &AxisValues, blocks: &[ProgramBlock], axes: &[AxisBounds], stops: bool) -> Vec<Polyline> {
-    let mut out = Vec::new();
-    let mut open = Polyline::new(start);
-    let mut at = *start;
-    for (index, block) in blocks.iter().enumerate() {
-        let length = length(&at, &block.end, axes);
-        if length > SHORTEST {
-            if stops && open.turns(&block.end, length, axes) {
-                out.push(std::mem::replace(&mut open, Polyline::new(&at)));
-            }
-            let cap = if block.tip_time > 0.0 { length / block.tip_time } else { f64::INFINITY };
-            open.push(&block.end, length, cap, index);
-            at = block.end;
-        }
-        if block.exact_stop && open.lines() > 0 {
-            out.push(std::mem::replace(&mut open, Polyline::new(&at)));
-        }
-    }
-    if open.lines() > 0 {
-        out.push(open);
-    }
-    out
-}
-
 fn check(
     start: &AxisValues,
     blocks: &[ProgramBlock],
     bounds: usize,
     settings: &ProgramSettings,
 ) -> Result<(), ProgramLawError> {
-    if start.len() != bounds || !start.is_finite() {
+    if bounds == 0 || start.len() != bounds || !start.is_finite() {
         return Err(ProgramLawError::BadStart { axes: start.len(), bounds });
     }
     let positive = |value: f64| value > 0.0 && value.is_finite();

@@ -2,6 +2,7 @@ use facemill_inverse_kinematics::AxisValues;
 use rayon::prelude::*;
 
 use super::polyline::Polyline;
+use super::s_curve::SCurve;
 use super::section::Section;
 use super::spline::Quartic;
 use crate::time_law::law::in_time;
@@ -11,50 +12,83 @@ use crate::{AxisBounds, AxisMotion, MotionBounds, MotionLimit};
 /// The motion of a program in time.
 #[derive(Clone, Debug)]
 pub struct ProgramLaw {
-    start: AxisValues,
+    n_axes: usize,
+    /// Axis values at the start and at the end of every block, one after the other.
+    points: Vec<f64>,
     sections: Vec<Timed>,
     block_ends: Vec<f64>,
     /// Largest ṙ by the tip feed of each block; infinite without a cap.
     caps: Vec<f64>,
 }
 
-/// A section with the times at which its spans start, and at its end.
+/// A planned motion from rest to rest.
+pub(crate) enum Motion {
+    /// Over the line of one block.
+    Line { block: usize, curve: SCurve, cap: f64 },
+    /// Over several lines, blended.
+    Spline { polyline: Polyline, section: Section },
+}
+
+/// A motion from rest to rest with the times at which its parts start, and at its end.
 #[derive(Clone, Debug)]
-struct Timed {
-    section: Section,
-    starts: Vec<f64>,
+enum Timed {
+    Line { block: usize, curve: SCurve, start: f64 },
+    Spline { section: Section, starts: Vec<f64> },
 }
 
 impl Timed {
-    fn new(section: Section, start: f64) -> Self {
-        let mut starts = Vec::with_capacity(section.paces.len() + 1);
-        let mut t = start;
-        starts.push(t);
-        for pace in &section.paces {
-            t += pace.duration();
-            starts.push(t);
+    fn start(&self) -> f64 {
+        match self {
+            Self::Line { start, .. } => *start,
+            Self::Spline { starts, .. } => starts[0],
         }
-        Self { section, starts }
     }
 
     fn end(&self) -> f64 {
-        self.starts[self.starts.len() - 1]
+        match self {
+            Self::Line { curve, start, .. } => start + curve.duration(),
+            Self::Spline { starts, .. } => starts[starts.len() - 1],
+        }
     }
 }
 
+/// Times at which the spans of a section that starts at `start` start, and at its end.
+fn span_times(section: &Section, start: f64) -> Vec<f64> {
+    let mut times = Vec::with_capacity(section.paces.len() + 1);
+    let mut t = start;
+    times.push(t);
+    for pace in &section.paces {
+        t += pace.duration();
+        times.push(t);
+    }
+    times
+}
+
 impl ProgramLaw {
-    pub(crate) fn new(start: AxisValues, n_blocks: usize, planned: Vec<(Polyline, Section)>) -> Self {
+    pub(crate) fn new(points: Vec<f64>, n_axes: usize, planned: Vec<Motion>) -> Self {
+        let n_blocks = points.len() / n_axes - 1;
         let mut law = Self {
-            start,
+            n_axes,
+            points,
             sections: Vec::with_capacity(planned.len()),
             block_ends: vec![f64::NAN; n_blocks],
             caps: vec![f64::INFINITY; n_blocks],
         };
         let mut t = 0.0;
-        for (polyline, section) in planned {
-            let timed = Timed::new(section, t);
+        for motion in planned {
+            let timed = match motion {
+                Motion::Line { block, curve, cap } => {
+                    law.block_ends[block] = t + curve.duration();
+                    law.caps[block] = cap;
+                    Timed::Line { block, curve, start: t }
+                }
+                Motion::Spline { polyline, section } => {
+                    let starts = span_times(&section, t);
+                    law.pass(&polyline, &section, &starts);
+                    Timed::Spline { section, starts }
+                }
+            };
             t = timed.end();
-            law.pass(&polyline, &timed);
             law.sections.push(timed);
         }
         // Blocks without motion end where the one before them does.
@@ -69,21 +103,20 @@ impl ProgramLaw {
     }
 
     /// Notes when the ends of a section's blocks are passed.
-    fn pass(&mut self, polyline: &Polyline, timed: &Timed) {
-        let path = &timed.section.path;
+    fn pass(&mut self, polyline: &Polyline, section: &Section, starts: &[f64]) {
+        let path = &section.path;
         let mut span = 0;
         for (line, &block) in polyline.blocks.iter().enumerate() {
             let r = polyline.r[line + 1];
             while span + 1 < path.len() && path.end(span) < r {
                 span += 1;
             }
-            let within = timed.section.paces[span].time_to(path.s_at(span, r));
-            self.block_ends[block] = timed.starts[span] + within;
+            self.block_ends[block] = starts[span] + section.paces[span].time_to(path.s_at(span, r));
             self.caps[block] = polyline.caps[line];
         }
         // The end of the last one is that of the section, to the last bit.
         if let Some(&block) = polyline.blocks.last() {
-            self.block_ends[block] = timed.end();
+            self.block_ends[block] = starts[starts.len() - 1];
         }
     }
 
@@ -92,9 +125,13 @@ impl ProgramLaw {
         self.sections.last().map_or(0.0, Timed::end)
     }
 
-    /// Number of spans that the law is made of.
-    pub fn spans(&self) -> usize {
-        self.sections.iter().map(|s| s.section.paces.len()).sum()
+    /// Number of parts that the law is made of: lines run from stop to stop, and spans of blended ones.
+    pub fn parts(&self) -> usize {
+        let parts = |section: &Timed| match section {
+            Timed::Line { .. } => 1,
+            Timed::Spline { section, .. } => section.paces.len(),
+        };
+        self.sections.iter().map(parts).sum()
     }
 
     /// Times at which the blocks end, s, in order. A block whose end is a blended corner ends where the path passes the
@@ -116,30 +153,48 @@ impl ProgramLaw {
 
     /// The axes at time `t`, and ṙ.
     fn motion(&self, t: f64) -> (AxisMotion, f64) {
-        let n = self.start.len();
-        let zero = AxisValues::zeros(n);
-        let i = self.sections.partition_point(|s| s.starts[0] <= t).saturating_sub(1);
-        let Some(timed) = self.sections.get(i) else {
-            let still =
-                AxisMotion { position: self.start, velocity: zero, acceleration: zero, jerk: zero, tip_feed: None };
-            return (still, 0.0);
-        };
-        let spans = timed.section.paces.len();
-        let k = timed.starts.partition_point(|&start| start <= t).clamp(1, spans) - 1;
-        let pace = &timed.section.paces[k];
-        let s = pace.position((t.min(timed.end()) - timed.starts[k]).max(0.0));
-        let moving = (0.0..=timed.end()).contains(&t);
-        let rates = if moving { pace.rates(s) } else { [0.0; 3] };
-        let mut axes: Vec<Quartic> = Vec::with_capacity(n);
-        let r = timed.section.path.polynomials(k, &mut axes);
-        let mut out = [zero; 4];
-        for (axis, c) in axes.iter().enumerate() {
-            for (values, value) in out.iter_mut().zip(in_time(eval(c, s), rates)) {
-                values[axis] = value;
+        let i = self.sections.partition_point(|s| s.start() <= t).saturating_sub(1);
+        let mut out = [AxisValues::zeros(self.n_axes); 4];
+        let moving = (0.0..=self.total_time()).contains(&t);
+        let rate = match self.sections.get(i) {
+            None => {
+                out[0] = self.point(0);
+                0.0
             }
-        }
+            Some(Timed::Line { block, curve, start }) => {
+                let [r, rates @ ..] = curve.at((t - start).clamp(0.0, curve.duration()));
+                let rates = if moving { rates } else { [0.0; 3] };
+                let (from, to) = (self.point(*block), self.point(block + 1));
+                out[0] = from.lerp(&to, r / curve.length());
+                for (values, rate) in out[1..].iter_mut().zip(rates) {
+                    *values = AxisValues::from_fn(self.n_axes, |k| (to[k] - from[k]) / curve.length() * rate);
+                }
+                rates[0]
+            }
+            Some(Timed::Spline { section, starts }) => {
+                let spans = section.paces.len();
+                let k = starts.partition_point(|&start| start <= t).clamp(1, spans) - 1;
+                let pace = &section.paces[k];
+                let s = pace.position((t.min(starts[spans]) - starts[k]).max(0.0));
+                let rates = if moving { pace.rates(s) } else { [0.0; 3] };
+                let mut axes: Vec<Quartic> = Vec::with_capacity(self.n_axes);
+                let r = section.path.polynomials(k, &mut axes);
+                for (axis, c) in axes.iter().enumerate() {
+                    for (values, value) in out.iter_mut().zip(in_time(eval(c, s), rates)) {
+                        values[axis] = value;
+                    }
+                }
+                eval(&r, s)[1] * rates[0]
+            }
+        };
         let [position, velocity, acceleration, jerk] = out;
-        (AxisMotion { position, velocity, acceleration, jerk, tip_feed: None }, eval(&r, s)[1] * rates[0])
+        (AxisMotion { position, velocity, acceleration, jerk, tip_feed: None }, rate)
+    }
+
+    /// Axis values at the end of block `index` − 1, at the start for 0.
+    fn point(&self, index: usize) -> AxisValues {
+        let at = &self.points[index * self.n_axes..(index + 1) * self.n_axes];
+        AxisValues::from_fn(self.n_axes, |k| at[k])
     }
 
     /// What holds each block back: the limit that is used most at its middle and its ends, and the share of it that is

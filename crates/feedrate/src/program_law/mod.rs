@@ -1,9 +1,11 @@
 //! Laws of motion along programs.
 
 mod blocks;
+mod corner;
 mod knots;
 mod law;
 mod polyline;
+mod s_curve;
 mod section;
 mod spans;
 mod spline;

@@ -1,13 +1,7 @@
 use facemill_inverse_kinematics::{AxisValues, MAX_AXES};
 
-use crate::AxisBounds;
-
 /// Axis values of a point without their number.
 pub(crate) type Point = [f64; MAX_AXES];
-
-/// Share of an axis's speed by which directions may differ and count as one: rounding passes, and a jump of the velocity
-/// by this share is blended within nanometres.
-const SAME_DIRECTION: f64 = 1e-9;
 
 /// The blocks between two stops as straight lines over their summed length r, in which each axis counts by the time it
 /// takes at its largest speed: s.
@@ -29,21 +23,21 @@ impl Polyline {
         Self { n_axes: start.len(), r: vec![0.0], q: start.as_slice().to_vec(), caps: Vec::new(), blocks: Vec::new() }
     }
 
+    /// Leaves all lines out and starts anew.
+    pub(crate) fn restart(&mut self, start: &AxisValues) {
+        self.r.truncate(1);
+        self.q.clear();
+        self.q.extend_from_slice(start.as_slice());
+        self.caps.clear();
+        self.blocks.clear();
+    }
+
     /// Adds the line of a block, of this length, to `end`.
     pub(crate) fn push(&mut self, end: &AxisValues, length: f64, cap: f64, block: usize) {
         self.blocks.push(block);
         self.r.push(self.length() + length);
         self.q.extend_from_slice(end.as_slice());
         self.caps.push(cap);
-    }
-
-    /// Whether a line of this length to `end` would leave in another direction than the last line came.
-    pub(crate) fn turns(&self, end: &AxisValues, length: f64, axes: &[AxisBounds]) -> bool {
-        let Some(last) = self.lines().checked_sub(1) else { return false };
-        let before = self.r[last + 1] - self.r[last];
-        let (a, b) = (self.vertex(last), self.vertex(last + 1));
-        (0..self.n_axes)
-            .any(|k| ((end[k] - b[k]) / length - (b[k] - a[k]) / before).abs() > SAME_DIRECTION * axes[k].velocity)
     }
 
     /// Number of lines.

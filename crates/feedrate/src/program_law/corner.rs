@@ -1,0 +1,77 @@
+use facemill_inverse_kinematics::{AxisValues, MAX_AXES};
+
+use super::s_curve::SCurve;
+use crate::AxisBounds;
+
+/// A line of the program over its length r, in which each axis counts by the time it takes at its largest speed.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Line {
+    /// s at the axes' largest speeds.
+    pub(crate) length: f64,
+    /// Derivatives of the axes by r.
+    slopes: [f64; MAX_AXES],
+    /// Limits of ṙ and its first two derivatives.
+    limits: [f64; 3],
+}
+
+impl Line {
+    /// The line between two points, with ṙ no larger than `cap`.
+    pub(crate) fn new(from: &AxisValues, to: &AxisValues, length: f64, cap: f64, axes: &[AxisBounds]) -> Self {
+        let mut slopes = [0.0; MAX_AXES];
+        let mut limits = [cap, f64::INFINITY, f64::INFINITY];
+        for (k, b) in axes.iter().enumerate() {
+            slopes[k] = (to[k] - from[k]) / length;
+            for (limit, most) in limits.iter_mut().zip(b.as_array()) {
+                *limit = limit.min(most / slopes[k].abs());
+            }
+        }
+        Self { length, slopes, limits }
+    }
+
+    /// The least-time motion over the line from rest to rest.
+    pub(crate) fn alone(&self) -> SCurve {
+        SCurve::new(self.length, self.limits)
+    }
+
+    /// Time that a blend over ±`w` at the speed `c` saves on this side of a corner against a stop, s.
+    ///
+    /// From the speed u of the line with the acceleration a and jerk j, changes of speed by jerk-limited ramps with the
+    /// way that is left out run at u: (2c − c²/u)/(2a) + c·a/(2u·j) for the ramps less w/c − w/u for the blend.
+    fn saved_by_blend(&self, w: f64, c: f64) -> f64 {
+        let [_, a, j] = self.limits;
+        let u = self.alone().speed();
+        if c >= u {
+            return f64::INFINITY;
+        }
+        let a = a.min((u * j).sqrt());
+        (c - 0.5 * c * c / u) / a + 0.5 * c * a / (u * j) - w * (1.0 / c - 1.0 / u)
+    }
+}
+
+/// Share of an axis's speed by which directions may differ and count as one: rounding passes, and a jump of the velocity
+/// by this share is blended within nanometres.
+const SAME_DIRECTION: f64 = 1e-9;
+
+/// Whether the axes stand between two lines: without a tolerance at every corner; with one, where a blend within it takes
+/// longer than a stop.
+///
+/// A blend over ±w turns with the speed that the acceleration and jerk of its bend allow. What it saves is an estimate,
+/// which only chooses between two motions that hold all limits.
+pub(crate) fn stops_between(before: &Line, after: &Line, axes: &[AxisBounds], tolerance: Option<&AxisValues>) -> bool {
+    let bend = |k: usize| (after.slopes[k] - before.slopes[k]).abs();
+    let turns = |k: usize| bend(k) > SAME_DIRECTION * axes[k].velocity;
+    if !(0..axes.len()).any(turns) {
+        return false;
+    }
+    let Some(tolerance) = tolerance else { return true };
+    // A cubic spline over three knots leaves a corner by a sixth of the bend times their distance.
+    let widest =
+        (0..axes.len()).filter(|&k| turns(k)).map(|k| 6.0 * tolerance[k] / bend(k)).fold(f64::INFINITY, f64::min);
+    let w = widest.min(0.5 * before.length).min(0.5 * after.length);
+    let by_axis = (0..axes.len()).filter(|&k| turns(k)).map(|k| {
+        let (a, j) = (axes[k].acceleration / bend(k), axes[k].jerk / bend(k));
+        (a * w).sqrt().min((j * w * w).cbrt())
+    });
+    let speed = by_axis.fold(before.limits[0].min(after.limits[0]), f64::min);
+    before.saved_by_blend(w, speed) + after.saved_by_blend(w, speed) < 0.0
+}

@@ -1,0 +1,106 @@
+/// The least-time motion over one straight line from rest to rest: up to seven phases of constant jerk, in closed form.
+///
+/// Jerk j, acceleration a and speed v are limits of r, the length along the line.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct SCurve {
+    length: f64,
+    jerk: f64,
+    /// Times of one phase of jerk, of constant acceleration, and of constant speed.
+    ramp: f64,
+    steady: f64,
+    cruise: f64,
+}
+
+impl SCurve {
+    pub(crate) fn new(length: f64, [v, a, j]: [f64; 3]) -> Self {
+        // The speed that is reached: with the largest acceleration, or without reaching it.
+        let both = 0.5 * a * ((a / j).hypot(2.0 * (length / a).sqrt()) - a / j);
+        let peak = if both * j >= a * a { both } else { (0.25 * length * length * j).cbrt() };
+        let speed = v.min(peak);
+        let (ramp, steady) = if speed * j >= a * a { (a / j, speed / a - a / j) } else { ((speed / j).sqrt(), 0.0) };
+        let change = speed * (2.0 * ramp + steady);
+        // Rounding must not make it negative where the speed is just reached.
+        let cruise = if speed < peak { ((length - change) / speed).max(0.0) } else { 0.0 };
+        Self { length, jerk: j, ramp, steady, cruise }
+    }
+
+    pub(crate) fn length(&self) -> f64 {
+        self.length
+    }
+
+    pub(crate) fn duration(&self) -> f64 {
+        2.0 * self.change() + self.cruise
+    }
+
+    /// Largest speed that is reached.
+    pub(crate) fn speed(&self) -> f64 {
+        self.jerk * self.ramp * (self.ramp + self.steady)
+    }
+
+    /// Time from rest to the largest speed.
+    fn change(&self) -> f64 {
+        2.0 * self.ramp + self.steady
+    }
+
+    /// r and its first three derivatives at time `t` from 0 to the duration.
+    pub(crate) fn at(&self, t: f64) -> [f64; 4] {
+        let back = self.duration() - t;
+        if t <= back {
+            return self.first_half(t.max(0.0));
+        }
+        // The same backward in time.
+        let [r, v, a, j] = self.first_half(back.max(0.0));
+        [self.length - r, v, -a, j]
+    }
+
+    fn first_half(&self, t: f64) -> [f64; 4] {
+        let (j, ramp) = (self.jerk, self.ramp);
+        let accel = j * ramp;
+        let up = |t: f64| [j * t * t * t / 6.0, 0.5 * j * t * t, j * t, j];
+        if t <= ramp {
+            return up(t);
+        }
+        let [r1, v1, ..] = up(ramp);
+        let s = (t - ramp).min(self.steady);
+        let (r2, v2) = (r1 + v1 * s + 0.5 * accel * s * s, v1 + accel * s);
+        if t <= ramp + self.steady {
+            return [r2, v2, accel, 0.0];
+        }
+        let s = (t - ramp - self.steady).min(ramp);
+        let (r3, v3) = (r2 + v2 * s + 0.5 * accel * s * s - j * s * s * s / 6.0, v2 + accel * s - 0.5 * j * s * s);
+        if t <= self.change() {
+            return [r3, v3, accel - j * s, -j];
+        }
+        [r3 + v3 * (t - self.change()), v3, 0.0, 0.0]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Within its limits at all times, continuous, and at the end at the end; each limit reached or not needed.
+    #[test]
+    fn phases_join_and_hold_their_limits() {
+        for k in 0..600_u32 {
+            let of = |n: u32, m: u32| 10.0_f64.powf(f64::from((k * n) % m) / f64::from(m) * 4.0 - 2.0);
+            let (length, v, a, j) = (of(7, 31), of(5, 29), of(11, 37), of(13, 41));
+            let curve = SCurve::new(length, [v, a, j]);
+            let n = 2000;
+            let h = curve.duration() / f64::from(n);
+            let mut before = curve.at(0.0);
+            assert_eq!(before[..3], [0.0; 3]);
+            for i in 1..=n {
+                let now = curve.at(h * f64::from(i));
+                assert!(now[1] <= v * (1.0 + 1e-9) && now[2].abs() <= a * (1.0 + 1e-9) && now[3].abs() <= j);
+                for d in 0..3 {
+                    // A step's change lies within what the limits of the next derivative allow.
+                    let most = [v, a, j][d] * h;
+                    assert!((now[d] - before[d]).abs() <= most * (1.0 + 1e-6) + 1e-12, "{k} {i} {d}");
+                }
+                before = now;
+            }
+            assert!((before[0] - length).abs() < 1e-12 * length && before[1].abs() < 1e-9 * v, "{k} {before:?}");
+        }
+    }
+}
