@@ -2,11 +2,10 @@ use facemill_inverse_kinematics::AxisValues;
 use rayon::prelude::*;
 
 use super::corner::{Line, stops_between};
-use super::law::{Motion, ProgramLaw};
+use super::knots::Grain;
+use super::law::{Alone, Motion, ProgramLaw};
 use super::polyline::Polyline;
-use super::s_curve::SCurve;
 use super::section::Section;
-use super::spans::Grain;
 use crate::time_law::barrier::Scaled;
 use crate::{AxisBounds, MotionBounds, TimeLawError};
 
@@ -146,10 +145,13 @@ pub fn program_law(
     let tolerance = settings.tolerance.unwrap_or_else(|| AxisValues::from_fn(start.len(), |_| STRAIGHT));
     let grain = grain(axes, settings.resolution);
     let plan = |stretch: Stretch| match stretch {
-        Stretch::Line { block, curve, cap } => Motion::Line { block, curve, cap },
+        Stretch::Line(line) => Motion::Lines(vec![line]),
         Stretch::Lines(polyline) => {
             let section = Section::plan(&polyline, &tolerance, &grain, &scaled);
-            Motion::Spline { polyline, section }
+            // Corners are told apart one by one, so that all together may still have been blended in vain.
+            let stops = polyline.stopping(axes);
+            let time: f64 = stops.iter().map(|line| line.curve.duration()).sum();
+            if time < section.duration() { Motion::Lines(stops) } else { Motion::Spline(Box::new((polyline, section))) }
         }
     };
     let (points, stretches) = stretches(start, blocks, axes, settings.tolerance.as_ref());
@@ -159,8 +161,8 @@ pub fn program_law(
 
 /// What lies between two stops.
 enum Stretch {
-    /// One line, that of a block.
-    Line { block: usize, curve: SCurve, cap: f64 },
+    /// One line.
+    Line(Alone),
     /// Several lines.
     Lines(Polyline),
 }
@@ -184,7 +186,7 @@ impl Open<'_> {
         let Some(line) = self.last.take() else { return };
         if self.polyline.lines() == 1 {
             let (block, cap) = (self.polyline.blocks[0], self.polyline.caps[0]);
-            self.out.push(Stretch::Line { block, curve: line.alone(), cap });
+            self.out.push(Stretch::Line(Alone { block, curve: line.alone(), cap }));
             self.polyline.restart(at);
         } else {
             let polyline = std::mem::replace(&mut self.polyline, Polyline::new(at));

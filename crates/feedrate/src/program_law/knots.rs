@@ -1,6 +1,15 @@
-use facemill_inverse_kinematics::AxisValues;
+use facemill_inverse_kinematics::{AxisValues, MAX_AXES};
 
 use super::polyline::{Point, Polyline};
+
+/// How long spans may be at most.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Grain {
+    /// At the speeds of the tip feed, s.
+    pub(crate) span: f64,
+    /// The first and the last piece of a section, in r.
+    pub(crate) ramp: f64,
+}
 
 /// Most by which neighbouring pieces differ, and a little for rounding.
 const GRADING: f64 = 2.01;
@@ -29,8 +38,9 @@ fn ramp_length(polyline: &Polyline, tolerance: &AxisValues, ramp: f64, at_end: b
 }
 
 /// Ends of pieces such that a uniform spline with pieces of these lengths would stay within half the tolerance.
-pub(crate) fn coarse(polyline: &Polyline, tolerance: &AxisValues, ramp: f64) -> Vec<f64> {
+pub(crate) fn coarse(polyline: &Polyline, tolerance: &AxisValues, grain: &Grain) -> Vec<f64> {
     let length = polyline.length();
+    let ramp = grain.ramp;
     let last = polyline.lines() - 1;
     let (head, tail) = if last == 0 {
         (ramp.min(0.5 * length), ramp.min(0.5 * length))
@@ -46,7 +56,7 @@ pub(crate) fn coarse(polyline: &Polyline, tolerance: &AxisValues, ramp: f64) -> 
         let mut stack = vec![(from, to)];
         while let Some((a, b)) = stack.pop() {
             line = polyline.line_at(a, line);
-            if is_rough(polyline, tolerance, (a, b), line) {
+            if is_rough(polyline, tolerance, (a, b), line) || is_uneven(polyline, grain.span, (a, b), line) {
                 let mid = 0.5 * (a + b);
                 stack.push((mid, b));
                 stack.push((a, mid));
@@ -76,6 +86,21 @@ fn is_rough(polyline: &Polyline, tolerance: &AxisValues, (a, b): (f64, f64), lin
     let inside = (line + 1..polyline.lines()).take_while(|&v| polyline.r[v] < b);
     inside.into_iter().any(|v| bent(second(polyline.vertex(v), polyline.r[v])))
 }
+
+/// Whether the caps of the lines in an interval differ so much that the least of them must not hold for all of it.
+fn is_uneven(polyline: &Polyline, span: f64, (a, b): (f64, f64), line: usize) -> bool {
+    let lines = (line..polyline.lines()).take_while(|&k| polyline.r[k] < b);
+    let (mut least, mut most) = (f64::INFINITY, 0.0_f64);
+    for k in lines {
+        // Without a cap the axes limit ṙ to the root of their number at most.
+        let cap = polyline.caps[k].min(MAX_AXES as f64);
+        (least, most) = (least.min(cap), most.max(cap));
+    }
+    most > EVEN * least && b - a > span * least.min(1.0)
+}
+
+/// Ratio of caps on one piece at most, unless it is as short as a span.
+const EVEN: f64 = 1.02;
 
 /// The same ends with more between them, so that neighbouring pieces differ by a factor of 2 at most. The first and the
 /// last one stay: nothing bends there.

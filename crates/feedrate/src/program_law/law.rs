@@ -21,33 +21,42 @@ pub struct ProgramLaw {
     caps: Vec<f64>,
 }
 
+/// The motion of a block from rest to rest.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Alone {
+    pub(crate) block: usize,
+    pub(crate) curve: SCurve,
+    /// Largest ṙ by the tip feed.
+    pub(crate) cap: f64,
+}
+
 /// A planned motion from rest to rest.
 pub(crate) enum Motion {
-    /// Over the line of one block.
-    Line { block: usize, curve: SCurve, cap: f64 },
+    /// Over lines, each from rest to rest.
+    Lines(Vec<Alone>),
     /// Over several lines, blended.
-    Spline { polyline: Polyline, section: Section },
+    Spline(Box<(Polyline, Section)>),
 }
 
 /// A motion from rest to rest with the times at which its parts start, and at its end.
 #[derive(Clone, Debug)]
 enum Timed {
     Line { block: usize, curve: SCurve, start: f64 },
-    Spline { section: Section, starts: Vec<f64> },
+    Spline(Box<(Section, Vec<f64>)>),
 }
 
 impl Timed {
     fn start(&self) -> f64 {
         match self {
             Self::Line { start, .. } => *start,
-            Self::Spline { starts, .. } => starts[0],
+            Self::Spline(spline) => spline.1[0],
         }
     }
 
     fn end(&self) -> f64 {
         match self {
             Self::Line { curve, start, .. } => start + curve.duration(),
-            Self::Spline { starts, .. } => starts[starts.len() - 1],
+            Self::Spline(spline) => spline.1[spline.1.len() - 1],
         }
     }
 }
@@ -74,22 +83,16 @@ impl ProgramLaw {
             block_ends: vec![f64::NAN; n_blocks],
             caps: vec![f64::INFINITY; n_blocks],
         };
-        let mut t = 0.0;
         for motion in planned {
-            let timed = match motion {
-                Motion::Line { block, curve, cap } => {
-                    law.block_ends[block] = t + curve.duration();
-                    law.caps[block] = cap;
-                    Timed::Line { block, curve, start: t }
-                }
-                Motion::Spline { polyline, section } => {
-                    let starts = span_times(&section, t);
+            match motion {
+                Motion::Lines(lines) => lines.into_iter().for_each(|line| law.push_line(line)),
+                Motion::Spline(planned) => {
+                    let (polyline, section) = *planned;
+                    let starts = span_times(&section, law.total_time());
                     law.pass(&polyline, &section, &starts);
-                    Timed::Spline { section, starts }
+                    law.sections.push(Timed::Spline(Box::new((section, starts))));
                 }
-            };
-            t = timed.end();
-            law.sections.push(timed);
+            }
         }
         // Blocks without motion end where the one before them does.
         let mut before = 0.0;
@@ -100,6 +103,13 @@ impl ProgramLaw {
             before = *end;
         }
         law
+    }
+
+    fn push_line(&mut self, Alone { block, curve, cap }: Alone) {
+        let start = self.total_time();
+        self.block_ends[block] = start + curve.duration();
+        self.caps[block] = cap;
+        self.sections.push(Timed::Line { block, curve, start });
     }
 
     /// Notes when the ends of a section's blocks are passed.
@@ -129,7 +139,7 @@ impl ProgramLaw {
     pub fn parts(&self) -> usize {
         let parts = |section: &Timed| match section {
             Timed::Line { .. } => 1,
-            Timed::Spline { section, .. } => section.paces.len(),
+            Timed::Spline(spline) => spline.0.paces.len(),
         };
         self.sections.iter().map(parts).sum()
     }
@@ -171,7 +181,8 @@ impl ProgramLaw {
                 }
                 rates[0]
             }
-            Some(Timed::Spline { section, starts }) => {
+            Some(Timed::Spline(spline)) => {
+                let (section, starts) = &**spline;
                 let spans = section.paces.len();
                 let k = starts.partition_point(|&start| start <= t).clamp(1, spans) - 1;
                 let pace = &section.paces[k];

@@ -1,5 +1,9 @@
 use facemill_inverse_kinematics::{AxisValues, MAX_AXES};
 
+use super::corner::Line;
+use super::law::Alone;
+use crate::AxisBounds;
+
 /// Axis values of a point without their number.
 pub(crate) type Point = [f64; MAX_AXES];
 
@@ -38,6 +42,17 @@ impl Polyline {
         self.r.push(self.length() + length);
         self.q.extend_from_slice(end.as_slice());
         self.caps.push(cap);
+    }
+
+    /// The motion that stops at every vertex.
+    pub(crate) fn stopping(&self, axes: &[AxisBounds]) -> Vec<Alone> {
+        let at = |k: usize| AxisValues::from_fn(self.n_axes, |axis| self.vertex(k)[axis]);
+        let line = |k: usize| {
+            let length = self.r[k + 1] - self.r[k];
+            let curve = Line::new(&at(k), &at(k + 1), length, self.caps[k], axes).alone();
+            Alone { block: self.blocks[k], curve, cap: self.caps[k] }
+        };
+        (0..self.lines()).map(line).collect()
     }
 
     /// Number of lines.

@@ -1,8 +1,9 @@
 use facemill_inverse_kinematics::AxisValues;
 use rayon::prelude::*;
 
+use super::knots::Grain;
 use super::polyline::Polyline;
-use super::spans::{Grain, Spans};
+use super::spans::Spans;
 use super::spline::Quartic;
 use crate::time_law::barrier::{Part, Pinned, Problem, Scaled, end_weights};
 use crate::time_law::certify::stretch;
@@ -55,6 +56,10 @@ impl Section {
         let mut task = Task { path: &path, scaled, caps, h, tightening: vec![MARGIN; n] };
         let paces = task.solve();
         Self { path, paces }
+    }
+
+    pub(crate) fn duration(&self) -> f64 {
+        self.paces.iter().map(Pace::duration).sum()
     }
 }
 

@@ -1,16 +1,8 @@
 use facemill_inverse_kinematics::AxisValues;
 
+use super::knots::Grain;
 use super::polyline::Polyline;
 use super::spline::{Quartic, Spline};
-
-/// How long spans may be at most.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Grain {
-    /// At the speeds of the tip feed, s.
-    pub(crate) span: f64,
-    /// The first and the last piece of a section, in r.
-    pub(crate) ramp: f64,
-}
 
 /// A spline cut into the spans of a law, from rest to rest.
 ///
@@ -33,6 +25,10 @@ struct Place {
 /// Spans of the first and the last piece, in which speeds grow from rest.
 const RAMP: u32 = 12;
 
+/// Spans of a piece on one line at most. Its bends are about as far away as it is long, so that speeds change within it
+/// only where it is shorter than so many spans.
+const STRAIGHT: f64 = 8.0;
+
 /// Length of a span at most, as a share of its distance from the stop.
 const ONSET: f64 = 0.5;
 
@@ -44,7 +40,7 @@ const FALL: Quartic = [0.0, 2.0, 0.0, -2.0, 1.0];
 impl Spans {
     /// The spans of the spline within the tolerance of a polyline.
     pub(crate) fn along(polyline: &Polyline, tolerance: &AxisValues, grain: &Grain) -> Self {
-        let spline = Spline::along(polyline, tolerance, grain.ramp);
+        let spline = Spline::along(polyline, tolerance, grain);
         let pieces = spline.pieces();
         let mut places = Vec::with_capacity(pieces + 2 * RAMP as usize);
         for piece in 0..pieces {
@@ -52,8 +48,8 @@ impl Spans {
             let speed = spline.lines(piece).map(|line| polyline.caps[line]).fold(1.0, f64::min);
             let from_stop = a.min(polyline.length() - b);
             let parts = ((b - a) / (speed * grain.span)).max((b - a) / (ONSET * from_stop)).ceil();
-            // Long ways at constant speed need no more than this.
-            let parts = if piece == 0 || piece + 1 == pieces { RAMP } else { parts.clamp(1.0, 1e6) as u32 };
+            let most = if spline.is_on_line(piece) { STRAIGHT } else { f64::from(u16::MAX) };
+            let parts = if piece == 0 || piece + 1 == pieces { RAMP } else { parts.clamp(1.0, most) as u32 };
             places.extend((0..parts).map(|part| Place { piece: piece as u32, part, parts }));
         }
         Self { spline, places }

@@ -1,6 +1,6 @@
 use facemill_inverse_kinematics::{AxisValues, MAX_AXES};
 
-use super::knots::{CHORD, coarse, graded};
+use super::knots::{CHORD, Grain, coarse, graded};
 use super::polyline::Polyline;
 
 /// Polynomial of degree 4 by its powers, lowest first.
@@ -22,9 +22,9 @@ pub(crate) struct Spline {
 
 impl Spline {
     /// The spline that stays within `tolerance` of the polyline in every axis at every r, with a first and
-    /// a last piece that are straight and no longer than `ramp`.
-    pub(crate) fn along(polyline: &Polyline, tolerance: &AxisValues, ramp: f64) -> Self {
-        let mut ends = coarse(polyline, tolerance, ramp);
+    /// a last piece that are straight and no longer than the grain says.
+    pub(crate) fn along(polyline: &Polyline, tolerance: &AxisValues, grain: &Grain) -> Self {
+        let mut ends = coarse(polyline, tolerance, grain);
         loop {
             ends = graded(ends);
             let spline = Self::on(polyline, &ends);
@@ -82,7 +82,7 @@ impl Spline {
     }
 
     /// Whether a piece lies on one line of the polyline.
-    fn is_on_line(&self, piece: usize) -> bool {
+    pub(crate) fn is_on_line(&self, piece: usize) -> bool {
         piece >= self.chords.0 && piece + 3 < self.chords.1 && self.lines[piece] == self.lines[piece + 3]
     }
 

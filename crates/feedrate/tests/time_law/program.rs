@@ -193,6 +193,29 @@ fn straight_blocks_in_a_row_are_run_as_one() {
 }
 
 #[test]
+fn a_slow_block_slows_its_own_stretch_alone() {
+    let at = |k: i32| AxisValues::from([10.0 + 2.0 * f64::from(k), -20.0, 0.3]);
+    let mut blocks: Vec<_> = (1..=300).map(|k| block(at(k))).collect();
+    let quick = blended(&blocks).total_time();
+    blocks[150].tip_time = 1.0;
+    let slow = blended(&blocks).total_time();
+    // 2 mm at 2 mm/s; to this speed and back as to a stop and back, v/a + a/j; and on either side the three spans (of 0.15
+    // of the time to the largest speed) whose control points may lie on the slow block.
+    let around = 6.0 * 0.15 * 0.15;
+    assert!(slow > quick + 1.0 && slow < quick + 1.0 + 0.15 + around, "{slow} {quick}");
+}
+
+#[test]
+fn blending_takes_no_longer_than_stopping() {
+    for seed in 0..24 {
+        let blocks = program(seed);
+        let stopping = program_law(&start(), &blocks, &axes(), &ProgramSettings::stopping()).unwrap();
+        let blended = blended(&blocks);
+        assert!(blended.total_time() <= 1.01 * stopping.total_time(), "{seed}");
+    }
+}
+
+#[test]
 fn a_dense_program_is_near_the_least_time_of_its_curve() {
     let bounds = published_bounds();
     let n = 3000;
