@@ -71,6 +71,10 @@ impl Task<'_> {
         let mut best: Option<(f64, Vec<Pace>)> = None;
         for (first, effort) in &PASSES {
             self.improve(&mut x, *first, effort);
+            // The motion still is slow between the first windows.
+            if *first == WINDOW {
+                continue;
+            }
             let (paces, stretches) = self.certified(&x);
             let time: f64 = paces.iter().map(Pace::duration).sum();
             if best.as_ref().is_none_or(|(least, _)| time < *least) {
@@ -103,19 +107,20 @@ impl Task<'_> {
     /// The problem of the spans from `start` to `end` and their unknowns.
     fn problem(&self, start: usize, end: usize) -> Problem {
         let mut problem = Problem::new(end - start + 2);
-        let mut axes: Vec<Quartic> = Vec::with_capacity(self.path.spline.n_axes);
+        let (mut axes, mut limits): (Vec<Quartic>, Vec<[f64; 3]>) = (Vec::new(), Vec::new());
         for i in start..end {
-            let tip = [self.path.polynomials(i, &mut axes)];
+            let tip = [self.path.limited(i, &self.scaled.axes, &mut axes, &mut limits)];
             let part = Part {
                 first: i - start,
                 h: self.h[i],
                 ends: end_weights(&self.h, i),
                 axes: &axes,
+                limits: &limits,
                 tip: &tip,
                 tip_limit: self.caps[i],
                 tightening: self.tightening[i],
             };
-            problem.push(&part, self.scaled);
+            problem.push(&part);
         }
         let n = self.h.len();
         problem.pinned = Pinned { start: if start == 0 { 0 } else { 2 }, end: if end == n { 0 } else { 2 } };
@@ -172,8 +177,8 @@ impl Task<'_> {
     }
 
     fn stretch(&self, span: usize, pace: &Pace) -> f64 {
-        let mut axes = Vec::with_capacity(self.path.spline.n_axes);
-        let tip = [self.path.polynomials(span, &mut axes)];
-        stretch(&axes, (&tip, self.caps[span]), pace, self.scaled, 0.0)
+        let (mut axes, mut limits) = (Vec::new(), Vec::new());
+        let tip = [self.path.limited(span, &self.scaled.axes, &mut axes, &mut limits)];
+        stretch((&axes, &limits), (&tip, self.caps[span]), pace, 0.0)
     }
 }

@@ -111,10 +111,43 @@ impl Spans {
         self.advance(span)
     }
 
+    /// The axes as in [`Spans::polynomials`] with their limits; on a straight piece r alone with the limits that the axes set
+    /// it, which is the same and less to compute.
+    pub(crate) fn limited(
+        &self,
+        span: usize,
+        each: &[[f64; 3]],
+        axes: &mut Vec<Quartic>,
+        limits: &mut Vec<[f64; 3]>,
+    ) -> Quartic {
+        limits.clear();
+        let piece = self.places[span].piece as usize;
+        if !self.spline.is_straight(piece) {
+            limits.extend_from_slice(each);
+            return self.polynomials(span, axes);
+        }
+        self.spline.polynomials(piece, axes);
+        let (a, b) = self.spline.range(piece);
+        let mut most = [0.0_f64; 3];
+        for (axis, limit) in axes.iter().zip(each) {
+            let slope = (axis[1] / (b - a)).abs();
+            let of_r = [slope * slope * limit[0], slope * limit[1], slope * limit[2]];
+            most = std::array::from_fn(|d| most[d].max(of_r[d]));
+        }
+        limits.push(most);
+        let advance = self.advance(span);
+        axes.clear();
+        axes.push(advance);
+        advance
+    }
+
     /// s of a span at which r is reached.
     pub(crate) fn s_at(&self, span: usize, r: f64) -> f64 {
         let (a, _) = self.spline.range(self.places[span].piece as usize);
         let c = self.advance(span);
+        if c[2..].iter().all(|&c| c == 0.0) {
+            return ((r - a - c[0]) / c[1]).clamp(0.0, 1.0);
+        }
         let (mut low, mut high) = (0.0, 1.0);
         // Halves down to the last bit.
         for _ in 0..54 {

@@ -86,6 +86,11 @@ impl Spline {
         piece >= self.chords.0 && piece + 3 < self.chords.1 && self.lines[piece] == self.lines[piece + 3]
     }
 
+    /// Whether a piece lies on a line or a chord.
+    pub(crate) fn is_straight(&self, piece: usize) -> bool {
+        self.is_on_line(piece) || piece + 3 < self.chords.0 || piece >= self.chords.1
+    }
+
     /// r at the start and the end of a piece.
     pub(crate) fn range(&self, piece: usize) -> (f64, f64) {
         (self.knots[piece + 2], self.knots[piece + 3])
@@ -124,7 +129,7 @@ impl Spline {
     pub(crate) fn polynomials(&self, piece: usize, axes: &mut Vec<Quartic>) {
         axes.clear();
         let share = self.shares(piece);
-        let straight = self.is_on_line(piece) || piece + 3 < self.chords.0 || piece >= self.chords.1;
+        let straight = self.is_straight(piece);
         for axis in 0..self.n_axes {
             let [b0, b1, b2, b3] = self.bezier(piece, axis, &share);
             // Exactly straight, so that no rounding stands as curvature.

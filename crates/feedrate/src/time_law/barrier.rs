@@ -35,8 +35,9 @@ pub(crate) struct Part<'a, const K: usize> {
     pub(crate) h: f64,
     /// As from [`end_weights`].
     pub(crate) ends: ([f64; 2], [f64; 2]),
-    /// Axes as polynomials in s.
+    /// Axes as polynomials in s, and their limits as in [`Scaled`].
     pub(crate) axes: &'a [[f64; K]],
+    pub(crate) limits: &'a [[f64; 3]],
     /// Coordinates whose joint speed is capped, and 1/cap².
     pub(crate) tip: &'a [[f64; K]],
     pub(crate) tip_limit: f64,
@@ -80,13 +81,13 @@ impl Problem {
     }
 
     /// Adds the samples of a span.
-    pub(crate) fn push<const K: usize>(&mut self, part: &Part<K>, scaled: &Scaled) {
+    pub(crate) fn push<const K: usize>(&mut self, part: &Part<K>) {
         for (s, weight) in [(0.0, 1.0 / 6.0), (0.5, 4.0 / 6.0), (1.0, 1.0 / 6.0)] {
-            self.sample(part, scaled, s, weight);
+            self.sample(part, s, weight);
         }
     }
 
-    fn sample<const K: usize>(&mut self, part: &Part<K>, scaled: &Scaled, s: f64, weight: f64) {
+    fn sample<const K: usize>(&mut self, part: &Part<K>, s: f64, weight: f64) {
         let ([l0, l1], [r0, r1]) = part.ends;
         let t = 1.0 - s;
         // A combination of left end, middle control point and right end, in the unknowns.
@@ -101,7 +102,7 @@ impl Problem {
         let f = part.tightening;
         let speed_sq: f64 = part.tip.iter().map(|c| (eval(c, s)[1] * d).powi(2)).sum();
         let mut velocity = speed_sq * part.tip_limit * f * f;
-        for (c, limit) in part.axes.iter().zip(&scaled.axes) {
+        for (c, limit) in part.axes.iter().zip(part.limits) {
             let limit = [limit[0] * f * f, limit[1] * f * f, limit[2] * f * f * f];
             let [_, q1, q2, q3] = eval(c, s);
             let (q1, q2, q3) = (q1 * d, q2 * d * d, q3 * d * d * d);
@@ -123,16 +124,18 @@ impl Problem {
 
     /// The factor by which time has to be stretched so that no sample exceeds a limit.
     pub(crate) fn dilation(&self, x: &[f64]) -> f64 {
-        let mut most: f64 = 0.0;
+        // Squares of velocity, accelerations and squares of jerk: roots are dear.
+        let (mut velocity, mut acceleration, mut jerk) = (0.0_f64, 0.0_f64, 0.0_f64);
         for sample in &self.samples {
             let [b, b1, b2] = Self::state(sample, x);
-            most = most.max((b * sample.velocity).sqrt());
+            velocity = velocity.max(b * sample.velocity);
             for line in &self.lines[sample.lines.start as usize..sample.lines.end as usize] {
-                most = most.max((line.a[0] * b + line.a[1] * b1).abs().sqrt());
-                most = most.max((b.sqrt() * (line.j[0] * b + line.j[1] * b1 + line.j[2] * b2)).abs().cbrt());
+                let j = line.j[0] * b + line.j[1] * b1 + line.j[2] * b2;
+                acceleration = acceleration.max((line.a[0] * b + line.a[1] * b1).abs());
+                jerk = jerk.max(b * j * j);
             }
         }
-        most
+        velocity.sqrt().max(acceleration.sqrt()).max(jerk.powf(1.0 / 6.0))
     }
 
     /// Time by Simpson's rule on each span and the sum of the barriers; `None` where a limit is reached.
@@ -226,18 +229,21 @@ impl Problem {
         for line in &self.lines[sample.lines.start as usize..sample.lines.end as usize] {
             let [a0, a1] = line.a;
             let a = a0 * b + a1 * b1;
+            let [j0, j1, j2] = line.j;
+            let j = j0 * b + j1 * b1 + j2 * b2;
+            // Divisions are dear: one for both slacks.
+            let (slack_a, slack_j) = (1.0 - a * a, (root - j) * (root + j));
+            let inverse = 1.0 / (slack_a * slack_j);
             // −ln(1 − a²)
-            let s = 1.0 / (1.0 - a * a);
+            let s = slack_j * inverse;
             let (d, dd) = (2.0 * a * s, 2.0 * (1.0 + a * a) * s * s);
             g[0] += d * a0;
             g[1] += d * a1;
             h[0] += dd * a0 * a0;
             h[1] += dd * a0 * a1;
             h[3] += dd * a1 * a1;
-            let [j0, j1, j2] = line.j;
-            let j = j0 * b + j1 * b1 + j2 * b2;
             // −ln(root − j) − ln(root + j), root = 1/√β.
-            let (p, m) = (1.0 / (root - j), 1.0 / (root + j));
+            let (p, m) = ((root + j) * slack_a * inverse, (root - j) * slack_a * inverse);
             let dj = p - m;
             let (cross, square) = (m * m - p * p, p * p + m * m);
             let sum = p + m;

@@ -1,4 +1,3 @@
-use super::barrier::Scaled;
 use super::bernstein::Bernstein;
 use super::law::Pace;
 
@@ -23,10 +22,9 @@ fn derivative(c: &[f64], d: usize) -> Bernstein {
 /// ṡ² = ρ(s), velocity² = q_s²·ρ, acceleration = q_ss·ρ + q_s·ρ'/2 and jerk² = ρ·(q_sss·ρ + 3/2·q_ss·ρ' + q_s·ρ''/2)²
 /// are polynomials in s, bounded by their Bernstein coefficients.
 pub(crate) fn stretch<const K: usize>(
-    axes: &[[f64; K]],
+    (axes, limits): (&[[f64; K]], &[[f64; 3]]),
     (tip, tip_limit): (&[[f64; K]], f64),
     pace: &Pace,
-    scaled: &Scaled,
     floor: f64,
 ) -> f64 {
     let [a, b, c] = pace.0;
@@ -34,7 +32,7 @@ pub(crate) fn stretch<const K: usize>(
     let rho1 = Bernstein::from_coefficients(&[2.0 * (b - a), 2.0 * (c - b)]);
     let rho2 = 2.0 * ((a - b) + (c - b));
     let mut most = floor;
-    for (axis, limit) in axes.iter().zip(&scaled.axes) {
+    for (axis, limit) in axes.iter().zip(limits) {
         let [q1, q2, q3] = [1, 2, 3].map(|d| derivative(axis, d));
         let velocity_sq = q1.times(&q1).times(&rho).scaled(limit[0]);
         most = most.max(velocity_sq.upper_bound(most.powi(2), ACCURACY).max(0.0).sqrt());

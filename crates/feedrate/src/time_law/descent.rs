@@ -11,6 +11,9 @@ const STEPS: usize = 60;
 const GAP: f64 = 1e-6;
 const STAGES: usize = 40;
 
+/// Decrease promised per unknown from which longer steps than Newton's are tried.
+const FAR: f64 = 0.3;
+
 /// Unknowns with their time and the sum of their barriers.
 struct Iterate {
     x: Vec<f64>,
@@ -91,6 +94,18 @@ fn newton(problem: &Problem, at: &mut Iterate, kappa: f64) -> Option<f64> {
         let x = at.x.iter().zip(&step).map(|(x, s)| x + alpha * s).collect();
         Iterate::new(problem, x).filter(|next| kappa * next.time + next.barrier <= value + 1e-4 * alpha * slope)
     };
-    *at = (0..40).find_map(|k| trial(0.5_f64.powi(k)))?;
+    let worth = |at: &Iterate| kappa * at.time + at.barrier;
+    let mut best = (0..40).find_map(|k| trial(0.5_f64.powi(k)))?;
+    // Far below the limits a full step makes the square of the speed only 5/3 of what it was.
+    if -slope > FAR * problem.n as f64 {
+        let longer = (1..6).map_while(|k| trial(f64::from(1 << k)));
+        for next in longer {
+            if worth(&next) >= worth(&best) {
+                break;
+            }
+            best = next;
+        }
+    }
+    *at = best;
     Some(-slope)
 }

@@ -71,7 +71,7 @@ pub fn minimum_time_law(
 
 fn span_stretch(span: &Span, pace: &Pace, scaled: &Scaled) -> f64 {
     let tip: &[Septic] = span.tip.as_ref().map_or(&[], |t| t);
-    stretch(&span.axes, (tip, scaled.tip.unwrap_or(0.0)), pace, scaled, 0.0)
+    stretch((&span.axes, &scaled.axes), (tip, scaled.tip.unwrap_or(0.0)), pace, 0.0)
 }
 
 fn problem(spans: &[Span], scaled: &Scaled, tightening: &[f64]) -> Problem {
@@ -84,11 +84,12 @@ fn problem(spans: &[Span], scaled: &Scaled, tightening: &[f64]) -> Problem {
             h: span.h,
             ends: end_weights(&h, i),
             axes: &span.axes,
+            limits: &scaled.axes,
             tip,
             tip_limit: scaled.tip.unwrap_or(0.0),
             tightening: tightening[i],
         };
-        problem.push(&part, scaled);
+        problem.push(&part);
     }
     problem
 }
