@@ -104,7 +104,7 @@ pub enum ProgramLawError {
 /// Lines that are shorter than this are left out, s at the axes' largest speeds: 1e-8 mm at 100 mm/s.
 const SHORTEST: f64 = 1e-10;
 
-/// Stands in for the tolerance where the program stops at every corner: rounding passes.
+/// Least tolerance, mm or rad; it stands in where the program stops at every corner. Below it rounding would count.
 const STRAIGHT: f64 = 1e-9;
 
 /// The motion of a program from rest to rest in short time: within velocity, acceleration and jerk of every axis and the
@@ -254,7 +254,7 @@ fn check(
         return Err(ProgramLawError::BadResolution { value: settings.resolution });
     }
     if let Some(tolerance) = &settings.tolerance
-        && let Some(axis) = (0..bounds).find(|&k| !positive(tolerance.get_or_zero(k)))
+        && let Some(axis) = (0..bounds).find(|&k| !(STRAIGHT..f64::INFINITY).contains(&tolerance.get_or_zero(k)))
     {
         return Err(ProgramLawError::BadTolerance { axis, value: tolerance.get_or_zero(axis) });
     }

@@ -56,7 +56,8 @@ pub(crate) fn coarse(polyline: &Polyline, tolerance: &AxisValues, grain: &Grain)
         let mut stack = vec![(from, to)];
         while let Some((a, b)) = stack.pop() {
             line = polyline.line_at(a, line);
-            if is_rough(polyline, tolerance, (a, b), line) || is_uneven(polyline, grain.span, (a, b), line) {
+            let rough = || is_rough(polyline, tolerance, (a, b), line) || is_uneven(polyline, grain.span, (a, b), line);
+            if b - a > shortest(length) && rough() {
                 let mid = 0.5 * (a + b);
                 stack.push((mid, b));
                 stack.push((a, mid));
@@ -69,6 +70,11 @@ pub(crate) fn coarse(polyline: &Polyline, tolerance: &AxisValues, grain: &Grain)
     }
     ends.push(length);
     ends
+}
+
+/// Pieces are not halved below this, where rounding would count as bending: 1e-8 mm at 100 mm/s, on long programs more.
+pub(crate) fn shortest(length: f64) -> f64 {
+    1e-10 + 1e-13 * length
 }
 
 /// Whether an interval has to be halved; `line` holds its start.
@@ -144,4 +150,68 @@ fn graded_forward(ends: &[f64], sign: f64) -> Vec<f64> {
         }
     }
     out
+}
+
+/// Growth of neighbouring pieces where the path bends. More than this bends the spline more than the path; less needs more
+/// pieces.
+const SMOOTH: f64 = 1.25;
+
+/// Ends of pieces whose lengths change slowly where the path bends, and are about those given there or shorter. The first
+/// and the last piece stay.
+pub(crate) fn smoothed(polyline: &Polyline, ends: &[f64]) -> Vec<f64> {
+    let n = ends.len() - 1;
+    if n < 4 {
+        return ends.to_vec();
+    }
+    let widths = slowly_changing(polyline, ends);
+    let (mut at, mut k) = (ends[1], 1);
+    let mut out = vec![ends[0], at];
+    loop {
+        while k + 2 < n && at >= ends[k + 1] {
+            k += 1;
+        }
+        let width = between(ends, &widths, k, at);
+        // What is left makes one piece, of up to half as much again.
+        if at + 1.5 * width >= ends[n - 1] {
+            break;
+        }
+        at += width;
+        out.push(at);
+    }
+    out.extend([ends[n - 1], ends[n]]);
+    out
+}
+
+/// Lengths of pieces, of which neighbours where the path bends differ by the factor [`SMOOTH`] at most.
+fn slowly_changing(polyline: &Polyline, ends: &[f64]) -> Vec<f64> {
+    let n = ends.len() - 1;
+    let mut widths: Vec<f64> = ends.windows(2).map(|e| e[1] - e[0]).collect();
+    let mut line = 0;
+    let mut bends = Vec::with_capacity(n);
+    for (e, w) in ends.windows(2).zip(&widths) {
+        line = polyline.line_at(e[0] - w, line);
+        bends.push(polyline.line_at(e[1] + w, line) != line);
+    }
+    for k in 2..n - 1 {
+        if bends[k] && bends[k - 1] {
+            widths[k] = widths[k].min(SMOOTH * widths[k - 1]);
+        }
+    }
+    for k in (1..n - 2).rev() {
+        if bends[k] && bends[k + 1] {
+            widths[k] = widths[k].min(SMOOTH * widths[k + 1]);
+        }
+    }
+    widths
+}
+
+/// The length of pieces at `at` in piece `k`, linear between the middles of pieces.
+fn between(ends: &[f64], width: &[f64], k: usize, at: f64) -> f64 {
+    let middle = |k: usize| 0.5 * (ends[k] + ends[k + 1]);
+    let (a, b) = if at < middle(k) { (k.saturating_sub(1).max(1), k) } else { (k, (k + 1).min(width.len() - 2)) };
+    if a == b {
+        return width[a];
+    }
+    let share = (at - middle(a)) / (middle(b) - middle(a));
+    width[a] + (width[b] - width[a]) * share
 }

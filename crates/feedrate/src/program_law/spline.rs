@@ -1,6 +1,6 @@
 use facemill_inverse_kinematics::{AxisValues, MAX_AXES};
 
-use super::knots::{CHORD, Grain, coarse, graded};
+use super::knots::{CHORD, Grain, coarse, graded, shortest, smoothed};
 use super::polyline::Polyline;
 
 /// Polynomial of degree 4 by its powers, lowest first.
@@ -24,7 +24,7 @@ impl Spline {
     /// The spline that stays within `tolerance` of the polyline in every axis at every r, with a first and
     /// a last piece that are straight and no longer than the grain says.
     pub(crate) fn along(polyline: &Polyline, tolerance: &AxisValues, grain: &Grain) -> Self {
-        let mut ends = coarse(polyline, tolerance, grain);
+        let mut ends = smoothed(polyline, &graded(coarse(polyline, tolerance, grain)));
         loop {
             ends = graded(ends);
             let spline = Self::on(polyline, &ends);
@@ -32,7 +32,8 @@ impl Spline {
             let mut next = Vec::with_capacity(ends.len());
             for i in 0..spline.pieces() {
                 next.push(ends[i]);
-                if spline.deviation(polyline, tolerance, i, &mut line) > 1.0 {
+                let long = ends[i + 1] - ends[i] > shortest(polyline.length());
+                if long && spline.deviation(polyline, tolerance, i, &mut line) > 1.0 {
                     next.push(0.5 * (ends[i] + ends[i + 1]));
                 }
             }
