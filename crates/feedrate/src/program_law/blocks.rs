@@ -26,8 +26,9 @@ pub struct ProgramSettings {
     /// Most by which each axis leaves the program's lines where corners are blended, mm or rad; `None` stops at every
     /// corner. Where a blend within it would take longer than a stop, the axes stop.
     pub tolerance: Option<AxisValues>,
-    /// Length of the spans that the law is made of where the path would allow longer ones, as a share of the time in which
-    /// an axis gets from rest to its largest speed. Shorter ones come nearer to the least time and cost more computing.
+    /// Length of the spans that the law is made of where the path would allow longer ones, as a share of the time in
+    /// which an axis gets from rest to its largest speed. Shorter ones come nearer to the least time and cost more
+    /// computing.
     pub resolution: f64,
 }
 
@@ -107,12 +108,12 @@ const SHORTEST: f64 = 1e-10;
 /// Least tolerance, mm or rad; it stands in where the program stops at every corner. Below it rounding would count.
 const STRAIGHT: f64 = 1e-9;
 
-/// The motion of a program from rest to rest in short time: within velocity, acceleration and jerk of every axis and the
-/// tip feed of every block, corners blended within the tolerance, with look-ahead over the whole program.
+/// The motion of a program from rest to rest in short time: within velocity, acceleration and jerk of every axis and
+/// the tip feed of every block, corners blended within the tolerance, with look-ahead over the whole program.
 ///
-/// Guarantee: no limit is exceeded at any time, proven by Bernstein coefficients to rounding, and no axis is farther from
-/// the program's lines than its tolerance. The cost is linear in the number of blocks. The time is not proven to be the
-/// least one. Blocks without motion take no time. The result does not depend on the number of threads.
+/// Guarantee: no limit is exceeded at any time, proven by Bernstein coefficients to rounding, and no axis is farther
+/// from the program's lines than its tolerance. The cost is linear in the number of blocks. The time is not proven to
+/// be the least one. Blocks without motion take no time. The result does not depend on the number of threads.
 ///
 /// # Errors
 /// Limits, settings or blocks that cannot be meant, with the index of the block.

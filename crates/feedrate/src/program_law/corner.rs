@@ -48,12 +48,12 @@ impl Line {
     }
 }
 
-/// Share of an axis's speed by which directions may differ and count as one: rounding passes, and a jump of the velocity
-/// by this share is blended within nanometres.
+/// Share of an axis's speed by which directions may differ and count as one: rounding passes, and a jump of the
+/// velocity by this share is blended within nanometres.
 const SAME_DIRECTION: f64 = 1e-9;
 
-/// Whether the axes stand between two lines: without a tolerance at every corner; with one, where a blend within it takes
-/// longer than a stop.
+/// Whether the axes stand between two lines: without a tolerance at every corner; with one, where a blend within it
+/// takes longer than a stop.
 ///
 /// A blend over ±w turns with the speed that the acceleration and jerk of its bend allow. What it saves is an estimate,
 /// which only chooses between two motions that hold all limits.

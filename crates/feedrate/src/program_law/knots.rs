@@ -18,7 +18,8 @@ const GRADING: f64 = 2.01;
 /// reach less than so many times as far.
 pub(crate) const CHORD: f64 = 4.0;
 
-/// Length of the first or last piece: such that the chord over [`CHORD`] times that length stays within half the tolerance.
+/// Length of the first or last piece: such that the chord over [`CHORD`] times that length stays within half the
+/// tolerance.
 fn ramp_length(polyline: &Polyline, tolerance: &AxisValues, ramp: f64, at_end: bool) -> f64 {
     let length = polyline.length();
     let mut w = ramp.min(length / (2.0 * CHORD));
@@ -152,12 +153,12 @@ fn graded_forward(ends: &[f64], sign: f64) -> Vec<f64> {
     out
 }
 
-/// Growth of neighbouring pieces where the path bends. More than this bends the spline more than the path; less needs more
-/// pieces.
+/// Growth of neighbouring pieces where the path bends. More than this bends the spline more than the path; less needs
+/// more pieces.
 const SMOOTH: f64 = 1.25;
 
-/// Ends of pieces whose lengths change slowly where the path bends, and are about those given there or shorter. The first
-/// and the last piece stay.
+/// Ends of pieces whose lengths change slowly where the path bends, and are about those given there or shorter. The
+/// first and the last piece stay.
 pub(crate) fn smoothed(polyline: &Polyline, ends: &[f64]) -> Vec<f64> {
     let n = ends.len() - 1;
     if n < 4 {

@@ -33,8 +33,8 @@ struct Task<'a> {
 }
 
 /// Passes over all windows: where the first window ends, and how far each goes. The first one finds the motion between
-/// the windows' ends, which stay slow; the second one speeds these up; the third one takes back what the certificate says
-/// is too much, and what the tightening took too much.
+/// the windows' ends, which stay slow; the second one speeds these up; the third one takes back what the certificate
+/// says is too much, and what the tightening took too much.
 const PASSES: [(usize, Effort); 4] = [
     (WINDOW, Effort { steps: 40, gaps: (0.5, 0.02) }),
     (WINDOW / 2, Effort { steps: 25, gaps: (0.1, 0.005) }),

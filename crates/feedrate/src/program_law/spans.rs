@@ -6,8 +6,8 @@ use super::spline::{Quartic, Spline};
 
 /// A spline cut into the spans of a law, from rest to rest.
 ///
-/// Its first and last piece lie on straight lines and are run through in another variable x with r ~ x³, so that the path
-/// is at rest with finite jerk there.
+/// Its first and last piece lie on straight lines and are run through in another variable x with r ~ x³, so that the
+/// path is at rest with finite jerk there.
 #[derive(Clone, Debug)]
 pub(crate) struct Spans {
     pub(crate) spline: Spline,
@@ -111,8 +111,8 @@ impl Spans {
         self.advance(span)
     }
 
-    /// The axes as in [`Spans::polynomials`] with their limits; on a straight piece r alone with the limits that the axes set
-    /// it, which is the same and less to compute.
+    /// The axes as in [`Spans::polynomials`] with their limits; on a straight piece r alone with the limits that the
+    /// axes set it, which is the same and less to compute.
     pub(crate) fn limited(
         &self,
         span: usize,

@@ -16,7 +16,8 @@ pub(crate) struct Spline {
     control: Vec<f64>,
     /// Line of the polyline on which each control point lies, or beside which where it lies on a chord.
     lines: Vec<u32>,
-    /// Control points before the first number lie on the chord from the start, those from the second on on that to the end.
+    /// Control points before the first number lie on the chord from the start, those from the second on on that to the
+    /// end.
     chords: (usize, usize),
 }
 
@@ -143,8 +144,8 @@ impl Spline {
     /// A bound of the distance between spline and polyline at the same r in a piece, in shares of the tolerance.
     ///
     /// Between two breaks (vertices of the polyline and the piece's ends) their difference is cubic, with the second
-    /// derivative of the spline, which is at most its larger end value M: so it is at most the larger value at the breaks
-    /// and M·(distance of the breaks)²/8.
+    /// derivative of the spline, which is at most its larger end value M: so it is at most the larger value at the
+    /// breaks and M·(distance of the breaks)²/8.
     fn deviation(&self, polyline: &Polyline, tolerance: &AxisValues, piece: usize, line: &mut usize) -> f64 {
         if self.is_on_line(piece) {
             return 0.0;

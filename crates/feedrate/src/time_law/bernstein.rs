@@ -88,7 +88,8 @@ impl Bernstein {
         (low, high)
     }
 
-    /// An upper bound of the polynomial on [0, 1]: either at most `floor`, or within the share `tolerance` of its maximum.
+    /// An upper bound of the polynomial on [0, 1]: either at most `floor`, or within the share `tolerance` of its
+    /// maximum.
     pub(crate) fn upper_bound(&self, floor: f64, tolerance: f64) -> f64 {
         // Each split halves the interval, and the gap shrinks by four: 30 are beyond rounding.
         self.bound(floor, tolerance, 30)

@@ -1,7 +1,7 @@
 use super::barrier::{Problem, newton_step};
 
-/// Factor by which the weight of time against the barrier grows from one stage to the next. Larger ones need fewer stages
-/// of more steps.
+/// Factor by which the weight of time against the barrier grows from one stage to the next. Larger ones need fewer
+/// stages of more steps.
 const GROWTH: f64 = 4.0;
 
 /// Newton steps of one stage at most; it takes up to 30 until the first limits are near and then about 7.
@@ -76,8 +76,8 @@ pub(crate) fn lower(problem: &Problem, x: &mut Vec<f64>, effort: &Effort) {
     *x = at.x;
 }
 
-/// One step of Newton's method, which stays strictly feasible and lowers κ·T + barrier. Returns the decrease that the full
-/// step promises, in units of one logarithm; `None` where there is no step.
+/// One step of Newton's method, which stays strictly feasible and lowers κ·T + barrier. Returns the decrease that the
+/// full step promises, in units of one logarithm; `None` where there is no step.
 fn newton(problem: &Problem, at: &mut Iterate, kappa: f64) -> Option<f64> {
     // The exact Hessian where it is positive definite; without the jerk limits' curvature it always is.
     let exact = problem.derivatives(&at.x, kappa, 1.0);

@@ -19,8 +19,8 @@ pub struct AxisMotion {
 }
 
 impl AxisMotion {
-    /// Share of each limit that is used, from 0 (not at all) to 1 (wholly): velocity, acceleration and jerk of every axis,
-    /// and the tip feed where it is capped.
+    /// Share of each limit that is used, from 0 (not at all) to 1 (wholly): velocity, acceleration and jerk of every
+    /// axis, and the tip feed where it is capped.
     pub fn shares<'a>(&'a self, bounds: &'a MotionBounds) -> impl Iterator<Item = (MotionLimit, f64)> + 'a {
         bounds
             .axes

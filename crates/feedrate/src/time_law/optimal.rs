@@ -30,12 +30,12 @@ impl TimeLawSettings {
     }
 }
 
-/// The law of motion from rest to rest that takes the least time along a smooth path within the limits of all axes and the
-/// cap on the tip feed.
+/// The law of motion from rest to rest that takes the least time along a smooth path within the limits of all axes and
+/// the cap on the tip feed.
 ///
-/// Guarantee: along the path as cut into polynomials of degree 7 (which meet the given path and its three derivatives at
-/// every knot) no limit is exceeded at any time, proven by the Bernstein coefficients of velocity, acceleration and jerk,
-/// to rounding. That the time is the least is not proven: the problem has the local minima of jerk limits.
+/// Guarantee: along the path as cut into polynomials of degree 7 (which meet the given path and its three derivatives
+/// at every knot) no limit is exceeded at any time, proven by the Bernstein coefficients of velocity, acceleration and
+/// jerk, to rounding. That the time is the least is not proven: the problem has the local minima of jerk limits.
 ///
 /// # Errors
 /// Limits that are not positive, a path that is not finite, stands still, or whose position, first or second derivative

@@ -36,8 +36,8 @@ fn block(end: AxisValues) -> ProgramBlock {
     ProgramBlock { end, tip_time: 0.0, exact_stop: false }
 }
 
-/// Programs of all kinds by seed: sharp corners, reversals, dense curves, short blocks between long ones, blocks without
-/// motion, capped blocks, exact stops.
+/// Programs of all kinds by seed: sharp corners, reversals, dense curves, short blocks between long ones, blocks
+/// without motion, capped blocks, exact stops.
 fn program(seed: u64) -> Vec<ProgramBlock> {
     let mut random = Random(seed.wrapping_mul(77) + 5);
     let kind = seed % 4;
@@ -199,8 +199,8 @@ fn a_slow_block_slows_its_own_stretch_alone() {
     let quick = blended(&blocks).total_time();
     blocks[150].tip_time = 1.0;
     let slow = blended(&blocks).total_time();
-    // 2 mm at 2 mm/s; to this speed and back as to a stop and back, v/a + a/j; and on either side the three spans (of 0.15
-    // of the time to the largest speed) whose control points may lie on the slow block.
+    // 2 mm at 2 mm/s; to this speed and back as to a stop and back, v/a + a/j; and on either side the three spans (of
+    // 0.15 of the time to the largest speed) whose control points may lie on the slow block.
     let around = 6.0 * 0.15 * 0.15;
     assert!(slow > quick + 1.0 && slow < quick + 1.0 + 0.15 + around, "{slow} {quick}");
 }
