@@ -99,6 +99,14 @@ pub enum TimeLawError {
         /// 0 for the position, 1 and 2 for derivatives.
         order: usize,
     },
+    /// The path between two close points is not what their derivatives say.
+    #[error("piece {piece} of the path is not smooth at parameter {parameter}, or its derivatives are not its own")]
+    NotSmooth {
+        /// Index of the piece.
+        piece: usize,
+        /// Where in the path's parameter.
+        parameter: f64,
+    },
     /// The path stands still over a part of its parameter.
     #[error("no axis moves in a part of piece {piece} of the path: leave that part out")]
     NoMotion {

@@ -18,7 +18,8 @@ impl JointPath for Pieces {
 }
 
 fn refused(path: &dyn JointPath, bounds: &MotionBounds) -> TimeLawError {
-    minimum_time_law(path, bounds, &TimeLawSettings { spans: 10, rounds: 1 }).unwrap_err()
+    let law = minimum_time_law(path, bounds, &TimeLawSettings { spans: 10, rounds: 1 });
+    law.map(|law| law.total_time()).unwrap_err()
 }
 
 fn one_axis() -> MotionBounds {
@@ -73,4 +74,13 @@ fn paths_that_are_not_finite_stand_still_or_have_no_pieces() {
     let still = Pieces(vec![[[3.0, 0.0, 0.0, 0.0]; 2]]);
     assert_eq!(refused(&still, &one_axis()), TimeLawError::NoMotion { piece: 0 });
     assert_eq!(refused(&Pieces(vec![]), &one_axis()), TimeLawError::BadBreaks { index: 1 });
+}
+
+#[test]
+fn a_path_with_the_derivative_of_another_one() {
+    let mut wrong = line(0.0);
+    wrong[0][1] += 3.0;
+    wrong[1][1] += 3.0;
+    let error = refused(&Pieces(vec![wrong]), &one_axis());
+    assert!(matches!(error, TimeLawError::NotSmooth { piece: 0, .. }), "{error}");
 }

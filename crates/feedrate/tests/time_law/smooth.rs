@@ -178,6 +178,18 @@ fn the_tip_feed_is_capped() {
 }
 
 #[test]
+fn a_path_with_more_waves_than_spans_is_kept_to() {
+    let f = |u: f64| [100.0 * u, (150.0 * u).sin()];
+    let path = Curve(|u: Jet| [u * 100.0, (u * 150.0).sin()]);
+    let law = law(&path, &two_axes(), 10);
+    for k in 0..=5000 {
+        let t = law.total_time() * f64::from(k) / 5000.0;
+        let (on_path, q) = (f(law.parameter_at(t)), law.at(t).position);
+        assert!((on_path[0] - q[0]).abs() < 2e-6 && (on_path[1] - q[1]).abs() < 2e-6, "{t}");
+    }
+}
+
+#[test]
 fn pieces_end_in_turn_where_the_path_says() {
     let law = law(&SplinePath, &published_bounds(), 100);
     let ends = law.piece_ends();
