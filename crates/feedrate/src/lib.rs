@@ -40,5 +40,8 @@ mod time_law;
 pub use block_feed::{BlockFeed, FeedError, FeedLimit, feed_for_block, g94_length};
 pub use pair::{PairBlock, PairFeed, PairLimit, feed_for_pair, plan_pair_feeds};
 pub use plan::{FeedBlock, PlanFeedsError, plan_feeds, rapid_time};
-pub use program_law::{ProgramBlock, ProgramLaw, ProgramLawError, ProgramSettings, program_law};
+pub use program_law::{
+    MissingLimit, ProgramBlock, ProgramLaw, ProgramLawError, ProgramSettings, machine_bounds, program_blocks,
+    program_law,
+};
 pub use time_law::*;

@@ -4,6 +4,7 @@ mod blocks;
 mod corner;
 mod knots;
 mod law;
+mod machine;
 mod polyline;
 mod s_curve;
 mod section;
@@ -12,3 +13,4 @@ mod spline;
 
 pub use blocks::{ProgramBlock, ProgramLawError, ProgramSettings, program_law};
 pub use law::ProgramLaw;
+pub use machine::{MissingLimit, machine_bounds, program_blocks};

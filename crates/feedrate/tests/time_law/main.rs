@@ -2,6 +2,7 @@
 
 mod checks;
 mod closed_form;
+mod machine;
 mod program;
 mod refused;
 mod smooth;

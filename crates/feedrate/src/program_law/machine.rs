@@ -1,0 +1,51 @@
+use facemill_inverse_kinematics::{AxisLetter, AxisValues, Machine};
+
+use super::ProgramBlock;
+use crate::block_feed::tip_time;
+use crate::{AxisBounds, FeedBlock, PlanFeedsError};
+
+/// An axis whose machine file does not say how it may be accelerated.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error("the machine gives no {what} for axis {letter}: add it to the machine file to time programs")]
+pub struct MissingLimit {
+    /// The axis.
+    pub letter: AxisLetter,
+    /// `acceleration` or `jerk`.
+    pub what: &'static str,
+}
+
+/// The limits of all axes of a machine, in axis order.
+///
+/// # Errors
+/// The first axis without a largest acceleration or jerk.
+pub fn machine_bounds(machine: &Machine) -> Result<Vec<AxisBounds>, MissingLimit> {
+    let bounds = |axis| {
+        AxisBounds::of_axis(axis).ok_or(MissingLimit {
+            letter: axis.letter,
+            what: if axis.max_acceleration.is_none() { "acceleration" } else { "jerk" },
+        })
+    };
+    machine.axes().iter().map(bounds).collect()
+}
+
+/// The blocks of [`plan_feeds`](crate::plan_feeds) for [`program_law`](crate::program_law): each with the least time that its
+/// tip feed asks for, Dc/Fc of FEED (4) with Dc the distance of the tip's two positions. None stops.
+///
+/// # Errors
+/// For the first block whose tip feed is not above 0 or whose positions are not finite.
+pub fn program_blocks(
+    machine: &Machine,
+    tool_length: f64,
+    start: &AxisValues,
+    blocks: &[FeedBlock],
+) -> Result<Vec<ProgramBlock>, PlanFeedsError> {
+    let mut tip = machine.cl_point(start, tool_length).tip;
+    let mut out = Vec::with_capacity(blocks.len());
+    for (block, b) in blocks.iter().enumerate() {
+        let next = machine.cl_point(&b.end, tool_length).tip;
+        let tip_time = tip_time((next - tip).norm(), b.tip_feed).map_err(|source| PlanFeedsError { block, source })?;
+        out.push(ProgramBlock { end: b.end, tip_time, exact_stop: false });
+        tip = next;
+    }
+    Ok(out)
+}
