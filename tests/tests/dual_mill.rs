@@ -192,9 +192,8 @@ fn what_a_limited_axis_parts_is_driven_from_end_to_end() {
     let values: Vec<(&str, Value)> = values.iter().map(|(p, v)| (p.as_str(), v.clone())).collect();
     job.set("job.json", &values);
     let lengths = |planned: &Planned| -> Vec<f64> {
-        let of = |name: &str| {
-            planned.report.passes.iter().filter(|p| p.operation == name).map(|p| p.length_mm).sum::<f64>()
-        };
+        let of =
+            |name: &str| planned.report.passes.iter().filter(|p| p.operation == name).map(|p| p.length_mm).sum::<f64>();
         vec![of("suction side"), of("pressure side")]
     };
     let both = plan(&job, false);

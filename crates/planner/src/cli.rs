@@ -11,6 +11,7 @@ use facemill::report::{CertificatesFile, Report};
 use facemill::solution_space_file::SolutionSpaceFile;
 use facemill::{Failure, Job, PlanSettings, SolutionSpaceRequest, Stages, files, plan_setup, summary};
 
+use crate::chip_area_command::{self, ChipAreaArguments};
 use crate::feedrate_command::{self, FeedrateArguments};
 use crate::machine_commands::{self, MachineCommand};
 use crate::progress::Bar;
@@ -69,6 +70,8 @@ enum Command {
     },
     /// Gives an existing program new feeds: its tip moves at the programmed speed. All but F words is kept byte for byte
     Feedrate(FeedrateArguments),
+    /// Section area of the chip of a pass: one case, or a table of them
+    ChipArea(ChipAreaArguments),
     /// Writes an example: a complete job folder
     New {
         #[command(subcommand)]
@@ -179,6 +182,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
             solution_space(&job, &SolutionSpaceRequest { operation, pass, point, resolution_deg }, out)
         }
         Command::Feedrate(arguments) => feedrate_command::run(&arguments),
+        Command::ChipArea(arguments) => chip_area_command::run(&arguments),
         Command::New { part } => write_new(part),
         Command::Machine { what } => machine_commands::run(what),
         Command::Schema { format } => {

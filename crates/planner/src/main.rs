@@ -4,6 +4,7 @@ use std::process::ExitCode;
 
 use clap::Parser;
 
+mod chip_area_command;
 mod cli;
 mod feedrate_command;
 mod machine_commands;

@@ -1,4 +1,4 @@
-//! `facemill feedrate`: FEED's tables on the command line; only F words change, and the tip then moves as fast as asked, by
+//! `facemill chip-area`, and `facemill feedrate`: FEED's tables on the command line; only F words change, and the tip then moves as fast as asked, by
 //! matrices made from the rows of the machine file.
 
 use facemill::inverse_kinematics::Machine;
@@ -51,7 +51,8 @@ fn tables_of_feed_come_out_of_the_command() {
         let rows = table.lines().filter(|l| l.starts_with(|c: char| c == '-' || c.is_ascii_digit()));
         let rows: Vec<Vec<&str>> = rows.map(|l| l.split(',').collect()).collect();
         let blocks = rows.iter().map(|r| format!("G1 X{} Y{} Z{} B{} C{}\n", r[0], r[1], r[2], r[3], r[4]));
-        let text = format!("%\nO1 (FEED, {name})\nG21 G90 G94 G54\nG43 H1\nF1000.\n{}M30\n%\n", blocks.collect::<String>());
+        let text =
+            format!("%\nO1 (FEED, {name})\nG21 G90 G94 G54\nG43 H1\nF1000.\n{}M30\n%\n", blocks.collect::<String>());
         folder.write("table.nc", text.as_bytes());
         let [program, machine, out] = ["table.nc", "machine.json", "new.nc"].map(|n| folder.path(n));
         let [program, machine, out] = [&program, &machine, &out].map(|p| p.to_str().unwrap());
@@ -210,5 +211,41 @@ fn programs_that_cannot_be_trusted_are_refused_by_line() {
         };
         let why = refeed(text.as_bytes(), &settings).expect_err(rest);
         assert!(told.iter().all(|part| why.contains(part)), "{rest}: {why}");
+    }
+}
+
+/// A flat disc across a plane takes a rectangle; a ball alone takes the segment of its circle below the stock's surface.
+#[test]
+fn chip_areas_of_simple_cases_are_told() {
+    let told = |arguments: &[&str]| {
+        let output = run(&[&["chip-area"], arguments].concat());
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let text = String::from_utf8(output.stdout).unwrap();
+        text.split(' ').next().unwrap().parse::<f64>().unwrap()
+    };
+    let disc = told(&["--radius-mm", "40", "--depth-of-cut-mm", "2"]);
+    assert!((disc - 160.0).abs() < 1e-6, "{disc}");
+    let beside = told(&["--radius-mm", "40", "--depth-of-cut-mm", "2", "--right", "cut", "--right-mm", "30"]);
+    assert!((beside - 60.0).abs() < 1e-6, "{beside}");
+    let ball = told(&["--radius-mm", "6", "--corner-radius-mm", "6", "--depth-of-cut-mm", "2"]);
+    let segment = 36.0 * (4.0_f64 / 6.0).acos() - 4.0 * 20.0_f64.sqrt();
+    assert!((ball - segment).abs() < 1e-6, "{ball}, segment {segment}");
+    let folder = JobFolder::of(&[]);
+    folder.write(
+        "cases.csv",
+        b"name,radius_mm,corner_radius_mm,surface,depth_of_cut_mm,left,right\nball,6,6,plane,2,stock,stock\n",
+    );
+    let table = run(&["chip-area", "--table", folder.path("cases.csv").to_str().unwrap()]);
+    let table = String::from_utf8(table.stdout).unwrap();
+    let area: f64 = table.lines().nth(1).unwrap().split(',').nth(7).unwrap().parse().unwrap();
+    assert!((area - segment).abs() < 1e-9, "{table}");
+    for (arguments, expected) in [
+        (&["--radius-mm", "-1", "--depth-of-cut-mm", "2"][..], "radius_mm"),
+        (&["--radius-mm", "40", "--depth-of-cut-mm", "2", "--surface", "cone"], "plane, convex, concave"),
+        (&["--radius-mm", "40"], "--depth-of-cut-mm"),
+    ] {
+        let output = run(&[&["chip-area"], arguments].concat());
+        let errors = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.code() == Some(2) && errors.contains(expected), "{errors}");
     }
 }

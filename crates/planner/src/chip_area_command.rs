@@ -1,0 +1,110 @@
+//! `facemill chip-area`.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::Args;
+use facemill::chip_area::Method;
+use facemill::chip_area::table::{chips_of_table, table_with_areas};
+use facemill::{Failure, files};
+
+use crate::cli::say;
+
+#[derive(Args)]
+pub(crate) struct ChipAreaArguments {
+    /// Cases as comma-separated values, a column for each option below (`radius_mm`, …); the areas are put behind them
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["radius_mm", "depth_of_cut_mm"])]
+    table: Option<PathBuf>,
+    /// File to write the table to; standard output where it is not given
+    #[arg(short, long, value_name = "FILE", requires = "table")]
+    out: Option<PathBuf>,
+    /// Radius of the cutter
+    #[arg(long, value_name = "MM", required_unless_present = "table", allow_negative_numbers = true)]
+    radius_mm: Option<f64>,
+    /// Its corner radius: 0 flat, the radius ball, between them bull-nose (round insert)
+    #[arg(long, value_name = "MM", default_value_t = 0.0, allow_negative_numbers = true)]
+    corner_radius_mm: f64,
+    /// The part's surface across the feed: plane, convex, concave
+    #[arg(long, value_name = "KIND", default_value = "plane")]
+    surface: String,
+    /// Radius of a surface that is no plane
+    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
+    surface_radius_mm: Option<f64>,
+    /// Thickness of the stock
+    #[arg(long, value_name = "MM", required_unless_present = "table", allow_negative_numbers = true)]
+    depth_of_cut_mm: Option<f64>,
+    /// What is to the left, seen along the feed: stock, cut (by a pass before), border
+    #[arg(long, value_name = "WHAT", default_value = "stock")]
+    left: String,
+    /// Step-over of what is cut there, or distance of the border
+    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
+    left_mm: Option<f64>,
+    /// The same to the right
+    #[arg(long, value_name = "WHAT", default_value = "stock")]
+    right: String,
+    /// Step-over of what is cut there, or distance of the border
+    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
+    right_mm: Option<f64>,
+    /// Lean of the tool axis along the feed
+    #[arg(long, value_name = "DEG", default_value_t = 0.0, allow_negative_numbers = true)]
+    lead_deg: f64,
+    /// Lean of the tool axis across the feed, toward the left
+    #[arg(long, value_name = "DEG", default_value_t = 0.0, allow_negative_numbers = true)]
+    lean_deg: f64,
+    /// Axis of the passes beside: parallel to this one's, or turned with the surface
+    #[arg(long, value_name = "HOW", default_value = "parallel")]
+    neighbour_axis: String,
+}
+
+pub(crate) fn run(arguments: &ChipAreaArguments) -> Result<ExitCode, Failure> {
+    match &arguments.table {
+        Some(table) => of_table(table, arguments.out.as_deref()),
+        None => of_case(arguments),
+    }
+}
+
+fn of_table(path: &Path, out: Option<&Path>) -> Result<ExitCode, Failure> {
+    let text = String::from_utf8(files::read(path)?).map_err(|_| Failure::input(path, "is not text in UTF-8"))?;
+    let table = table_with_areas(&text).map_err(|e| Failure::input(path, e))?;
+    let Some(out) = out else {
+        say(&table)?;
+        return Ok(ExitCode::SUCCESS);
+    };
+    let name = out.file_name().and_then(|n| n.to_str());
+    let name = name.ok_or_else(|| Failure::input(out, "is no name of a file; --out wants one"))?;
+    let folder = out.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    files::write_all(folder, &[(name.to_owned(), table.into_bytes())])?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// One case is a table of one line.
+fn of_case(a: &ChipAreaArguments) -> Result<ExitCode, Failure> {
+    let number = |value: Option<f64>| value.map(|v| v.to_string()).unwrap_or_default();
+    let columns = [
+        ("radius_mm", number(a.radius_mm)),
+        ("corner_radius_mm", a.corner_radius_mm.to_string()),
+        ("surface", a.surface.clone()),
+        ("surface_radius_mm", number(a.surface_radius_mm)),
+        ("depth_of_cut_mm", number(a.depth_of_cut_mm)),
+        ("left", a.left.clone()),
+        ("left_mm", number(a.left_mm)),
+        ("right", a.right.clone()),
+        ("right_mm", number(a.right_mm)),
+        ("lead_deg", a.lead_deg.to_string()),
+        ("lean_deg", a.lean_deg.to_string()),
+        ("neighbour_axis", a.neighbour_axis.clone()),
+    ];
+    let names: Vec<&str> = columns.iter().map(|(name, _)| *name).collect();
+    let cells: Vec<String> = columns.iter().map(|(_, cell)| format!("\"{}\"", cell.replace('"', "\"\""))).collect();
+    let table = format!("{}\n{}\n", names.join(","), cells.join(","));
+    let rows = chips_of_table(&table).map_err(|e| Failure::input(Path::new("arguments"), e))?;
+    for row in rows {
+        let how = match row.chip.method {
+            Method::ClosedForm => "closed form",
+            Method::IteratedCrossings => "by formula, crossings iterated",
+            Method::Quadrature => "by quadrature",
+        };
+        say(&format!("{:.6} mm², {how}, at most {:.1e} mm² off\n", row.chip.area, row.chip.error_bound))?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
