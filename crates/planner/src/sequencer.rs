@@ -1,7 +1,7 @@
 //! From pieces and links to moves, one after the other, with axis values.
 
 use facemill_cl_data::ClPoint;
-use facemill_cutter_location::link::{Linker, Waypoint, between};
+use facemill_cutter_location::link::{LinkBlocked, Linker, Waypoint, between};
 use facemill_cutter_location::{Configuration, Hints, Infeasible, PoseTest, rewound_axis};
 
 use crate::Failure;
@@ -141,12 +141,42 @@ impl<'t, 'a> Sequencer<'t, 'a> {
         if kind != MoveKind::Rapid {
             return Err(self.lost(&why));
         }
-        Linker::new(self.test, &self.settings.link)
-            .rapid_block(&at.configuration.axes, &to.configuration.axes, self.settings.link.rapid_clearance)
-            .map_err(|blocked| blocked_way(self.test, "the rotary axes cannot turn over on a link", &blocked))?;
-        moves.push(Move { kind, cl: to.cl, axes: to.configuration.axes });
+        let direct = vec![*to];
+        let way = match self.driven(at, &direct) {
+            Ok(()) => direct,
+            Err(blocked) => self.lifted_swing(at, to).ok_or_else(|| {
+                let what = "the rotary axes cannot turn over on a link, not even 400 mm farther out (a clearance surface \
+                            farther away gives more room)";
+                blocked_way(self.test, what, &blocked)
+            })?,
+        };
+        moves.extend(way.iter().map(|w| Move { kind, cl: w.cl, axes: w.configuration.axes }));
         self.at = Some(*to);
         Ok(())
+    }
+
+    /// Tests rapid blocks through poses as the control drives them.
+    fn driven(&self, from: &Waypoint, way: &[Waypoint]) -> Result<(), LinkBlocked> {
+        let mut linker = Linker::new(self.test, &self.settings.link);
+        let mut at = from;
+        way.iter().try_for_each(|next| {
+            let (here, there) = (&at.configuration.axes, &next.configuration.axes);
+            at = next;
+            linker.rapid_block(here, there, self.settings.link.rapid_clearance)
+        })
+    }
+
+    /// The same over poses farther out along the tool axes at both ends: the first heights that are free.
+    fn lifted_swing(&self, at: &Waypoint, to: &Waypoint) -> Option<Vec<Waypoint>> {
+        LIFTS.iter().find_map(|lift| {
+            let raised = |w: &Waypoint| {
+                let cl = self.settings.link.clearance.retract(&w.cl, self.test.clearance_margin() + lift);
+                let configuration = self.test.configuration_like(&cl, &w.configuration).ok()?;
+                Some(Waypoint { cl, configuration })
+            };
+            let way = vec![raised(at)?, raised(to)?, *to];
+            self.driven(at, &way).is_ok().then_some(way)
+        })
     }
 
     /// Appends the move to `to`, with poses in between where the control would stray too far: tip straight, axis turned
@@ -201,3 +231,6 @@ impl<'t, 'a> Sequencer<'t, 'a> {
         Ok(())
     }
 }
+
+/// How far outside the clearance surface the rotary axes turn over where they cannot on it, mm.
+const LIFTS: [f64; 3] = [50.0, 150.0, 400.0];
