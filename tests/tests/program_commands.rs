@@ -5,10 +5,10 @@ use facemill::inverse_kinematics::Machine;
 use facemill::nc_program::{AxisAt, Dialect, FeedMode, MotionKind, read_program};
 use facemill::{RefeedSettings, refeed};
 use facemill_tests::craig::{Words, end_of};
-use facemill_tests::jobs::JobFolder;
+use facemill_tests::jobs::{JobFolder, small_patch, text_of};
 use facemill_tests::program::run;
 use facemill_tests::shared::workspace;
-use serde_json::Value;
+use serde_json::{Value, json};
 
 /// FEED's machine: 253 mm from the B axis to the tip, 100 mm of it tool.
 fn machine() -> Value {
@@ -247,5 +247,22 @@ fn chip_areas_of_simple_cases_are_told() {
         let output = run(&[&["chip-area"], arguments].concat());
         let errors = String::from_utf8_lossy(&output.stderr).into_owned();
         assert!(output.status.code() == Some(2) && errors.contains(expected), "{errors}");
+    }
+}
+
+/// What is planned for other controls is read back, run and free of findings, as for the first one.
+#[test]
+fn programs_for_other_controls_are_planned_and_verified() {
+    for (dialect, mode, words) in
+        [("linuxcnc", "g93", ["G93", "O100 IF"]), ("siemens_840d", "g94", ["FGROUP(", "GOTOF LENGTH_OK"])]
+    {
+        let job = small_patch();
+        job.set("job.json", &[("/post/dialect", json!(dialect)), ("/post/feed_mode", json!(mode))]);
+        let planned = job.plan();
+        assert!(planned.is_clean(), "{dialect}: {:?}", planned.report.findings);
+        assert!(planned.report.verified && planned.report.findings.is_empty());
+        let text = text_of(&planned, "program.nc");
+        assert!(words.iter().all(|w| text.contains(w)), "{dialect}: {}", &text[..2000.min(text.len())]);
+        assert!(planned.report.worst.gouge_mm.is_some_and(|g| g > 0.0));
     }
 }

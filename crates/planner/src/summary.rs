@@ -48,7 +48,9 @@ pub fn summary(report: &Report) -> String {
     }
     let beyond = if w.cusp_exceeded { ", more than the job's tolerance" } else { "" };
     lines.push(format!("  largest cusp      {}{beyond}", or_none(w.cusp_mm, "mm")));
-    let jumps: usize = report.postures.iter().filter_map(|p| p.optimum.as_ref()).map(|o| o.jumps).sum();
+    let of_single = report.postures.iter().filter_map(|p| p.optimum.as_ref()).map(|o| o.jumps);
+    let of_pairs = report.pairs.iter().flat_map(|p| p.posture_jumps);
+    let jumps: usize = of_single.chain(of_pairs).sum();
     if jumps > 0 {
         lines.push(format!(
             "  posture jumps     {jumps} steps beyond max_turn_deg_per_mm or what an axis can at the programmed feed"

@@ -5,27 +5,44 @@ use crate::{CallKind, MacroKind, NoteKind, ReadBlock, ReadCall, ReadCommand};
 
 impl FanucReader {
     /// A check that raises an alarm or goes on leaves the way as it is written: it takes three blocks, the branch, the
-    /// alarm, and the label. Any other branch may skip blocks or repeat them, and is noted.
+    /// alarm, and the label; or, with words of LinuxCNC, `On IF`, comments (one of which may be the alarm), and `On ENDIF`. Any
+    /// other branch may skip blocks or repeat them, and is noted.
     pub(super) fn follow_guard(&mut self, block: &ReadBlock, kind: Option<MacroKind>, text: &[u8]) {
         let mut is_guarded = false;
         if let Some(guard) = self.guard.take() {
-            if !guard.has_alarm && kind == Some(MacroKind::Alarm) {
+            if guard.is_word {
+                if kind == Some(MacroKind::Branch) && self.o_word() == Some((guard.label, b"ENDIF".as_slice())) {
+                    return;
+                }
+                self.notes.add(guard.line, NoteKind::Branch, guard.text.as_bytes());
+            } else if !guard.has_alarm && kind == Some(MacroKind::Alarm) {
                 self.guard = Some(Guard { has_alarm: true, ..guard });
                 is_guarded = true;
             } else if !guard.has_alarm || block.number != Some(guard.label) {
                 self.notes.add(guard.line, NoteKind::Branch, guard.text.as_bytes());
             }
         }
-        let label = if kind == Some(MacroKind::Branch) { self.branch_label() } else { None };
+        let is_branch = kind == Some(MacroKind::Branch);
+        let word = self.o_word().filter(|(_, code)| is_branch && code.starts_with(b"IF["));
+        let label = word.map(|(label, _)| label).or_else(|| self.branch_label().filter(|_| is_branch));
         match (kind, label) {
             (Some(MacroKind::Branch), Some(label)) => {
                 let text = String::from_utf8_lossy(text).into();
-                self.guard = Some(Guard { line: block.line, text, label, has_alarm: false });
+                let is_word = word.is_some();
+                self.guard = Some(Guard { is_word, line: block.line, text, label, has_alarm: false });
             }
             (Some(MacroKind::Branch), None) => self.note(NoteKind::Branch, text),
             (Some(MacroKind::Alarm), _) if !is_guarded => self.note(NoteKind::Branch, text),
             _ => {}
         }
+    }
+
+    /// Number and code of `O100 IF […]`, `O100 ENDIF`.
+    fn o_word(&self) -> Option<(u32, &[u8])> {
+        let code = self.line.code.strip_prefix(b"O")?;
+        let digits = code.iter().take_while(|b| b.is_ascii_digit()).count();
+        let label = str::from_utf8(&code[..digits]).ok()?.parse().ok()?;
+        Some((label, &code[digits..]))
     }
 
     /// The number of `IF […] GOTO n`.

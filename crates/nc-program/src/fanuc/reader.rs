@@ -47,9 +47,11 @@ pub struct FanucReader {
     pub(super) notes: Notes,
 }
 
-/// `IF […] GOTO n`, and whether the alarm that it jumps over has been read.
+/// `IF […] GOTO n`, and whether the alarm that it jumps over has been read; or `On IF […]`, which has none but comments.
 #[derive(Debug)]
 pub(super) struct Guard {
+    /// `On IF […]`, which `On ENDIF` ends.
+    pub(super) is_word: bool,
     pub(super) line: u32,
     pub(super) text: Box<str>,
     pub(super) label: u32,

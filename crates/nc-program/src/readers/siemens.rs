@@ -45,9 +45,20 @@ pub struct SiemensReader {
     variables: Variables,
     /// A GOTO has been read: any block with a number may be where it leads.
     has_jumped: bool,
+    /// A branch that may turn out to guard nothing but an alarm.
+    guard: Option<Guard>,
     /// The line in upper case, without its comment; kept for its memory.
     code: Vec<u8>,
     items: Vec<Item>,
+}
+
+/// `IF … GOTOF LABEL`, and whether the alarm (SETAL) that it jumps over has been read.
+#[derive(Debug)]
+struct Guard {
+    number: u32,
+    line: Box<[u8]>,
+    label: Vec<u8>,
+    has_alarm: bool,
 }
 
 /// What the control remembers.
@@ -105,6 +116,7 @@ impl SiemensReader {
             block.commands.push(ReadCommand::Comment(text));
         }
         if !is_empty {
+            self.follow_guard(start);
             self.read_code(line, start, &mut block)?;
         }
         (block.compensation, block.lengths) = (self.state.modal.compensation, self.state.modal.lengths);
@@ -113,7 +125,8 @@ impl SiemensReader {
 
     /// Tool lengths and notes of the lines read.
     #[must_use]
-    pub fn finish(self) -> (Vec<ToolLengthNote>, Vec<ReadNote>) {
+    pub fn finish(mut self) -> (Vec<ToolLengthNote>, Vec<ReadNote>) {
+        self.end_guard();
         self.source.finish()
     }
 
@@ -145,16 +158,43 @@ impl SiemensReader {
         // Whoever jumps here has other values.
         let label = at + code.name_length(at);
         let is_label = label > at + 1 && code.byte(label) == Some(b':') && code.byte(label + 1) != Some(b'=');
+        let is_guarded =
+            self.guard.as_ref().is_some_and(|g| g.has_alarm && is_label && g.label == code.text[at..label]);
         if is_label {
             at = code.skip_blanks(label + 1);
         }
         if is_label || self.has_jumped && block.number.is_some() {
             self.variables.forget_all();
         }
+        if is_guarded {
+            self.guard = None;
+        }
         if block.skippable {
             self.source.note(NoteKind::Skippable, line);
         }
         Ok(at)
+    }
+
+    /// A check that raises an alarm or goes on leaves the way as it is written: the branch, the alarm, M0, and the label. Any
+    /// other block between makes it a branch like others, which is noted.
+    fn end_guard(&mut self) {
+        if let Some(guard) = self.guard.take() {
+            self.source.note_line(guard.number, NoteKind::Branch, &guard.line);
+        }
+    }
+
+    /// Keeps a guard open for the blocks that may stand in it.
+    fn follow_guard(&mut self, start: usize) {
+        let code = self.code[start..].trim_ascii();
+        let is_alarm = code.starts_with(b"SETAL");
+        let goes_on = self.guard.as_mut().is_some_and(|guard| {
+            let goes_on = if guard.has_alarm { code == b"M0" } else { is_alarm };
+            guard.has_alarm |= is_alarm;
+            goes_on
+        });
+        if !goes_on {
+            self.end_guard();
+        }
     }
 
     fn read_code(&mut self, line: &[u8], start: usize, block: &mut ReadBlock) -> Result<(), ReadError> {

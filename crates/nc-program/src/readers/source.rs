@@ -44,6 +44,11 @@ impl Source {
         self.notes.add(self.line_number, kind, line);
     }
 
+    /// Notes a line that was read before.
+    pub(crate) fn note_line(&mut self, number: u32, kind: NoteKind, line: &[u8]) {
+        self.notes.add(number, kind, line);
+    }
+
     /// An error at a byte of the line.
     pub(crate) fn error(&self, at: usize, fault: ReadFault) -> ReadError {
         ReadError { line: self.line_number, column: u32::try_from(at + 1).unwrap_or(u32::MAX), fault }

@@ -164,35 +164,52 @@ fn anchors(passes: [&[CcPoint]; 2], feeds: [f64; 2]) -> Vec<[usize; 2]> {
     let wholes = [ways[0][n - 1], ways[1][m - 1]].map(|w: f64| w.max(f64::MIN_POSITIVE));
     let size = wholes[0].max(wholes[1]);
     let apart = |i: usize, j: usize| (passes[0][i].position - passes[1][j].position).norm() / size;
-    let in_band = |i: usize, j: usize| (ways[0][i] / wholes[0] - ways[1][j] / wholes[1]).abs() <= BAND;
+    // Second indices in the band about each first one; the ways grow, so they follow each other.
+    let band = |i: usize| {
+        let at = ways[0][i] / wholes[0];
+        let part = |j: &f64| j / wholes[1];
+        let low = ways[1].partition_point(|j| part(j) < at - BAND);
+        low..ways[1].partition_point(|j| part(j) <= at + BAND).max(low)
+    };
     let cost = |from: [usize; 2], to: [usize; 2]| {
         let time = |h: usize| (ways[h][to[h]] - ways[h][from[h]]) / feeds[h];
         // Equal shares of the slower one's time are as good as none: keep both going evenly.
         time(0).max(time(1)) + 0.05 * (time(0) - time(1)).abs() + 0.2 * time(0).max(time(1)) * apart(to[0], to[1])
     };
     let steps: Vec<[usize; 2]> = (1..=MOST_TO_ONE).map(|k| [k, 1]).chain((2..=MOST_TO_ONE).map(|k| [1, k])).collect();
-    let mut best = vec![vec![(f64::INFINITY, [0usize; 2]); m]; n];
-    best[0][0].0 = 0.0;
-    for i in 1..n {
-        for j in (1..m).filter(|&j| in_band(i, j) || (i, j) == (n - 1, m - 1)) {
-            for &[a, b] in &steps {
-                if a > i || b > j || best[i - a][j - b].0.is_infinite() {
-                    continue;
-                }
-                let sum = best[i - a][j - b].0 + cost([i - a, j - b], [i, j]);
-                if sum < best[i][j].0 {
-                    best[i][j] = (sum, [a, b]);
+    // Costs are needed as far back as the longest step, the steps themselves to the end.
+    let bands: Vec<std::ops::Range<usize>> = (0..n).map(band).collect();
+    let mut costs: Vec<Vec<f64>> = vec![Vec::new(); n];
+    let mut taken: Vec<Vec<[u8; 2]>> = vec![Vec::new(); n];
+    for i in 0..n {
+        let mut row = vec![f64::INFINITY; bands[i].len()];
+        taken[i] = vec![[0; 2]; bands[i].len()];
+        for (k, j) in bands[i].clone().enumerate() {
+            if [i, j] == [0, 0] {
+                row[k] = 0.0;
+            }
+            for &[a, b] in steps.iter().filter(|[a, b]| *a <= i && *b <= j) {
+                let before = bands[i - a].contains(&(j - b)).then(|| costs[i - a].get(j - b - bands[i - a].start));
+                let Some(&before) = before.flatten() else { continue };
+                let sum = before + cost([i - a, j - b], [i, j]);
+                if sum < row[k] {
+                    row[k] = sum;
+                    taken[i][k] = [a as u8, b as u8];
                 }
             }
         }
+        costs[i] = row;
+        if let Some(old) = i.checked_sub(MOST_TO_ONE) {
+            costs[old] = Vec::new();
+        }
     }
-    if best[n - 1][m - 1].0.is_infinite() {
+    if costs[n - 1].last().is_none_or(|cost| cost.is_infinite()) || bands[n - 1].end != m {
         return Vec::new();
     }
     let mut at = [n - 1, m - 1];
     let mut found = vec![at];
     while at != [0, 0] {
-        let [a, b] = best[at[0]][at[1]].1;
+        let [a, b] = taken[at[0]][at[1] - bands[at[0]].start].map(usize::from);
         at = [at[0] - a, at[1] - b];
         found.push(at);
     }

@@ -1,11 +1,14 @@
 //! What the report says of a program of two heads.
 
+use facemill_cl_data::Posture;
 use facemill_inverse_kinematics::Branch;
+use nalgebra::Vector3;
 
 use super::output::DualTexts;
 use super::plan::{DualGround, Part};
 use super::program::DualTimes;
 use super::report::PairReport;
+use super::runs::Stop;
 use crate::moves::{Move, MoveKind};
 use crate::turning::{Driven, Turning, rewinds_report, singular_blocks};
 
@@ -65,7 +68,27 @@ fn pair_report(part: &Part<'_>, times: &DualTimes, ground: &DualGround<'_>) -> O
         separate_time_s: outline.separate_time,
         time_ratio: if outline.separate_time > 0.0 { times.time / outline.separate_time } else { 0.0 },
         tip_feed_mm_min: times.paired_feeds,
+        posture_jumps: [0, 1].map(|h| posture_jumps(part, h)),
         shared_velocity: axis.in_word_unit(times.shared_speed),
         splits: outline.splits.clone(),
     })
 }
+
+/// Steps between stops of runs in which a head's tool turns farther against the surface than its operation allows.
+fn posture_jumps(part: &Part<'_>, head: usize) -> usize {
+    let Some(operation) = part.files[head] else { return 0 };
+    let allowed = operation.search.max_turn_deg_per_mm.to_radians();
+    let is_jump = |w: &[Stop]| {
+        let [a, b] = [w[0].pose.poses[head].posture, w[1].pose.poses[head].posture];
+        let way = (w[1].cc[head].position - w[0].cc[head].position).norm();
+        // Angle between both axes as seen from the surface.
+        let axis =
+            |p: Posture| Vector3::new(p.tilt.sin() * p.rotate.cos(), p.tilt.sin() * p.rotate.sin(), p.tilt.cos());
+        axis(a).angle(&axis(b)) > allowed * way + SAME_POSTURE
+    };
+    let runs = part.sections.iter().filter_map(|s| s.run.as_ref());
+    runs.map(|run| run.stops.windows(2).filter(|w| is_jump(w)).count()).sum()
+}
+
+/// Turn that is none, rad: rounding of the inverse solution.
+const SAME_POSTURE: f64 = 1e-6;

@@ -1,7 +1,7 @@
 //! Statements that are read as a whole, and assignments.
 
 use super::{
-    SiemensReader,
+    Guard, SiemensReader,
     items::{Code, Item},
     line_macro,
     names::{self, Statement},
@@ -24,7 +24,13 @@ impl SiemensReader {
             Statement::Branch => {
                 self.variables.forget_all();
                 self.has_jumped |= self.code.windows(4).any(|w| w == b"GOTO");
-                self.source.note(NoteKind::Branch, line);
+                match self.label_ahead() {
+                    Some(label) => {
+                        let guard = Guard { number: block.line, line: line.into(), label, has_alarm: false };
+                        self.guard = Some(guard);
+                    }
+                    None => self.source.note(NoteKind::Branch, line),
+                }
                 block.commands.push(line_macro(MacroKind::Branch, line));
             }
             Statement::Definition => {
@@ -38,7 +44,9 @@ impl SiemensReader {
             }
             Statement::Output => block.commands.push(line_macro(MacroKind::Output, line)),
             Statement::Alarm => {
-                self.source.note(NoteKind::Branch, line);
+                if self.guard.is_none() {
+                    self.source.note(NoteKind::Branch, line);
+                }
                 block.commands.push(line_macro(MacroKind::Alarm, line));
             }
             Statement::Call => {
@@ -55,6 +63,16 @@ impl SiemensReader {
             }
         }
         Ok(())
+    }
+
+    /// The label of `IF … GOTOF LABEL`.
+    fn label_ahead(&self) -> Option<Vec<u8>> {
+        let code = self.code.trim_ascii();
+        let at = code.windows(5).position(|w| w == b"GOTOF")?;
+        let label = code[at + 5..].trim_ascii();
+        let is_name = label.len() > 1 && label.iter().all(|b| b.is_ascii_alphanumeric() || *b == b'_');
+        let has_condition = code[..at].windows(2).any(|w| w == b"IF");
+        (is_name && has_condition).then(|| label.to_vec())
     }
 
     /// `MSG("text")`.
