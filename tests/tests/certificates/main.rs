@@ -1,5 +1,7 @@
 //! Certificates of a planned job, held to depths and distances by brute force over all triangles at times close together.
 
+mod certificates_laws;
+
 use facemill_tests::jobs::{JobFolder, small_patch};
 use facemill_tests::program::{code_and_errors, run};
 use facemill_tests::shared::workspace;

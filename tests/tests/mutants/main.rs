@@ -1,5 +1,8 @@
 //! No input makes the planner panic: seeded mutations of every file of a job, read as `facemill check` reads them.
 
+mod plan_mutants;
+mod template_mutants;
+
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use facemill::sample_parts::{PatchSpec, patch};

@@ -1,6 +1,8 @@
 //! Both sides of a blade at once on the mill with two heads: planned, written, run and certified; and the program held against
 //! the plan, the report and the part by matrices made from the rows of the machine file.
 
+mod dual_refusals;
+
 use facemill::nc_program::{AptFile, read_apt};
 use facemill::new_job::NewJob;
 use facemill::{Job, PlanSettings, Planned, SilentStages, plan_setup};
