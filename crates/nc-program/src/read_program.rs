@@ -63,6 +63,8 @@ pub struct ReadMotion {
     /// Where every axis is known to be at its end, in the order the program first named them. Axes of unknown position
     /// (not programmed yet, or since an offset changed) are absent.
     pub position: ReadPosition,
+    /// Whether the words count in inches; position and feed are mm and mm/min in either case.
+    pub is_inch: bool,
     /// Feed of a cutting move; `None` for rapids and where the program has not given one.
     pub feed: Option<Feed>,
     /// Work offset in force.

@@ -70,10 +70,7 @@ fn of_table(path: &Path, out: Option<&Path>) -> Result<ExitCode, Failure> {
         say(&table)?;
         return Ok(ExitCode::SUCCESS);
     };
-    let name = out.file_name().and_then(|n| n.to_str());
-    let name = name.ok_or_else(|| Failure::input(out, "is no name of a file; --out wants one"))?;
-    let folder = out.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    files::write_all(folder, &[(name.to_owned(), table.into_bytes())])?;
+    files::write_one(out, table.into_bytes())?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -73,10 +73,7 @@ pub(crate) fn run(arguments: &FeedrateArguments) -> Result<ExitCode, Failure> {
         eprint!("{told}");
         return Ok(ExitCode::SUCCESS);
     };
-    let name = out.file_name().and_then(|n| n.to_str());
-    let name = name.ok_or_else(|| Failure::input(out, "is no name of a file; --out wants one"))?;
-    let folder = out.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    files::write_all(folder, &[(name.to_owned(), refed.text)])?;
+    files::write_one(out, refed.text)?;
     say(&told)?;
     Ok(ExitCode::SUCCESS)
 }

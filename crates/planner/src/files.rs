@@ -44,6 +44,17 @@ pub fn write_all(folder: &Path, files: &[(String, Vec<u8>)]) -> Result<(), Failu
     Ok(())
 }
 
+/// Writes one file, as [`write_all`] does.
+///
+/// # Errors
+/// As [`write_all`], and [`Failure::Input`] when the path names no file.
+pub fn write_one(file: &Path, bytes: Vec<u8>) -> Result<(), Failure> {
+    let name = file.file_name().and_then(|n| n.to_str());
+    let name = name.ok_or_else(|| Failure::input(file, "is no name of a file; --out wants one"))?;
+    let folder = file.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    write_all(folder, &[(name.to_owned(), bytes)])
+}
+
 /// Removes the programs that an earlier plan left in a folder and that the ones now written stand for: `program.nc` where
 /// `program.rejected.nc` is among them, and the other way round.
 ///

@@ -25,6 +25,7 @@
 mod cell;
 mod check;
 mod chips;
+mod counted_axes;
 mod dual;
 mod enclosure;
 mod failure;

@@ -54,10 +54,7 @@ fn import(path: &Path, out: Option<&Path>) -> Result<ExitCode, Failure> {
         say(&json)?;
         return Ok(ExitCode::SUCCESS);
     };
-    let name = out.file_name().and_then(|n| n.to_str());
-    let name = name.ok_or_else(|| Failure::input(out, "is no name of a file; --out wants one"))?;
-    let folder = out.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    files::write_all(folder, &[(name.to_owned(), json.into_bytes())])?;
+    files::write_one(out, json.into_bytes())?;
     say(&format!("{}: {}\n", out.display(), machine.family()))?;
     say(&format!("it has no bodies, and values that are assumed; see: facemill machine check {}\n", out.display()))?;
     Ok(ExitCode::SUCCESS)

@@ -1,15 +1,16 @@
 //! New feeds for a program that exists: the tip moves as fast as programmed, not the norm over all axes (FEED).
 
-use facemill_feedrate::{BlockFeed, FeedLimit, feed_for_block, g94_length, rapid_time};
+use facemill_feedrate::{BlockFeed, FeedLimit, feed_for_block, rapid_time};
 use facemill_inverse_kinematics::{AxisKind, AxisValues, Machine};
 use facemill_nc_program::{
-    AxisAt, Compensation, Dialect, Feed, FeedMode, MappedAxis, MotionKind, NoteKind, ProgramReader, ReadBlock,
-    ReadMotion, WordMap, WordMapError, WorkOffset,
+    AxisAt, Compensation, Dialect, Feed, FeedMode, MappedAxis, MotionKind, NoteKind, NumberRule, ProgramReader,
+    ReadBlock, ReadMotion, WordMap, WordMapError, WorkOffset,
 };
 use nalgebra::Point3;
 use serde::Serialize;
 
 use crate::Failure;
+use crate::counted_axes::CountedAxes;
 use crate::program::letter;
 
 /// What a program is run on.
@@ -59,14 +60,15 @@ pub struct RefeedSummary {
 }
 
 /// Gives every straight cutting block of a program the F with which the tip moves at its speed (FEED (3) to (8)); all else is
-/// kept byte for byte. Without RTCP F counts all axes (1 deg as 1 mm) and the tip's speed is another in every block; under RTCP
-/// and with inverse time the axes' speeds alone lower it. F is rounded down, never to zero.
+/// kept byte for byte. Without RTCP F counts axes and the tip's speed is another in every block: all axes, 1 deg as 1 mm; with
+/// LinuxCNC and without FGROUP of a Siemens control the linear ones alone. Under RTCP and with inverse time the axes' speeds
+/// alone lower it. F has at least four digits and is rounded down, never to zero.
 ///
 /// The program is read line by line; besides its text the new one is all that is held.
 ///
 /// # Errors
 /// With the line: what is not understood, or not evaluated and may move axes or skip blocks; an axis that the machine does not
-/// have; another work offset than the first; a feed of zero, or none; an axis beyond its limits (of linear axes where the work
+/// have; another work offset than the first; words in inches; motions and feeds that a switch skips (`/`); a feed of zero, or none; an axis beyond its limits (of linear axes where the work
 /// offset is told); F below the control's smallest.
 pub fn refeed(text: &[u8], settings: &RefeedSettings<'_>) -> Result<Refed, String> {
     let mut run = Refeeder::new(settings)?;
@@ -136,6 +138,9 @@ struct Refeeder<'s> {
     at: Option<AxisValues>,
     /// The feed in force in the new program.
     in_force: Option<Feed>,
+    counted: CountedAxes,
+    /// How the control's numbers look.
+    numbers: NumberRule,
     summary: RefeedSummary,
 }
 
@@ -167,6 +172,8 @@ impl<'s> Refeeder<'s> {
             words: None,
             at: None,
             in_force: None,
+            counted: CountedAxes::default(),
+            numbers: settings.dialect.file().numbers,
             summary: RefeedSummary::default(),
         })
     }
@@ -174,6 +181,12 @@ impl<'s> Refeeder<'s> {
     fn block(&mut self, block: &ReadBlock) -> Result<Edit, String> {
         let at_line = |why: String| format!("line {}: {why}", block.line);
         let is_named = block.feed_span().is_some();
+        self.counted.read(self.settings.dialect, block).map_err(&at_line)?;
+        if block.skippable && (is_named || block.motion.is_some()) {
+            return Err(at_line(
+                "a switch decides whether it is run, and so which feed and place the next has".to_owned(),
+            ));
+        }
         let Some(motion) = &block.motion else {
             self.forget_feed(is_named);
             return Ok(Edit::Keep);
@@ -219,6 +232,9 @@ impl<'s> Refeeder<'s> {
 
     /// Where a move ends; `None` while the program has not named every axis.
     fn end(&mut self, motion: &ReadMotion) -> Result<Option<AxisValues>, String> {
+        if motion.is_inch {
+            return Err("its words count in inches; new feeds are mm/min".to_owned());
+        }
         if motion.tool.is_some() {
             return Err("tool vectors stand for rotary words; feeds need these".to_owned());
         }
@@ -300,12 +316,15 @@ impl<'s> Refeeder<'s> {
         }
         let tip = |axes: &AxisValues| machine.cl_point(axes, length).tip;
         let way = (tip(to) - tip(from)).norm();
-        let by_axes = g94_length(machine.axes(), from, to);
-        let mode = motion.feed.map_or(FeedMode::G94, |f| f.mode);
+        let mode = motion.feed.map_or(if is_rtcp { FeedMode::Rtcp } else { FeedMode::G94 }, |f| f.mode);
+        let (counted, is_norm) = match mode {
+            FeedMode::G94 if is_rtcp => return Err("F is not the tip's under RTCP there".to_owned()),
+            FeedMode::G94 => self.counted.length(self.settings.dialect, machine, from, to)?,
+            FeedMode::G93 | FeedMode::Rtcp => (way, false),
+        };
         let before = motion.feed.map(|f| match f.mode {
             FeedMode::G93 => 60.0 / f.value,
-            _ if is_rtcp => 60.0 * way / f.value,
-            _ => 60.0 * by_axes / f.value,
+            FeedMode::G94 | FeedMode::Rtcp => 60.0 * counted / f.value,
         });
         let asked = match (self.settings.tip_feed, motion.feed, before) {
             (Some(tip_feed), ..) => tip_feed,
@@ -314,7 +333,7 @@ impl<'s> Refeeder<'s> {
             (None, ..) => return Err("it has no feed; give one with --tip-feed".to_owned()),
         };
         let mut range = machine.feed_range();
-        if mode == FeedMode::G93 || is_rtcp {
+        if !is_norm {
             // The range is of F in mm/min over all axes.
             (range.min, range.max) = (0.0, f64::INFINITY);
         }
@@ -326,10 +345,13 @@ impl<'s> Refeeder<'s> {
         self.count(&fed, before);
         let value = match mode {
             FeedMode::G93 => 60.0 / fed.time,
-            _ if is_rtcp => fed.tip_feed,
-            _ => fed.f_word,
+            FeedMode::G94 if is_norm => fed.f_word,
+            FeedMode::G94 | FeedMode::Rtcp => 60.0 * counted / fed.time,
         };
-        let (number, value) = rounded_down(value, if mode == FeedMode::G93 { 3 } else { 1 });
+        let most = self.numbers.max_decimals;
+        let most = if mode == FeedMode::G93 { most.inverse_time } else { most.feed };
+        let rounded = rounded_down(value, most, self.numbers.always_point);
+        let (number, value) = rounded.ok_or_else(|| format!("it needs F{value:e}, which no word can say"))?;
         let feed = Feed { mode, value };
         let is_same = self.in_force == Some(feed) && mode != FeedMode::G93;
         self.in_force = Some(feed);
@@ -365,15 +387,19 @@ fn with_place(block: &ReadBlock, number: String) -> Result<Edit, String> {
     }
 }
 
-/// A feed with so many decimals, rounded down but not to zero, as text and as the number that this is.
-fn rounded_down(value: f64, decimals: i32) -> (String, f64) {
+/// A feed rounded down, as text and as the number that this is: with a decimal at least, and with as many of the control's as
+/// four digits take. `None` where that is zero.
+fn rounded_down(value: f64, most_decimals: u8, always_point: bool) -> Option<(String, f64)> {
+    let leading = value.log10().floor().clamp(-9.0, 9.0) as i32;
+    let decimals = (3 - leading).clamp(1, i32::from(most_decimals).max(1));
     let scale = 10f64.powi(decimals);
     // What is a whole number of units but for the last bits of a double stays it.
-    let units = (value * scale * (1.0 + 1e-12)).floor().max(1.0);
-    let text = format!("{:.*}", usize::try_from(decimals).unwrap_or(0), units / scale);
-    let text = text.trim_end_matches('0').to_owned();
-    let value = text.trim_end_matches('.').parse().unwrap_or(units / scale);
-    (text, value)
+    let units = (value * scale * (1.0 + 1e-12)).floor();
+    let text = format!("{:.*}", usize::try_from(decimals).unwrap_or(1), units / scale);
+    let text = text.trim_end_matches('0');
+    let plain = text.trim_end_matches('.');
+    let value = plain.parse().ok()?;
+    (units >= 1.0).then(|| (if always_point { text } else { plain }.to_owned(), value))
 }
 
 /// How far beyond a limit a position may seem, mm or rad: rounding of words.

@@ -78,6 +78,17 @@ impl Modal {
         }
     }
 
+    /// A machine value as the axis' own place. Whether the tool's length stays in force in a block of machine values, texts do
+    /// not say; under RTCP they are the tip's.
+    pub(crate) fn machine_target(&self, axis: AxisLetter, value: f64) -> Option<AxisAt> {
+        let is_own = match self.compensation {
+            Compensation::Off => true,
+            Compensation::Length(_) => axis.letter() != 'Z',
+            Compensation::Rtcp(_) => axis.kind() == AxisKind::Rotary,
+        };
+        is_own.then_some(AxisAt::Machine(value))
+    }
+
     /// Where an axis is `way` mm or deg from here; `None` from an unknown place.
     pub(crate) fn by(&self, axis: AxisLetter, way: f64) -> Option<AxisAt> {
         match self.position.get(axis) {
@@ -93,6 +104,7 @@ impl Modal {
         ReadMotion {
             kind,
             position: self.position,
+            is_inch: self.is_inch,
             feed: self.feed.filter(|_| !kind.is_rapid()).map(|value| Feed { mode: self.feed_mode(), value }),
             work_offset: self.work_offset,
             compensation: self.compensation,

@@ -8,7 +8,8 @@ use crate::slow_control::{Look, State};
 
 const MODES: [FeedMode; 3] = [FeedMode::G94, FeedMode::G93, FeedMode::Rtcp];
 
-const WORD_ADDRESS: Look = Look {
+/// Words of letters and numbers, as most controls have them.
+pub(crate) const WORD_ADDRESS: Look = Look {
     rapid: "G0",
     cut: "G1",
     rapid_mark: None,

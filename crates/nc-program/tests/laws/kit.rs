@@ -1,8 +1,8 @@
 //! Programs for the tests: seeded, with values that sit on rounding borders and repeat often.
 
 use facemill_nc_program::{
-    AxisLetter, AxisSpec, AxisWords, Block, Coolant, FeedMode, NcProgram, PostFile, PostSettings, ProgramSpec,
-    SpindleSpec, ToolSpec, WorkOffset,
+    AxisAt, AxisLetter, AxisSpec, AxisWords, Block, Coolant, FeedMode, NcProgram, PostFile, PostSettings, ProgramSpec,
+    ReadMotion, SpindleSpec, ToolSpec, WorkOffset,
 };
 
 /// Programs from public sources, beside the workspace; tests that read them are skipped where they are absent.
@@ -114,4 +114,14 @@ pub(crate) fn random_blocks(random: &mut Random, n: usize) -> Vec<Block> {
         }
     }
     blocks
+}
+
+/// Where an axis is at the end of a motion.
+pub(crate) fn at(motion: &ReadMotion, axis: &str) -> Option<AxisAt> {
+    motion.position.get(axis.parse().unwrap())
+}
+
+/// At a word.
+pub(crate) fn word(value: f64) -> Option<AxisAt> {
+    Some(AxisAt::Word(value))
 }

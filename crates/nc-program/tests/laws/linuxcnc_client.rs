@@ -6,20 +6,9 @@ use std::{collections::BTreeMap, path::PathBuf, process::Command};
 
 use facemill_nc_program::*;
 
-use crate::dialects::{home, law};
+use crate::dialects::{WORD_ADDRESS, home, law};
 use crate::kit::{Random, random_blocks, spec};
-use crate::slow_control::{Look, State};
-
-const LOOK: Look = Look {
-    rapid: "G0",
-    cut: "G1",
-    rapid_mark: None,
-    comment: '(',
-    plus: false,
-    point: true,
-    all_numbered: false,
-    any_point: false,
-};
+use crate::slow_control::State;
 
 /// Axes as the interpreter prints them.
 const CANON: [&str; 6] = ["X", "Y", "Z", "A", "B", "C"];
@@ -111,7 +100,7 @@ fn its_interpreter_goes_where_the_words_say_and_takes_the_time_of_f() {
                 continue;
             }
             let line = lines[*line as usize - 1];
-            state.run(line, &LOOK, &["X", "Y", "Z", "B", "C"]);
+            state.run(line, &WORD_ADDRESS, &["X", "Y", "Z", "B", "C"]);
             let number: u32 = line[1..].split(' ').next().unwrap().parse().unwrap();
             let now = found.get(&number).unwrap_or_else(|| panic!("{line} is no motion"));
             assert_eq!(now.is_rapid, state.is_rapid, "{line}");

@@ -2,20 +2,14 @@
 
 use facemill_nc_program::*;
 
+use crate::kit::{at, word};
+
 fn read(text: &str) -> ReadProgram {
     read_siemens(text).unwrap_or_else(|e| panic!("{e}\n{text}"))
 }
 
 fn motions(text: &str) -> Vec<ReadMotion> {
     read(text).motions().map(|(_, m)| m.clone()).collect()
-}
-
-fn at(motion: &ReadMotion, axis: &str) -> Option<AxisAt> {
-    motion.position.get(axis.parse().unwrap())
-}
-
-fn word(value: f64) -> Option<AxisAt> {
-    Some(AxisAt::Word(value))
 }
 
 fn kinds(text: &str) -> Vec<MacroKind> {

@@ -180,10 +180,22 @@ impl RunPlanner<'_, '_> {
         to: &Stop,
         hints: &mut [Hints; 2],
     ) -> Option<Vec<Stop>> {
+        self.halved(ranges, from, to, MAX_HALVINGS, hints)
+    }
+
+    /// A stop in the middle of two, and what each half needs.
+    fn halved(
+        &self,
+        ranges: &[PostureRange; 2],
+        from: &Stop,
+        to: &Stop,
+        halvings: u32,
+        hints: &mut [Hints; 2],
+    ) -> Option<Vec<Stop>> {
         let middle = self.middle(ranges, from, to, hints)?;
-        let mut stops = self.between(ranges, from, &middle, MAX_HALVINGS, hints)?;
+        let mut stops = self.between(ranges, from, &middle, halvings, hints)?;
         stops.push(middle);
-        stops.extend(self.between(ranges, &middle, to, MAX_HALVINGS, hints)?);
+        stops.extend(self.between(ranges, &middle, to, halvings, hints)?);
         Some(stops)
     }
 
@@ -236,14 +248,7 @@ impl RunPlanner<'_, '_> {
         if !strays(0) && !strays(1) {
             return Some(Vec::new());
         }
-        if halvings == 0 {
-            return None;
-        }
-        let middle = self.middle(ranges, from, to, hints)?;
-        let mut stops = self.between(ranges, from, &middle, halvings - 1, hints)?;
-        stops.push(middle);
-        stops.extend(self.between(ranges, &middle, to, halvings - 1, hints)?);
-        Some(stops)
+        self.halved(ranges, from, to, halvings.checked_sub(1)?, hints)
     }
 
     /// The tested stop halfway between two.

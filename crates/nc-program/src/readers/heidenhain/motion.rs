@@ -5,8 +5,8 @@ use super::{
     words::{Code, Key, Word},
 };
 use crate::{
-    ArcWords, AxisAt, AxisKind, AxisLetter, Compensation, MacroKind, MotionKind, ReadBlock, ReadError, ReadFault,
-    ToolVectors, readers::source::Source,
+    ArcWords, AxisAt, AxisKind, AxisLetter, MacroKind, MotionKind, ReadBlock, ReadError, ReadFault, ToolVectors,
+    readers::source::Source,
 };
 
 /// mm per inch.
@@ -217,7 +217,9 @@ impl Reading<'_> {
             let unit = if axis.kind() == AxisKind::Linear { unit } else { 1.0 };
             let at = match word.value.map(|v| v * unit) {
                 None => None,
-                Some(value) if self.is_machine => self.machine_target(axis, value).filter(|_| !is_incremental),
+                Some(value) if self.is_machine => {
+                    self.state.modal.machine_target(axis, value).filter(|_| !is_incremental)
+                }
                 Some(value) if is_incremental => self.state.modal.by(axis, value),
                 Some(value) => self.turned_to(axis, value),
             };
@@ -226,17 +228,6 @@ impl Reading<'_> {
             self.state.modal.position.set(axis, at).map_err(fault)?;
         }
         Ok(())
-    }
-
-    /// Whether the tool's length is in force in a block of machine values, the text does not say; under TCPM they are the
-    /// tip's.
-    fn machine_target(&self, axis: AxisLetter, value: f64) -> Option<AxisAt> {
-        let is_own = match self.state.modal.compensation {
-            Compensation::Off => true,
-            Compensation::Length(_) => axis.letter() != 'Z',
-            Compensation::Rtcp(_) => axis.kind() == AxisKind::Rotary,
-        };
-        is_own.then_some(AxisAt::Machine(value))
     }
 
     /// With M126 the way is the shorter one on axes that count to 360 deg, and as it is written on others.

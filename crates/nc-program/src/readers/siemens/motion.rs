@@ -6,8 +6,7 @@ use super::{
     line_macro,
 };
 use crate::{
-    ArcWords, AxisAt, AxisKind, AxisLetter, Compensation, MacroKind, MotionKind, ReadError, ToolVectors,
-    readers::modal::MotionCode,
+    ArcWords, AxisAt, AxisKind, AxisLetter, MacroKind, MotionKind, ReadError, ToolVectors, readers::modal::MotionCode,
 };
 
 impl BlockReading<'_> {
@@ -146,7 +145,7 @@ impl BlockReading<'_> {
         if self.role == Role::MachineTarget {
             return match is_incremental {
                 true => Err(self.unsupported(item, "machine values (SUPA, G153) with incremental words")),
-                false => Ok(self.machine_target(axis, value)),
+                false => Ok(self.state.modal.machine_target(axis, value)),
             };
         }
         Ok(match count {
@@ -154,17 +153,6 @@ impl BlockReading<'_> {
             Count::Shortest | Count::Positive | Count::Negative => self.turned_to(axis, value, count),
             _ => Some(AxisAt::Word(value)),
         })
-    }
-
-    /// The tool offset stays in force in a block of machine values, so that only with D0 they are the axes' own; with
-    /// TRAORI they are the tip's.
-    fn machine_target(&self, axis: AxisLetter, value: f64) -> Option<AxisAt> {
-        let is_own = match self.state.modal.compensation {
-            Compensation::Off => true,
-            Compensation::Length(_) => axis.letter() != 'Z',
-            Compensation::Rtcp(_) => axis.kind() == AxisKind::Rotary,
-        };
-        is_own.then_some(AxisAt::Machine(value))
     }
 
     /// An angle that is reached over a way of its own: from an unknown place nobody knows how many turns it is away.

@@ -1,0 +1,102 @@
+//! Which axes an F in mm/min counts, by control.
+
+use std::collections::BTreeMap;
+
+use facemill_feedrate::g94_length;
+use facemill_inverse_kinematics::{AxisKind, AxisValues, Machine};
+use facemill_nc_program::{Dialect, ReadBlock, ReadCommand};
+
+/// Reference radius at which 1 deg of a rotary axis is 1 mm: FGREF.
+const DEGREE_IS_A_MM: f64 = 180.0 / std::f64::consts::PI;
+
+/// How far a reference radius may be from that, mm: the decimals that it is written with.
+const RADIUS_ROUNDING: f64 = 1e-4;
+
+/// Axes whose way F counts, as far as a program has said.
+#[derive(Debug, Default)]
+pub(crate) struct CountedAxes {
+    /// FGROUP of a Siemens control; `None`: the geometry axes.
+    group: Option<Vec<String>>,
+    /// FGREF by axis.
+    radii: BTreeMap<String, f64>,
+}
+
+impl CountedAxes {
+    /// Takes note of what a block says of it.
+    ///
+    /// # Errors
+    /// When it changes what F means in a way that is not followed.
+    pub(crate) fn read(&mut self, dialect: Dialect, block: &ReadBlock) -> Result<(), String> {
+        for command in &block.commands {
+            if let ReadCommand::Function(code @ (428 | 430)) = command
+                && dialect == Dialect::LinuxCnc
+            {
+                return Err(format!("M{code} switches the kinematics, and words are no longer those of the axes"));
+            }
+            let ReadCommand::Mode(text) = command else { continue };
+            let plain: String = text.to_uppercase().split_whitespace().collect();
+            if let Some(axes) = plain.strip_prefix("FGROUP(").and_then(|rest| rest.strip_suffix(')')) {
+                let named: Vec<String> = axes.split(',').filter(|a| !a.is_empty()).map(str::to_owned).collect();
+                self.group = (!named.is_empty()).then_some(named);
+            } else if let Some((axis, value)) = plain.strip_prefix("FGREF[").and_then(|rest| rest.split_once("]=")) {
+                let value = value.parse().map_err(|_| format!("{text}: its radius is not known"))?;
+                self.radii.insert(axis.to_owned(), value);
+            } else if ["OVR", "FCUB", "FLIN", "FPO", "FA["].iter().any(|word| plain.starts_with(word)) {
+                return Err(format!("{text} changes feeds; new ones would not be what they say"));
+            }
+        }
+        Ok(())
+    }
+
+    /// Length of a block as F counts it, mm, and whether that is the norm over all axes (1 deg as 1 mm), which the
+    /// machine's range of F is of.
+    ///
+    /// # Errors
+    /// When nothing moves that F counts, or it counts axes in a way that is not known.
+    pub(crate) fn length(
+        &self,
+        dialect: Dialect,
+        machine: &Machine,
+        from: &AxisValues,
+        to: &AxisValues,
+    ) -> Result<(f64, bool), String> {
+        let all = g94_length(machine.axes(), from, to);
+        let counts_all = match dialect {
+            Dialect::LinuxCnc => false,
+            Dialect::Siemens840d => self.is_all(machine)?,
+            _ => true,
+        };
+        if counts_all {
+            return Ok((all, true));
+        }
+        let ways = machine.axes().iter().enumerate().filter(|(_, a)| a.kind == AxisKind::Linear);
+        let linear = ways.map(|(k, _)| to.get_or_zero(k) - from.get_or_zero(k)).fold(0.0, f64::hypot);
+        match dialect {
+            // Where nothing linear moves F is deg/min.
+            Dialect::LinuxCnc if linear == 0.0 => Ok((all, false)),
+            _ if linear == 0.0 && all > 0.0 => {
+                Err("rotary axes alone move, and FGROUP does not have them: what F means there is the machine's"
+                    .to_owned())
+            }
+            _ => Ok((linear, false)),
+        }
+    }
+
+    /// Whether FGROUP has all axes, 1 deg as 1 mm, and not the linear ones alone.
+    fn is_all(&self, machine: &Machine) -> Result<bool, String> {
+        let Some(group) = &self.group else { return Ok(false) };
+        let has = |name: &str| group.iter().any(|axis| axis == name);
+        let of_kind = |kind| machine.axes().iter().filter(move |a| a.kind == kind).map(|a| a.letter.to_string());
+        let linear = of_kind(AxisKind::Linear).all(|name| has(&name));
+        let rotary: Vec<String> = of_kind(AxisKind::Rotary).collect();
+        let is_mm = |name: &String| self.radii.get(name).is_some_and(|r| (r - DEGREE_IS_A_MM).abs() < RADIUS_ROUNDING);
+        match rotary.iter().filter(|name| has(name)).count() {
+            0 if linear => Ok(false),
+            n if linear && n == rotary.len() && rotary.iter().all(is_mm) => Ok(true),
+            _ => Err(format!(
+                "FGROUP({}) is neither the linear axes alone nor all axes with FGREF 57.29578 of the rotary ones",
+                group.join(",")
+            )),
+        }
+    }
+}
