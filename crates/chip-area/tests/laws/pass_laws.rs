@@ -7,9 +7,7 @@ use facemill_chip_area::{
     SectionCutter, SectionSurface, StepSign, chip_area, chip_of_pass,
 };
 
-mod kit;
-
-use kit::Random;
+use crate::kit::Random;
 
 const CORNERS: [f64; 4] = [0.0, 1e-3, 2.5, 6.0];
 const SURFACES: [SectionSurface; 3] =

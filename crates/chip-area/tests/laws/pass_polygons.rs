@@ -10,9 +10,7 @@ use facemill_chip_area::{
 use i_overlay::core::overlay_rule::OverlayRule;
 use nalgebra::Vector3;
 
-mod kit;
-
-use kit::{Contour, Random, Shape, area, at, boolean, moved};
+use crate::kit::{Contour, Random, Shape, area, at, boolean, moved};
 
 /// Length of flutes and half that of planes, beyond every section here.
 const FAR: f64 = 120.0;

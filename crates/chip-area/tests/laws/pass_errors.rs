@@ -7,9 +7,7 @@ use facemill_chip_area::{
     chip_of_pass,
 };
 
-mod kit;
-
-use kit::Random;
+use crate::kit::Random;
 
 fn cut(step_over: f64) -> Beside {
     Beside::Cut { step_over }

@@ -5,9 +5,7 @@ use std::f64::consts::{PI, TAU};
 use facemill_chip_area::{ChipAreaError, ChipSection, SectionCutter, SectionSurface, StepSign, chip_area};
 use i_overlay::core::overlay_rule::OverlayRule;
 
-mod kit;
-
-use kit::{Contour, Random, Shape, area, at, boolean, moved};
+use crate::kit::{Contour, Random, Shape, area, at, boolean, moved};
 
 /// Corners on a full circle: chords leave out less than 1e-6 mm² of any chip here.
 const CORNERS: u32 = 20_000;

@@ -1,7 +1,5 @@
 //! Seeded numbers and booleans of polygons.
 
-#![allow(dead_code, reason = "each test file takes what it needs")]
-
 use i_overlay::core::fill_rule::FillRule;
 use i_overlay::core::overlay_rule::OverlayRule;
 use i_overlay::float::single::SingleFloatOverlay;
