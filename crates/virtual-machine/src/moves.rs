@@ -298,7 +298,7 @@ impl<'a> State<'a> {
                 Some(AxisAt::Reference(1)) => end[k] = self.setup.machine.axes()[k].home,
                 Some(AxisAt::Reference(_)) => return Err(NoEnd::Unknown(axis.letter)),
                 // Not named: it stays where it is.
-                None if self.is_known[k] => {}
+                None if self.is_known[k] && !is_sent_anywhere(motion, axis.letter) => {}
                 None => return Err(NoEnd::Unknown(axis.letter)),
             }
         }
@@ -316,6 +316,7 @@ impl<'a> State<'a> {
         for (k, axis) in self.setup.words.axes().iter().enumerate() {
             let coordinate = "XYZ".find(axis.letter.letter()).filter(|_| axis.letter.number() == 0);
             match (motion.position.get(axis.letter), coordinate) {
+                (None, _) if is_sent_anywhere(motion, axis.letter) => return Err(NoEnd::Unknown(axis.letter)),
                 (Some(AxisAt::Word(word)), Some(coordinate)) => tip[coordinate] = word,
                 // A coordinate of the tip stays only where the tip is known, a rotary axis where it is.
                 (None, Some(_)) if all_known => {}
@@ -387,7 +388,8 @@ impl<'a> State<'a> {
         self.fault(kind, index, axis, note);
         for (k, axis) in self.setup.words.axes().iter().enumerate() {
             // Every word is taken as lost, because a word that stays may be of another frame.
-            self.is_known[k] &= motion.position.get(axis.letter).is_none();
+            let is_lost = motion.position.get(axis.letter).is_some() || is_sent_anywhere(motion, axis.letter);
+            self.is_known[k] &= !is_lost;
         }
     }
 
@@ -406,6 +408,11 @@ impl<'a> State<'a> {
     fn fault(&mut self, kind: FindingKind, block: usize, axis: Option<AxisLetter>, note: String) {
         self.out.faults.push(TextFault { kind, block, last: block, axis, note });
     }
+}
+
+/// Whether a block sends an axis to a place that its reader does not know: it must not be taken to stay.
+fn is_sent_anywhere(motion: &ReadMotion, letter: AxisLetter) -> bool {
+    motion.position.is_programmed(letter) && motion.position.get(letter).is_none()
 }
 
 /// Whether an axis moves that is not the other head's.

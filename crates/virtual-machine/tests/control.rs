@@ -2,7 +2,9 @@
 
 mod kit;
 
-use facemill_virtual_machine::FindingKind;
+use facemill_cl_data::Silent;
+use facemill_nc_program::{Dialect, read_program};
+use facemill_virtual_machine::{FindingKind, VerifySettings, verify};
 use kit::{HEAD, Shop, Text};
 
 /// Kind, first and last line of every finding.
@@ -260,4 +262,36 @@ fn a_tool_change_away_from_the_reference_position_is_found_and_at_home_it_is_not
     let v = at_work().line("N30 T7 M6").verify();
     let f = kit::only(&v);
     assert_eq!((f.block_number, f.block_text.as_str(), f.kind.is_fault()), (Some(30), "N30 T7 M6", true));
+}
+
+/// Kind, first line and axis of every finding that is about places, of a text as it stands.
+fn lost(text: &str, dialect: Dialect) -> Vec<(FindingKind, u32, Option<String>)> {
+    let shop = Shop::new();
+    let program = read_program(text, dialect).unwrap_or_else(|e| panic!("{e}\n{text}"));
+    let v = verify(&program, &shop.setup(), &VerifySettings::default(), &Silent).unwrap();
+    let is_place = |k: FindingKind| k == FindingKind::UnknownPosition;
+    let told = v.findings.iter().filter(|f| is_place(f.kind));
+    told.map(|f| (f.kind, f.first_line, f.axis.clone())).collect()
+}
+
+/// An axis whose word is an expression that nobody evaluates goes somewhere, and does not stay where it was.
+#[test]
+fn an_axis_with_a_word_of_unknown_value_is_lost_and_not_taken_to_stay() {
+    let fanuc = |word: &str| format!("G21 G90 G94 G49\nG0 X0. Y0. Z0. B0. C0.\nG0 X10. Y{word}\nG0 X20.\nM30\n");
+    let siemens = |word: &str| format!("G54 G71 G90 G94\nG0 X0. Y0. Z0. B0. C0.\nG0 X10. Y={word}\nG0 X20.\nM30\n");
+    let heidenhain = |word: &str| {
+        format!("BEGIN PGM A MM\nL X+0 Y+0 Z+0 B+0 C+0 R0 FMAX\nL X+10 Y+{word} R0 FMAX\nL X+20 R0 FMAX\nM30\n")
+    };
+    let here = |line| vec![(FindingKind::UnknownPosition, line, Some("Y".to_owned()))];
+    for dialect in [Dialect::Fanuc, Dialect::Haas, Dialect::Mazak, Dialect::LinuxCnc] {
+        assert_eq!(lost(&fanuc("5."), dialect), []);
+        assert_eq!(lost(&fanuc("#100"), dialect), here(3), "{dialect:?}");
+    }
+    assert_eq!(lost(&siemens("5+3"), Dialect::Siemens840d), []);
+    assert_eq!(lost(&siemens("R5*2"), Dialect::Siemens840d), here(3));
+    assert_eq!(lost(&heidenhain("8"), Dialect::Heidenhain), []);
+    assert_eq!(lost(&heidenhain("Q5"), Dialect::Heidenhain), here(2 + 1));
+    // Where a cycle leaves the tool is not known, either: at its height or at where it came from.
+    let cycle = "G21 G90 G94 G49\nG0 X0. Y0. Z0. B0. C0.\nG81 X5. Z-10. R2. F100.\nG80\nG0 X20.\nM30\n";
+    assert_eq!(lost(cycle, Dialect::Fanuc), [(FindingKind::UnknownPosition, 3, Some("Z".to_owned()))]);
 }
