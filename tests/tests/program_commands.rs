@@ -271,13 +271,26 @@ fn chip_areas_of_simple_cases_are_told() {
     }
 }
 
+/// What a Heidenhain control needs to be told, and others may be: how far it may leave the path.
+fn smoothing(job: &JobFolder) {
+    let allowed = [("path_mm", json!(0.004)), ("orientation_deg", json!(0.005))];
+    let allowed = allowed.map(|(key, value)| (format!("/motion/control_tolerance/{key}"), value));
+    let allowed: Vec<(&str, Value)> = allowed.iter().map(|(key, value)| (&**key, value.clone())).collect();
+    job.set("machine.json", &allowed);
+}
+
 /// What is planned for other controls is read back, run and free of findings, as for the first one.
 #[test]
 fn programs_for_other_controls_are_planned_and_verified() {
-    for (dialect, mode, words) in
-        [("linuxcnc", "g93", ["G93", "O100 IF"]), ("siemens_840d", "g94", ["FGROUP(", "GOTOF LENGTH_OK"])]
-    {
+    for (dialect, mode, words) in [
+        ("linuxcnc", "g93", ["G93", "O100 IF"]),
+        ("siemens_840d", "g94", ["FGROUP(", "GOTOF LENGTH_OK"]),
+        ("heidenhain", "g94", ["FN 14: ERROR", "FMAX M91"]),
+    ] {
         let job = small_patch();
+        smoothing(&job);
+        // The register that G43 H takes is none of D and TOOL CALL.
+        job.set("tool.json", &[("/length_register", json!(5))]);
         job.set("job.json", &[("/post/dialect", json!(dialect)), ("/post/feed_mode", json!(mode))]);
         let planned = job.plan();
         assert!(planned.is_clean(), "{dialect}: {:?}", planned.report.findings);

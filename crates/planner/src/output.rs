@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use facemill_cl_data::ClPoint;
 use facemill_cutter_location::Pieces;
 use facemill_nc_program::{
-    AptCutter, AptMove, AptSpec, Block, ReadProgram, WordMap, read_program, write_apt, write_program,
+    AptCutter, AptMove, AptSpec, Block, Dialect, ReadProgram, WordMap, read_program, write_apt, write_program,
     write_program_with_lines,
 };
 use facemill_virtual_machine::{
@@ -186,9 +186,19 @@ fn virtual_setup<'a>(job: &'a Job, setup: &'a Setup<'_>, words: &'a WordMap) -> 
         words,
         table_from_rtcp_words: table_from_rtcp_words(job, words)?,
         tool: &job.tool,
-        length_register: job.tool.length_register(),
+        length_register: register_in_text(job),
         obstacles: virtual_obstacles(setup),
     })
+}
+
+/// The register of the tool's length as the reader of the dialect tells it: D of Siemens, which the template sets to 1, and the
+/// number of the tool on Heidenhain, whose tools have their length in themselves.
+fn register_in_text(job: &Job) -> u32 {
+    match job.post.dialect() {
+        Dialect::Siemens840d => 1,
+        Dialect::Heidenhain => job.tool.number(),
+        _ => job.tool.length_register(),
+    }
 }
 
 /// What stands on the table, for the virtual machine.

@@ -206,8 +206,9 @@ impl<'a> Control<'a> {
 
     /// Nothing is run behind M2 or M30.
     fn behind_end(&mut self, index: usize, block: &ReadBlock) {
-        let is_comment = |c: &ReadCommand| matches!(c, ReadCommand::Comment(_));
-        if self.has_ended && (block.sets_state || !block.commands.iter().all(is_comment)) {
+        // M30 and the last line of a Heidenhain program each say it.
+        let is_nothing = |c: &ReadCommand| matches!(c, ReadCommand::Comment(_) | ReadCommand::End);
+        if self.has_ended && (block.sets_state || !block.commands.iter().all(is_nothing)) {
             self.last(FindingKind::BehindEnd, index, "not run: the program ends before".to_owned());
         }
     }

@@ -2,11 +2,13 @@
 
 mod cycles;
 mod functions;
+mod guards;
 mod motion;
 mod parameters;
 mod statements;
 mod words;
 
+use guards::Guard;
 use words::Code;
 
 use super::{
@@ -22,10 +24,14 @@ use crate::{
 /// Reads a Heidenhain program in dialogue format (Klartext): what it says, with modal state resolved and nothing executed.
 ///
 /// Blanks, either case, block numbers, comments, `/` and a comma as decimal point are understood. Q parameters are
-/// evaluated where FN 0 to FN 8 and formulas say their values, until a label, branch or call. Cycles, label and program
-/// calls, PLANE and FUNCTION are kept with their arguments (a list of Q parameters over several lines as one block for
-/// each line); where they may have moved an axis or the frame of the words, positions are unknown until they are programmed
-/// again. The vectors of LN are kept with their motion.
+/// evaluated where FN 0 to FN 8 and formulas say their values, until a label, branch or call. A branch (FN 9 to FN 12) is
+/// followed where its values say that it does not jump, and where it jumps over nothing but an alarm (FN 14) and stops.
+/// Cycles, label and program calls, PLANE and FUNCTION are kept with their arguments (a list of Q parameters over several
+/// lines as one block for each line); where they may have moved an axis or the frame of the words, positions are unknown
+/// until they are programmed again. The vectors of LN are kept with their motion.
+///
+/// M91 is read as the axes' own places: these blocks count neither presets nor the tool's length. In a tilted plane, and of
+/// linear axes under TCPM, what it means is not known.
 ///
 /// The compensation's register is the number of the tool, 0 for a tool that is called by its name.
 ///
@@ -45,6 +51,8 @@ pub struct HeidenhainReader {
     code: Vec<u8>,
     /// Name of what the line before goes on with.
     continued: Option<String>,
+    /// A branch that may turn out to jump over an alarm alone.
+    guard: Option<Guard>,
 }
 
 /// What the control remembers.
@@ -63,6 +71,8 @@ struct State {
     pole: [Option<f64>; 3],
     /// PR and PA as last said, mm and deg.
     polar: [Option<f64>; 2],
+    /// PLANE or cycle 19 has tilted the frame of the words.
+    is_tilted: bool,
     /// M126: rotary axes go the shorter way.
     goes_shorter: bool,
     /// M89: every position calls the cycle.
@@ -108,6 +118,7 @@ impl HeidenhainReader {
             block.commands.push(ReadCommand::Comment(String::from_utf8_lossy(text.trim_ascii()).into_owned()));
         }
         if !is_empty {
+            self.follow_guard(start);
             self.read_code(line, start, &mut block)?;
         }
         (block.compensation, block.lengths) = (self.state.modal.compensation, self.state.modal.lengths);
@@ -116,7 +127,8 @@ impl HeidenhainReader {
 
     /// Tool lengths and notes of the lines read.
     #[must_use]
-    pub fn finish(self) -> (Vec<ToolLengthNote>, Vec<ReadNote>) {
+    pub fn finish(mut self) -> (Vec<ToolLengthNote>, Vec<ReadNote>) {
+        self.end_guard();
         self.source.finish()
     }
 

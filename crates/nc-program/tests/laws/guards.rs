@@ -39,3 +39,48 @@ fn a_jump_of_siemens_over_an_alarm_guards_it() {
         assert_eq!(branches(&program(check), Dialect::Siemens840d), n, "{check}");
     }
 }
+
+#[test]
+fn a_jump_of_heidenhain_over_an_alarm_guards_it() {
+    let program = |check: &str| format!("BEGIN PGM A MM\nTOOL CALL 7 Z S100\n{check}L X+1 F100\nM30\nEND PGM A MM\n");
+    let jump = "FN 12: IF +Q99 LT +0.0001 GOTO LBL 99\n";
+    for (check, n) in [
+        ("; WRONG\nFN 14: ERROR = 1004\nM0\nLBL 99\n", 0),
+        ("4 FN 14: ERROR=5\n5 STOP\n6 LBL 99 ; on\n", 0),
+        ("FN14: ERROR=5\nLBL 99\n", 0),
+        // What stands between may be skipped; a stop alone lets the program go on.
+        ("M0\nLBL 99\n", 1),
+        ("FN 14: ERROR=5\nL Z+5 FMAX\nLBL 99\n", 1),
+        ("FN 14: ERROR=5\nM30\nLBL 99\n", 1),
+        ("FN 14: ERROR=5\nLBL 98\n", 1),
+        ("FN 14: ERROR=5\nFN 14: ERROR=6\nLBL 99\n", 2),
+        ("", 1),
+    ] {
+        assert_eq!(branches(&program(&format!("{jump}{check}")), Dialect::Heidenhain), n, "{check}");
+    }
+    assert_eq!(branches(&program("FN 14: ERROR=5\n"), Dialect::Heidenhain), 1);
+    // At its end the program is not known to jump anywhere.
+    assert_eq!(branches("BEGIN PGM A MM\nFN 9: IF +Q1 EQU +2 GOTO LBL 7", Dialect::Heidenhain), 1);
+    assert_eq!(branches("FN 9: IF +Q1 EQU +2 GOTO LBL 0\nFN 14: ERROR=5\nLBL 0", Dialect::Heidenhain), 2);
+}
+
+#[test]
+fn a_branch_of_heidenhain_whose_values_say_that_it_does_not_jump_is_passed_by() {
+    let after = |q: &str, branch: &str| {
+        let text = format!("FN 0: {q}\nFN {branch} GOTO LBL 7\nL X+Q1 FMAX\nLBL 7\nM30\n");
+        let program = read_program(&text, Dialect::Heidenhain).unwrap();
+        let x = program.motions().next().and_then(|(_, m)| m.position.get(AxisLetter::X));
+        (branches(&text, Dialect::Heidenhain), x)
+    };
+    let passed = (0, Some(AxisAt::Word(3.0)));
+    for branch in ["9: IF +Q1 EQU +2", "10: IF +Q1 NE +3", "11: IF +Q1 GT +3", "12: IF +Q1 LT +Q1"] {
+        assert_eq!(after("Q1 = +3", branch), passed, "{branch}");
+    }
+    let open = (1, None);
+    for branch in ["9: IF +Q1 EQU +3", "10: IF +Q1 NE +2", "11: IF +Q1 GT +2", "12: IF +Q1 LT +4", "9: IF +Q5 EQU +2"] {
+        assert_eq!(after("Q1 = +3", branch), open, "{branch}");
+    }
+    // What the control sets by itself is not what the program has set, and FN 11 asks for no less.
+    assert_eq!(after("Q114 = +3", "9: IF +Q114 EQU +2"), open);
+    assert_eq!(after("Q1 = +3", "11: IF +Q1 LT +2"), open);
+}

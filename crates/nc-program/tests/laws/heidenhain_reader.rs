@@ -127,7 +127,8 @@ fn parameters_are_evaluated_until_a_label_or_call() {
     ] {
         near(x(&format!("{text}\nL X+Q1 F9")), expected);
         near(x(&format!("{text}\nL X-Q1 F9")), -expected);
-        for behind in ["LBL 1", "CALL LBL 5", "FN 9: IF +Q1 EQU +2 GOTO LBL 7", "FN 18: SYSREAD Q1 = ID10", "Q1 = Q77"]
+        for behind in
+            ["LBL 1", "CALL LBL 5", "FN 9: IF +Q1 EQU +Q77 GOTO LBL 7", "FN 18: SYSREAD Q1 = ID10", "Q1 = Q77"]
         {
             assert_eq!(x(&format!("{text}\n{behind}\nL X+Q1 F9")), None, "{behind}");
         }
@@ -165,7 +166,7 @@ fn cycles_and_calls_are_kept_with_their_arguments() {
     ];
     assert_eq!(said, expected);
     use MacroKind::{Call, Setting};
-    assert_eq!(kinds(text), [Call, Setting, Call, Call, Call, Call, Call, Setting, Call]);
+    assert_eq!(kinds(text), [Call, Setting, Call, Call, Call, Call, Call, Call]);
     assert_eq!(blocks.len(), text.lines().count());
 }
 
@@ -200,11 +201,64 @@ fn machine_values_and_the_shorter_way_are_told_where_the_text_says_them() {
         "L Z+0 C+5 FMAX M91\nTOOL CALL 1 Z\nL Z+0 X+1 FMAX M91\nL C+0 FMAX M126\nL C+170\nL C-170\nL C+10 M127",
     );
     assert_eq!((at(&m[0], "Z"), at(&m[0], "C")), (Some(AxisAt::Machine(0.0)), Some(AxisAt::Machine(5.0))));
-    assert_eq!((at(&m[1], "Z"), at(&m[1], "X")), (None, Some(AxisAt::Machine(1.0))));
+    // The tool's length does not count there.
+    assert_eq!((at(&m[1], "Z"), at(&m[1], "X")), (Some(AxisAt::Machine(0.0)), Some(AxisAt::Machine(1.0))));
     // From a machine value nobody knows the way, nor which of two ways it is beyond half a turn.
     assert_eq!([2, 3, 4, 5].map(|k| at(&m[k], "C")), [None, None, None, word(10.0)]);
     let m = motions("L C+0 FMAX\nL C+170 M126\nL C-170");
     assert_eq!([1, 2].map(|k| at(&m[k], "C")), [word(170.0), None]);
+}
+
+#[test]
+fn machine_values_are_not_told_where_the_frame_or_the_tip_counts() {
+    let z = |before: &str| at(&motions(&format!("TOOL CALL 1 Z\n{before}\nL Z+5 B+3 FMAX M91"))[0], "Z");
+    let known = Some(AxisAt::Machine(5.0));
+    for before in ["PLANE RESET STAY", "M128\nM129", "FUNCTION TCPM F TCP AXIS POS PATHCTRL AXIS\nFUNCTION RESET TCPM"]
+    {
+        assert_eq!(z(before), known, "{before}");
+    }
+    assert_eq!(z("PLANE SPATIAL SPA+1 SPB+0 SPC+0 STAY\nPLANE RESET STAY"), known);
+    for before in ["PLANE SPATIAL SPA+1 SPB+0 SPC+0 STAY", "CYCL DEF 19.1 A+5", "M128", "FUNCTION TCPM F TCP AXIS POS"]
+    {
+        assert_eq!(z(before), None, "{before}");
+    }
+    // A rotary axis stands where it is told under TCPM, too.
+    let b = motions("TOOL CALL 1 Z\nM128\nL B+3 FMAX M91");
+    assert_eq!(at(&b[0], "B"), Some(AxisAt::Machine(3.0)));
+}
+
+#[test]
+fn a_reset_of_the_plane_that_stays_moves_nothing_and_gives_the_frame_back() {
+    let text = |planes: &str| format!("L X+1 Z+5 B+2 FMAX\n{planes}\nL Y+1 FMAX");
+    let x = |planes: &str| at(&motions(&text(planes))[1], "X");
+    assert_eq!((x("PLANE RESET STAY"), kinds(&text("PLANE RESET STAY"))), (word(1.0), vec![]));
+    // Words of the tilted frame are no words of the one behind it.
+    let tilted = "PLANE SPATIAL SPA+1 SPB+0 SPC+0 STAY";
+    assert_eq!((x(tilted), kinds(&text(tilted))), (None, vec![MacroKind::Setting]));
+    let within = format!("{tilted}\nL X+4 FMAX\nPLANE RESET STAY");
+    assert_eq!(at(&motions(&text(&within))[1], "X"), word(4.0));
+    assert_eq!(at(&motions(&text(&within))[2], "X"), None);
+    for turns in ["PLANE RESET TURN FMAX", "PLANE RESET MOVE DIST50 F1000", "PLANE RESET"] {
+        assert_eq!((x(turns), kinds(&text(turns))), (None, vec![MacroKind::Call]), "{turns}");
+    }
+}
+
+#[test]
+fn the_preset_of_cycle_247_is_the_offset_of_the_words_behind_it() {
+    let of = |text: &str| motions(&format!("L X+1 FMAX\n{text}\nL Y+1 FMAX"))[1].clone();
+    for text in ["CYCL DEF 247 DATUM SETTING ~\n  Q339=+12 ;DATUM NUMBER", "CYCL DEF 247 DATUM SETTING Q339=+12"] {
+        let m = of(text);
+        assert_eq!((m.work_offset.number(), at(&m, "X")), (12, None), "{text}");
+        assert_eq!(kinds(text), [], "{text}");
+    }
+    // The same again changes nothing.
+    let m = of("CYCL DEF 247 DATUM SETTING Q339=+1");
+    assert_eq!((m.work_offset.number(), at(&m, "X")), (1, word(1.0)));
+    for text in
+        ["CYCL DEF 247 DATUM SETTING", "CYCL DEF 247 DATUM SETTING ~\nQ339=+Q7", "CYCL DEF 247 DATUM SETTING Q339=+0"]
+    {
+        assert_eq!((kinds(text), at(&of(text), "X")), (vec![MacroKind::Setting], None), "{text}");
+    }
 }
 
 #[test]

@@ -314,8 +314,7 @@ fn every_digit_of_a_moving_block_counts() {
         ("siemens", "Y=AC(R2)"),
         ("siemens", "R9"),
         ("siemens", "Z1=0"),
-        // Not known: whether the length counts, where the axis was, which way is the shorter one; and the feed of M128.
-        ("heidenhain", "Z+100"),
+        // Not known: where the axis was, which way is the shorter one; and the feed of M128.
         ("heidenhain", "IX+5"),
         ("heidenhain", "C+90"),
         ("heidenhain", "F2000"),

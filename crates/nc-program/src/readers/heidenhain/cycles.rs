@@ -2,7 +2,7 @@
 
 use super::{HeidenhainReader, line_macro, statements::push_call, words::Code};
 use crate::{
-    CallKind, MacroKind, ReadBlock, ReadCommand, ReadError, ReadFault,
+    CallKind, MacroKind, ReadBlock, ReadCommand, ReadError, ReadFault, WorkOffset,
     readers::expression::{self, Syntax},
 };
 
@@ -13,6 +13,8 @@ enum Effect {
     None,
     /// It changes the frame of the words.
     Frame,
+    /// It selects the preset that words refer to.
+    Preset,
     /// A pause.
     Dwell,
     /// It runs at once, or it is not known.
@@ -36,7 +38,8 @@ fn effect(number: u32) -> Effect {
         | 251..=258
         | 262..=267
         | 270..=276 => Effect::None,
-        7 | 8 | 10 | 11 | 19 | 26 | 247 => Effect::Frame,
+        7 | 8 | 10 | 11 | 19 | 26 => Effect::Frame,
+        247 => Effect::Preset,
         9 => Effect::Dwell,
         _ => Effect::Runs,
     }
@@ -61,8 +64,10 @@ impl HeidenhainReader {
             Effect::None => push_call(block, CallKind::Definition, name.clone(), arguments, false),
             Effect::Frame => {
                 push_call(block, CallKind::Definition, name.clone(), arguments, false);
+                self.state.is_tilted |= number == 19;
                 self.setting(line, block);
             }
+            Effect::Preset => push_call(block, CallKind::Definition, name.clone(), arguments, false),
             Effect::Dwell => {
                 if let Some(seconds) = arguments.split_once("DWELL").and_then(|(_, s)| s.trim().parse::<f64>().ok()) {
                     block.commands.push(ReadCommand::Dwell(seconds));
@@ -72,6 +77,9 @@ impl HeidenhainReader {
             Effect::Runs => self.moving_cycle(&name, &arguments, line, block),
         }
         self.take_parameters(at + digits);
+        if number == 247 && line.trim_ascii_end().last() != Some(&b'~') {
+            self.preset(at + digits, line, block);
+        }
         Ok(name)
     }
 
@@ -100,6 +108,19 @@ impl HeidenhainReader {
         let arguments = String::from_utf8_lossy(line[start..end].trim_ascii()).into_owned();
         push_call(block, CallKind::Arguments, name.to_owned(), arguments, false);
         self.take_parameters(start);
+        if name == "247" {
+            self.preset(start, line, block);
+        }
+    }
+
+    /// Selects the preset that Q339 of these arguments says.
+    fn preset(&mut self, start: usize, line: &[u8], block: &mut ReadBlock) {
+        let is_said = self.code[start..].windows(4).any(|word| word == b"Q339");
+        let number = self.variables.get(b"Q339").filter(|n| is_said && n.fract() == 0.0 && (1.0..1e4).contains(n));
+        match number.and_then(|n| WorkOffset::new(n as u16)) {
+            Some(offset) => self.state.modal.set_offset(offset),
+            None => self.setting(line, block),
+        }
     }
 
     /// Sets the Q parameters that are among arguments.

@@ -217,9 +217,7 @@ impl Reading<'_> {
             let unit = if axis.kind() == AxisKind::Linear { unit } else { 1.0 };
             let at = match word.value.map(|v| v * unit) {
                 None => None,
-                Some(value) if self.is_machine => {
-                    self.state.modal.machine_target(axis, value).filter(|_| !is_incremental)
-                }
+                Some(value) if self.is_machine => self.machine_target(axis, value).filter(|_| !is_incremental),
                 Some(value) if is_incremental => self.state.modal.by(axis, value),
                 Some(value) => self.turned_to(axis, value),
             };
@@ -228,6 +226,12 @@ impl Reading<'_> {
             self.state.modal.position.set(axis, at).map_err(fault)?;
         }
         Ok(())
+    }
+
+    /// M91 counts neither presets nor the tool's length.
+    fn machine_target(&self, axis: AxisLetter, value: f64) -> Option<AxisAt> {
+        let is_own = !self.state.is_tilted && !(self.state.has_tcpm && axis.kind() == AxisKind::Linear);
+        is_own.then_some(AxisAt::Machine(value))
     }
 
     /// With M126 the way is the shorter one on axes that count to 360 deg, and as it is written on others.

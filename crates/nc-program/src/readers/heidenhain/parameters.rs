@@ -1,6 +1,6 @@
 //! FN functions and formulas of Q parameters.
 
-use super::{HeidenhainReader, line_macro, words::Code};
+use super::{HeidenhainReader, guards, line_macro, words::Code};
 use crate::{
     MacroKind, NoteKind, ReadBlock, ReadError, ReadFault,
     readers::{
@@ -27,7 +27,10 @@ impl HeidenhainReader {
         }
         let kind = match number {
             Some(0..=8 | 13) => return self.arithmetic(start, colon + 1, line, block),
-            Some(9..=12) => MacroKind::Branch,
+            Some(function @ 9..=12) => {
+                self.branch(function, colon + 1, line, block);
+                return Ok(());
+            }
             Some(14) => MacroKind::Alarm,
             // Text, tables that are written, waiting.
             Some(15 | 16 | 20 | 26 | 27 | 38) => MacroKind::Output,
@@ -41,7 +44,7 @@ impl HeidenhainReader {
                 self.setting(line, block);
                 return Ok(());
             }
-            MacroKind::Branch | MacroKind::Alarm => self.source.note(NoteKind::Branch, line),
+            MacroKind::Alarm if !self.is_guarded() => self.source.note(NoteKind::Branch, line),
             _ => {}
         }
         if kind != MacroKind::Output {
@@ -49,6 +52,19 @@ impl HeidenhainReader {
         }
         block.commands.push(line_macro(kind, line));
         Ok(())
+    }
+
+    /// FN 9 to FN 12. One whose values say that it does not jump is passed by.
+    fn branch(&mut self, function: u32, at: usize, line: &[u8], block: &mut ReadBlock) {
+        let code = Code { text: &self.code, source: &self.source, variables: &self.variables };
+        let condition = guards::condition(&code, function, at);
+        if condition.is_met != Some(false) {
+            self.variables.forget_all();
+            if !self.open_guard(block.line, line, condition) {
+                self.source.note(NoteKind::Branch, line);
+            }
+        }
+        block.commands.push(line_macro(MacroKind::Branch, line));
     }
 
     /// FN 0 to 8 and 13: one value, a function of one, or two with an operator.
@@ -92,7 +108,8 @@ impl HeidenhainReader {
         if code.skip_blanks(at) < code.text.len() {
             return Err(no_expression(&code, start, code.skip_blanks(at)));
         }
-        self.variables.set(&name, result.filter(|v| v.is_finite() && !block.skippable));
+        let is_kept = !block.skippable && !is_of_control(&name);
+        self.variables.set(&name, result.filter(|v| v.is_finite() && is_kept));
         block.commands.push(line_macro(MacroKind::Assignment, line));
         Ok(())
     }
@@ -111,10 +128,16 @@ impl HeidenhainReader {
         if end < code.text.len() {
             return Err(no_expression(&code, start, end));
         }
-        self.variables.set(&name, parsed.value.filter(|_| !block.skippable));
+        let is_kept = !block.skippable && !is_of_control(&name);
+        self.variables.set(&name, parsed.value.filter(|_| is_kept));
         block.commands.push(line_macro(MacroKind::Assignment, line));
         Ok(())
     }
+}
+
+/// Q100 to Q199: the control itself sets them, such as Q114 at a tool call.
+fn is_of_control(name: &[u8]) -> bool {
+    matches!(name, [b'Q', b'1', a, b] if a.is_ascii_digit() && b.is_ascii_digit())
 }
 
 /// `Q1 =` at a byte: the parameter, and the byte behind the sign.

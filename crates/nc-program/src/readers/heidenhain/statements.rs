@@ -20,7 +20,10 @@ impl HeidenhainReader {
         let rest = |at: usize| code.string(at..code.text.len()).trim().to_owned();
         match (first, second) {
             (b"BEGIN", b"PGM") => self.begin(third_at, block),
-            (b"END", b"PGM") => block.commands.push(ReadCommand::End),
+            (b"END", b"PGM") => {
+                block.sets_state = false;
+                block.commands.push(ReadCommand::End);
+            }
             (b"BLK", b"FORM") | (b"WITH", b"STOCK") => block.commands.push(line_macro(MacroKind::Output, line)),
             (b"TOOL", b"CALL") => self.tool_call(third_at, line, block)?,
             (b"TOOL", b"DEF") => self.tool_definition(third_at, line, block)?,
@@ -215,10 +218,19 @@ impl HeidenhainReader {
         self.state.polar = [None; 2];
     }
 
-    /// A tilted plane: TURN and MOVE turn the rotary axes at once, STAY does not.
+    /// A tilted plane: TURN and MOVE turn the rotary axes at once, STAY does not. PLANE RESET STAY moves nothing, and behind it
+    /// words count as before any tilt.
     fn plane(&mut self, name: &str, arguments: &str, line: &[u8], block: &mut ReadBlock) {
         push_call(block, CallKind::Cycle, name.to_owned(), arguments.to_owned(), false);
-        if arguments.split_whitespace().any(|word| word == "STAY") {
+        let stays = arguments.split_whitespace().any(|word| word == "STAY");
+        let is_reset = name == "PLANE RESET";
+        let was_tilted = std::mem::replace(&mut self.state.is_tilted, !is_reset);
+        if stays && is_reset {
+            if was_tilted {
+                self.state.modal.position.forget_words();
+                self.state.pole = [None; 3];
+            }
+        } else if stays {
             self.setting(line, block);
         } else {
             self.state.modal.position.forget_all();
