@@ -176,12 +176,13 @@ pub struct RtcpRule {
 }
 
 /// What the control does at rapid rate under RTCP.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum RtcpRapids {
     /// The tip goes straight, as in cuts.
     TipLinear,
     /// A setting of the control says whether the tip goes straight or the axes go as without RTCP.
+    #[default]
     BySetting,
 }
 

@@ -1,6 +1,6 @@
 use std::ops::Range;
 
-use crate::{AxisLengths, AxisWords, Coolant, FeedMode, FeedPlace, ReadPosition, WorkOffset};
+use crate::{AxisLengths, AxisWords, Coolant, FeedMode, FeedPlace, ReadPosition, RtcpRapids, WorkOffset};
 
 /// An NC program as its text says it: modal state resolved, nothing executed.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -11,6 +11,8 @@ pub struct ReadProgram {
     pub tool_lengths: Vec<ToolLengthNote>,
     /// What a reader could not decide from the text alone.
     pub notes: Vec<ReadNote>,
+    /// What the control that the text is for does at rapid rate under RTCP.
+    pub rtcp_rapids: RtcpRapids,
 }
 
 /// One line of a program.

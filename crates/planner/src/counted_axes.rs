@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use facemill_feedrate::g94_length;
 use facemill_inverse_kinematics::{AxisKind, AxisValues, Machine};
-use facemill_nc_program::{Dialect, ReadBlock, ReadCommand};
+use facemill_nc_program::{Compensation, Dialect, ReadBlock, ReadCommand};
 
 /// Reference radius at which 1 deg of a rotary axis is 1 mm: FGREF.
 const DEGREE_IS_A_MM: f64 = 180.0 / std::f64::consts::PI;
@@ -27,8 +27,11 @@ impl CountedAxes {
     /// # Errors
     /// When it changes what F means in a way that is not followed.
     pub(crate) fn read(&mut self, dialect: Dialect, block: &ReadBlock) -> Result<(), String> {
+        if dialect == Dialect::LinuxCnc && matches!(block.compensation, Compensation::Rtcp(_)) {
+            return Err("M428 switches the kinematics, and words are no longer those of the axes".to_owned());
+        }
         for command in &block.commands {
-            if let ReadCommand::Function(code @ (428 | 430)) = command
+            if let ReadCommand::Function(code @ 430) = command
                 && dialect == Dialect::LinuxCnc
             {
                 return Err(format!("M{code} switches the kinematics, and words are no longer those of the axes"));

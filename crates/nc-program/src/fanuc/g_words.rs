@@ -3,6 +3,7 @@
 use super::{
     block::{AxisRole, BlockReading, axis_of},
     lexer::Word,
+    variant::Variant,
 };
 use crate::{
     AxisKind, AxisLengths, AxisLetter, Compensation, MacroKind, Plane, ReadError, ReadFault, WorkOffset,
@@ -144,7 +145,11 @@ impl BlockReading<'_> {
     /// Length register of the compensation; 0 stands for the one in force.
     pub(super) fn set_compensation(&mut self, compensation: Compensation) {
         let register = self.modal.length_register.unwrap_or(0);
+        // Lengths and kinematics are switched each by themselves there.
+        let stays_on = self.variant == Variant::LinuxCnc && matches!(self.modal.compensation, Compensation::Rtcp(_));
         let compensation = match compensation {
+            Compensation::Off if stays_on => Compensation::Rtcp(0),
+            Compensation::Length(_) if stays_on => Compensation::Rtcp(register),
             Compensation::Off => Compensation::Off,
             Compensation::Length(_) => Compensation::Length(register),
             Compensation::Rtcp(_) => Compensation::Rtcp(register),
@@ -206,7 +211,7 @@ impl BlockReading<'_> {
 
     /// The words of axes that do not move now would be other numbers: those along the spindle with a length, all linear
     /// ones with RTCP.
-    fn change_compensation(&mut self, compensation: Compensation) {
+    pub(super) fn change_compensation(&mut self, compensation: Compensation) {
         let before = std::mem::replace(&mut self.modal.compensation, compensation);
         if before == compensation {
             return;

@@ -6,7 +6,7 @@ use super::{
 };
 use crate::{
     AxisLengths, Compensation, FeedPlace, MacroKind, NoteKind, ReadBlock, ReadCommand, ReadError, ReadFault, ReadNote,
-    ReadProgram, ToolLengthNote,
+    ReadProgram, RtcpRapids, ToolLengthNote,
     readers::{modal::Modal, notes::Notes, variables::Variables},
 };
 
@@ -83,8 +83,9 @@ impl FanucReader {
         for line in text.split(|byte| *byte == b'\n') {
             blocks.extend(self.read_line(line)?);
         }
+        let rtcp_rapids = if self.variant == Variant::LinuxCnc { RtcpRapids::TipLinear } else { RtcpRapids::BySetting };
         let (tool_lengths, notes) = self.finish();
-        Ok(ReadProgram { blocks, tool_lengths, notes })
+        Ok(ReadProgram { blocks, tool_lengths, notes, rtcp_rapids })
     }
 
     /// Reads the next line (with or without its line end): its block, or `None` where it is empty, a `%`, or behind the

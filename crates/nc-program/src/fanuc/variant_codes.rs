@@ -134,6 +134,17 @@ impl BlockReading<'_> {
             }
             // Modal state comes back that was saved before.
             (Variant::LinuxCnc, 72) => self.set_role(AxisRole::Data, MacroKind::Call),
+            // Kinematics of the tip, and of the joints, as all sample configurations with a table or a head call them.
+            (Variant::LinuxCnc, 428 | 429) => {
+                self.has_parameters = true;
+                self.change_compensation(match (code, self.modal.compensation) {
+                    (428, Compensation::Off) => Compensation::Rtcp(0),
+                    (428, Compensation::Length(register)) => Compensation::Rtcp(register),
+                    (429, Compensation::Rtcp(0)) => Compensation::Off,
+                    (429, Compensation::Rtcp(register)) => Compensation::Length(register),
+                    (_, before) => before,
+                });
+            }
             _ => return false,
         }
         true

@@ -1,5 +1,5 @@
 use crate::{
-    AxisLengths, Compensation, FeedPlace, NoteKind, ReadBlock, ReadError, ReadFault, ReadNote, ReadProgram,
+    AxisLengths, Compensation, FeedPlace, NoteKind, ReadBlock, ReadError, ReadFault, ReadNote, ReadProgram, RtcpRapids,
     ToolLengthNote, readers::notes::Notes,
 };
 
@@ -71,5 +71,6 @@ pub(crate) fn read_all<R>(
         blocks.extend(read(&mut reader, line)?);
     }
     let (tool_lengths, notes) = finish(reader);
-    Ok(ReadProgram { blocks, tool_lengths, notes })
+    // So do both controls that are read line by line here.
+    Ok(ReadProgram { blocks, tool_lengths, notes, rtcp_rapids: RtcpRapids::TipLinear })
 }

@@ -125,8 +125,8 @@ fn linuxcnc_keeps_joints_without_rtcp_and_switches_kinematics_with_it() {
         "M428\n",
         "G0 G90 X11. Y12. Z13.\n",
         "M429\n",
-        "G49\n",
         "G53 G0 Z1500.\n",
+        "G49\n",
         "G53 G0 X0. Y0.\n",
         "G53 G0 B0. C0.\n",
     ] {

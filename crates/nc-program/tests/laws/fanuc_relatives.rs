@@ -109,3 +109,29 @@ fn linuxcnc_codes_have_their_own_meaning() {
     // Controls have more kinds of variables than are read: kept, and nothing is known behind it.
     assert_eq!(at(&motions(read_linuxcnc("#2=1\n#1 5\ng0 x#2"))[0], "X"), None);
 }
+
+#[test]
+fn kinematics_of_linuxcnc_switch_the_words_to_the_tip_and_back() {
+    let text = "G43 H3\nG0 X1 Y2 Z3 B4\nM428\nG1 X5 Y6 Z7 F9\nG43 H4\nX8 Y9 Z1\nM429\nX1 Y1 Z1\nG49\nX2 Y2 Z2\nM428\n\
+        X3 Y3 Z3\nG49\nX4 Y4 Z4\nM429\nX5 Y5 Z5";
+    let m = motions(read_linuxcnc(text));
+    use Compensation::{Length, Off, Rtcp};
+    let said: Vec<Compensation> = m.iter().map(|m| m.compensation).collect();
+    assert_eq!(said, [Length(3), Rtcp(3), Rtcp(4), Length(4), Off, Rtcp(0), Rtcp(0), Off]);
+    assert_eq!(m[1].feed.unwrap().mode, FeedMode::Rtcp);
+    // What stays is a rotary word; linear ones count otherwise behind the switch.
+    let m = motions(read_linuxcnc("G43 H3\nG0 X1 Y2 Z3 B4\nM428\nX5\nM429\nY5"));
+    assert_eq!((at(&m[1], "Y"), at(&m[1], "B"), at(&m[2], "X")), (None, word(4.0), None));
+    // On other controls, and with another number, it is the machine builder's.
+    assert_eq!(commands(read_fanuc("M428")), [ReadCommand::Function(428)]);
+    assert_eq!(commands(read_linuxcnc("M430")), [ReadCommand::Function(430)]);
+    assert_eq!(commands(read_linuxcnc("M428 M429")), []);
+}
+
+#[test]
+fn a_program_tells_of_its_rapids_under_rtcp_what_the_dialect_file_says() {
+    for dialect in Dialect::ALL {
+        let file = dialect.file().motion.rtcp.expect("every dialect has RTCP").rapids;
+        assert_eq!(read_program("M30\n", dialect).unwrap().rtcp_rapids, file, "{dialect:?}");
+    }
+}

@@ -230,7 +230,8 @@ impl Reading<'_> {
 
     /// M91 counts neither presets nor the tool's length.
     fn machine_target(&self, axis: AxisLetter, value: f64) -> Option<AxisAt> {
-        let is_own = !self.state.is_tilted && !(self.state.has_tcpm && axis.kind() == AxisKind::Linear);
+        let is_tip = self.state.has_tcpm && axis.kind() == AxisKind::Linear;
+        let is_own = !(self.state.is_tilted || is_tip);
         is_own.then_some(AxisAt::Machine(value))
     }
 
