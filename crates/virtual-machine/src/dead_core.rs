@@ -101,7 +101,7 @@ impl DeadCore {
             cells: HashMap::new(),
             cell: cutter.radius().hypot(cutter.flute_length()),
         };
-        for (index, m) in moves.iter().enumerate().filter(|(_, m)| !m.is_rapid()) {
+        for (index, m) in moves.iter().enumerate().filter(|(_, m)| !m.is_rapid) {
             monitor.checkpoint()?;
             core.add(scene, index, m);
         }

@@ -3,7 +3,7 @@ use facemill_cl_data::{CuttingLaw, MotionLaw};
 use facemill_inverse_kinematics::{AxisValues, BlockLaw, Carrier, Machine};
 use facemill_nc_program::{
     AxisAt, AxisKind, AxisLengths, AxisLetter, AxisWords, Compensation, Feed, MacroKind, MotionKind, ReadBlock,
-    ReadCommand, ReadMotion, ReadProgram,
+    ReadCommand, ReadMotion, ReadProgram, RtcpRapids,
 };
 
 use crate::{
@@ -18,7 +18,10 @@ pub(crate) struct Move {
     pub(crate) block: usize,
     /// Section of the program, as [`VerifySettings::section_of`] counts.
     pub(crate) section: usize,
+    /// What the axes do.
     pub(crate) law: BlockLaw,
+    /// Whether it goes at rapid rate.
+    pub(crate) is_rapid: bool,
     pub(crate) start: AxisValues,
     pub(crate) end: AxisValues,
     /// `None` for rapids and where the program gives none.
@@ -28,13 +31,9 @@ pub(crate) struct Move {
 }
 
 impl Move {
-    pub(crate) fn is_rapid(&self) -> bool {
-        matches!(self.law, BlockLaw::Rapid(_))
-    }
-
     /// Whether the tool goes at rapid rate: nothing is cut then. Where it stands, it stands where it has cut.
     pub(crate) fn is_rapid_of_tool(&self) -> bool {
-        self.is_rapid() && self.moves_tool
+        self.is_rapid && self.moves_tool
     }
 }
 
@@ -58,7 +57,7 @@ pub(crate) struct Moves {
 
 /// Resolves every block. At the start all axes are at home.
 pub(crate) fn resolve(program: &ReadProgram, setup: &VirtualSetup<'_>, settings: &VerifySettings) -> Moves {
-    let mut state = State::new(setup);
+    let mut state = State::new(setup, program.rtcp_rapids);
     let mut control = Control::new(setup);
     control.tool_lengths(program);
     for (index, block) in program.blocks.iter().enumerate() {
@@ -84,6 +83,7 @@ struct State<'a> {
     /// Machine value that is word 0 with length compensation, per axis.
     compensated_zero: Vec<f64>,
     law: MotionLaw,
+    rtcp_rapids: RtcpRapids,
     /// Where the axes are; entries of unknown ones have no meaning.
     axes: AxisValues,
     is_known: Vec<bool>,
@@ -107,7 +107,7 @@ enum NoEnd {
 }
 
 impl<'a> State<'a> {
-    fn new(setup: &'a VirtualSetup<'a>) -> Self {
+    fn new(setup: &'a VirtualSetup<'a>, rtcp_rapids: RtcpRapids) -> Self {
         let own = own_head(setup).map(|head| head.spindle_axis);
         let zeros = AxisWords::from_words(setup.words.axes().iter().map(|a| (a.letter, 0.0))).unwrap_or_default();
         Self {
@@ -115,6 +115,7 @@ impl<'a> State<'a> {
             // Words of all axes and of no others are always joint values; the setup has been checked.
             compensated_zero: setup.words.joints(&zeros).unwrap_or_default(),
             law: setup.machine.motion_law(),
+            rtcp_rapids,
             axes: setup.machine.home(),
             is_known: vec![true; setup.machine.axes().len()],
             compensation: Compensation::Off,
@@ -357,11 +358,12 @@ impl<'a> State<'a> {
             let note = "starts where the program does not say".to_owned();
             self.fault(FindingKind::UnknownPosition, index, None, note);
         } else if is_simulated && start != end {
-            let law = self.law(motion);
+            let (law, is_rapid) = (self.law(motion), motion.kind.is_rapid());
             let section = self.section;
             // A motion of no axis is as it always was: one of the tool.
             let moves_tool = start == end || moves_tool(self.setup.machine, &start, &end);
-            self.out.moves.push(Move { block: index, section, law, start, end, feed: motion.feed, moves_tool });
+            let feed = motion.feed;
+            self.out.moves.push(Move { block: index, section, law, is_rapid, start, end, feed, moves_tool });
         }
     }
 
@@ -393,9 +395,12 @@ impl<'a> State<'a> {
         }
     }
 
-    /// Without RTCP all axes go together, whatever the machine's law under RTCP is; with it the tip goes straight.
+    /// Without RTCP all axes go together, whatever the machine's law under RTCP is; with it the tip goes straight, on some
+    /// controls at rapid rate, too. A way to the reference position is always the axes' own.
     fn law(&self, motion: &ReadMotion) -> BlockLaw {
-        if motion.kind.is_rapid() {
+        let is_rtcp = matches!(motion.compensation, Compensation::Rtcp(_));
+        let keeps_tip = is_rtcp && self.rtcp_rapids == RtcpRapids::TipLinear && motion.kind == MotionKind::Rapid;
+        if motion.kind.is_rapid() && !keeps_tip {
             return BlockLaw::Rapid(self.law.rapid);
         }
         BlockLaw::Cutting(match (motion.compensation, self.law.cutting) {

@@ -36,7 +36,7 @@ fn farthest(law: BlockLaw, rng: &mut Lcg) -> Vec<f64> {
         let axis = [rng.between(0.2, 0.6), rng.between(-0.3, 0.3), 1.0];
         let start = shop.axes_at(from_tip, axis);
         let end = shop.axes_at(to_tip, [axis[0] + rng.between(-0.2, 0.2), axis[1] + rng.between(-0.2, 0.2), 1.0]);
-        let m = Move { block: 0, section: 0, law, start, end, feed: None, moves_tool: true };
+        let m = Move { block: 0, section: 0, law, is_rapid: false, start, end, feed: None, moves_tool: true };
         let prover = Prover::new(&scene, &m).unwrap();
         let tool = Mount::Tool(Isometry3::identity());
         let pair = Pair { mount: tool, frame: Frame::Work, solid: &rod, obstacle: 0, is_charged: false };
@@ -88,7 +88,7 @@ fn stays_off_the_ledge(edge: f64) -> bool {
     let scene = Scene::new(&setup, &settings).unwrap();
     let [start, end] = [-0.5, 0.5].map(|y| shop.axes_at([0.0, y, 0.0], [0.0, 0.0, 1.0]));
     let law = BlockLaw::Cutting(CuttingLaw::AxesLinear);
-    let m = Move { block: 0, section: 0, law, start, end, feed: None, moves_tool: true };
+    let m = Move { block: 0, section: 0, law, is_rapid: false, start, end, feed: None, moves_tool: true };
     let mut prover = Prover::new(&scene, &m).unwrap();
     let cutter = CutterBody { obstacle: 0, thickness: 0.0, is_charged: false };
     prover.cutter_stays_above(&cutter, 0.0, [0.0, 1.0])
@@ -119,7 +119,7 @@ fn no_interval_is_told_where_the_axes_lose_a_turned_vector_on_the_way() {
                 AxisKind::Rotary => r.within(-2.5, 2.5),
             });
             let end = AxisValues::from_fn(5, |k| start[k] + r.within(-1.2, 1.2));
-            let m = Move { block: 0, section: 0, law, start, end, feed: None, moves_tool: true };
+            let m = Move { block: 0, section: 0, law, is_rapid: false, start, end, feed: None, moves_tool: true };
             let Some(prover) = Prover::new(&scene, &m) else { continue };
             let tool = Mount::Tool(Isometry3::identity());
             let pair = Pair { mount: tool, frame: Frame::Work, solid: &rod, obstacle: 0, is_charged: false };

@@ -1,5 +1,5 @@
 use facemill_cl_data::RapidLaw;
-use facemill_inverse_kinematics::{BlockLaw, Machine};
+use facemill_inverse_kinematics::{BlockLaw, Machine, Motion};
 use facemill_nc_program::FeedMode;
 
 use crate::moves::Move;
@@ -8,11 +8,11 @@ use crate::moves::Move;
 /// `None` for a cutting move without a positive feed.
 ///
 /// G94 is the norm over all axes with 1 deg as 1 mm (FEED (1)), G93 the reciprocal of the minutes, RTCP the speed of the
-/// tip.
+/// tip. A rapid whose tip goes straight takes as long as its slowest axis needs at its fastest part.
 pub(crate) fn duration(machine: &Machine, m: &Move, tool_length: f64) -> Option<f64> {
-    if let BlockLaw::Rapid(law) = m.law {
-        let time = machine.travel_time(&m.start, &m.end);
-        let feed = machine.feed_range().rapid.filter(|_| law == RapidLaw::Linear);
+    if m.is_rapid {
+        let time = travel_time(machine, m, tool_length);
+        let feed = machine.feed_range().rapid.filter(|_| m.law != BlockLaw::Rapid(RapidLaw::PerAxis));
         return Some(feed.map_or(time, |f| time.max(60.0 * axis_norm(machine, m) / f)));
     }
     let feed = m.feed.filter(|f| f.value > 0.0)?;
@@ -24,6 +24,20 @@ pub(crate) fn duration(machine: &Machine, m: &Move, tool_length: f64) -> Option<
             60.0 * (b - a).norm() / feed.value
         }
     })
+}
+
+/// Parts of a rapid whose tip goes straight, over which the speeds of its axes are looked at.
+const PARTS: u32 = 32;
+
+/// Time that the axes need at their largest velocities. Where they do not go evenly, the speeds are those of parts of the way,
+/// so that it is a lower bound.
+fn travel_time(machine: &Machine, m: &Move, tool_length: f64) -> f64 {
+    let whole = machine.travel_time(&m.start, &m.end);
+    let motion = Motion::new(machine, m.law, &m.start, &m.end, tool_length);
+    let (BlockLaw::Cutting(_), Ok(motion)) = (m.law, motion) else { return whole };
+    let at = |k: u32| motion.at(f64::from(k) / f64::from(PARTS)).ok();
+    let of_part = |k: u32| Some(f64::from(PARTS) * machine.travel_time(&at(k)?, &at(k + 1)?));
+    (0..PARTS).filter_map(of_part).fold(whole, f64::max)
 }
 
 /// FEED (1): Euclidean norm over all axes, mm and deg.

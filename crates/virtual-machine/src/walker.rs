@@ -1,5 +1,5 @@
-use facemill_cl_data::{Cancelled, ClPoint, Monitor};
-use facemill_inverse_kinematics::{AxisKind, AxisValues, Motion};
+use facemill_cl_data::{Cancelled, ClPoint, CuttingLaw, Monitor};
+use facemill_inverse_kinematics::{AxisKind, AxisValues, BlockLaw, Machine, Motion};
 use nalgebra::{Isometry3, Point3, Unit, Vector3};
 
 use crate::{
@@ -11,7 +11,7 @@ use crate::{
     moves::Move,
     ramp::Descent,
     scene::{Frame, Mount, Role, Scene},
-    stepping::{Spacing, positions},
+    stepping::{Spacing, positions, ways},
     timing::{duration, spike},
     track::{Placement, Track},
 };
@@ -53,6 +53,32 @@ const RAMP_ROUNDING: f64 = 2e-3;
 /// How far beyond a limit an axis may be told to go by the rounding of words, mm or deg.
 const LIMIT_ROUNDING: f64 = 1e-3;
 
+const TURNED: BlockLaw = BlockLaw::Cutting(CuttingLaw::TipLinearVectorTurned);
+
+/// Way of the rotary axes together that no motion makes at once, rad. Larger: a change of branch next to the pole is taken for
+/// a fast turn; smaller: more looks at fast turns.
+const JUMP: f64 = 0.2;
+
+/// Halvings after which a step that is as large as a jump is one: beyond the digits of a time.
+const JUMP_HALVINGS: u32 = 40;
+
+/// Whether rotary axes that follow a turned vector have to jump between two times: the block's ends are on different branches or
+/// windings, and the vector's own turn leads from neither to the other.
+fn jumps(machine: &Machine, motion: &Motion<'_>, from: (f64, AxisValues), to: (f64, AxisValues)) -> bool {
+    let (mut from, mut to) = (from, to);
+    for _ in 0..JUMP_HALVINGS {
+        let way = |a: &AxisValues, b: &AxisValues| ways(machine, a, b)[1];
+        if way(&from.1, &to.1) <= JUMP {
+            return false;
+        }
+        let middle = 0.5 * (from.0 + to.0);
+        let Ok(axes) = motion.at(middle) else { return true };
+        let is_first = way(&from.1, &axes) >= way(&axes, &to.1);
+        *(if is_first { &mut to } else { &mut from }) = (middle, axes);
+    }
+    true
+}
+
 impl<'a> Walker<'a> {
     /// `nearest` is a place of the program where a body is near: only nearer ones are looked for.
     pub(crate) fn new(scene: &'a Scene<'a>, core: Option<&'a DeadCore>, nearest: Option<Clearance>) -> Self {
@@ -82,6 +108,7 @@ impl<'a> Walker<'a> {
         let steps = positions(setup.machine, &motion, m.law, [&m.start, &m.end], tool_length, &spacing);
         let ramp_rounding = RAMP_ROUNDING / steps.n() as f64;
         let mut before = self.position(index, m, m.start).cl;
+        let mut last = (0.0, m.start);
         for t in steps {
             if self.result.n_positions.is_multiple_of(POSITIONS_PER_CHECK) {
                 monitor.checkpoint()?;
@@ -90,9 +117,14 @@ impl<'a> Walker<'a> {
                 self.fail_to_reach(index, m, &m.start);
                 return Ok(());
             };
+            if m.law == TURNED && jumps(setup.machine, &motion, last, (t, axes)) {
+                self.fail_to_reach(index, m, &axes);
+                return Ok(());
+            }
+            last = (t, axes);
             let here = self.position(index, m, axes);
             self.test(&here);
-            if !m.is_rapid() {
+            if !m.is_rapid {
                 self.result.cutting_length += (here.cl.tip - before.tip).norm();
                 self.test_ramp(&here, &before, ramp_rounding);
                 let radius = setup.tool.cutter().radius();
@@ -115,10 +147,10 @@ impl<'a> Walker<'a> {
     fn time(&mut self, index: usize, m: &Move) {
         let machine = self.scene.setup.machine;
         let time = duration(machine, m, self.scene.tool_length);
-        let sum = if m.is_rapid() { &mut self.result.rapid_time } else { &mut self.result.cutting_time };
+        let sum = if m.is_rapid { &mut self.result.rapid_time } else { &mut self.result.cutting_time };
         *sum += time.unwrap_or(0.0);
         let fault = match time {
-            _ if m.is_rapid() => None,
+            _ if m.is_rapid => None,
             None => Some((Key::of_axis(FindingKind::NoFeed, None), None)),
             Some(time) => spike(machine, m, time, self.scene.settings.velocity_slack).map(|(axis, ratio)| {
                 (Key::of_axis(FindingKind::AxisSpike, Some(axis)), Some(Measure::VelocityRatio(ratio)))

@@ -6,10 +6,13 @@ use std::fmt::Write;
 
 use facemill_cl_data::Silent;
 use facemill_interference::MeshTree;
-use facemill_inverse_kinematics::{AxisValues, CuttingLawFile, Machine, RapidLawFile};
-use facemill_nc_program::{AxisLetter, AxisWords, Dialect, read_program};
+use facemill_inverse_kinematics::{AxisValues, CuttingLawFile, Joint, Machine, RapidLawFile};
+use facemill_nc_program::{AxisLetter, AxisWords, Dialect, ReadProgram, RtcpRapids, read_program};
 use facemill_surface_model::TriMesh;
-use facemill_virtual_machine::{Certificates, ObstacleKind, VerifySettings, VirtualObstacle, VirtualSetup, certify};
+use facemill_virtual_machine::{
+    Certificates, FindingKind, ObstacleKind, Verification, VerifySettings, VirtualObstacle, VirtualSetup, certify,
+    verify,
+};
 use kit::depth::{Place, Triangle};
 use kit::{Shop, Text};
 use nalgebra::{Point3, Unit, Vector3};
@@ -29,9 +32,15 @@ fn height(x: f64, y: f64) -> f64 {
 
 /// A wavy sheet, 400 × 400 mm.
 fn sheet() -> TriMesh {
+    sheet_below(0.0)
+}
+
+/// The same, so much lower.
+fn sheet_below(by: f64) -> TriMesh {
     let n = 60u32;
     let at = |k: u32| -200.0 + 400.0 * f64::from(k) / f64::from(n - 1);
-    let vertices = (0..n * n).map(|k| (at(k / n), at(k % n))).map(|(x, y)| Point3::new(x, y, height(x, y))).collect();
+    let vertices =
+        (0..n * n).map(|k| (at(k / n), at(k % n))).map(|(x, y)| Point3::new(x, y, height(x, y) - by)).collect();
     let cells = (0..n - 1).flat_map(|i| (0..n - 1).map(move |j| i * n + j));
     TriMesh::new(vertices, cells.flat_map(|a| [[a, a + n, a + n + 1], [a, a + n + 1, a + 1]]).collect()).unwrap()
 }
@@ -64,6 +73,22 @@ impl Stop {
         let tool = shop.table_from_work.inverse() * shop.machine.forward(&joints, shop.tool.gauge_length());
         let tip = if rtcp { Point3::from([numbers[0], numbers[1], numbers[2]]) } else { tool * Point3::origin() };
         Self { tip, axis: Unit::new_normalize(tool * Vector3::z()), joints }
+    }
+}
+
+impl Stop {
+    /// Joints with the tip there in the workpiece frame, the head upright, and this word of C.
+    fn read_tip(shop: &Shop, tip: [f64; 3], c: f64) -> AxisValues {
+        let words = AxisWords::from_words([
+            (AxisLetter::X, 0.0),
+            (AxisLetter::Y, 0.0),
+            (AxisLetter::Z, 0.0),
+            (AxisLetter::B, 0.0),
+            (AxisLetter::C, c),
+        ]);
+        let rotaries = AxisValues::from_slice(&shop.words.joints(&words.unwrap()).unwrap()).unwrap();
+        let tip = shop.table_from_work * Point3::from(tip);
+        shop.machine.with_tip_at(&rotaries, &tip, shop.tool.gauge_length()).unwrap()
     }
 }
 
@@ -299,4 +324,164 @@ fn a_post_under_the_bend_of_a_rapid_is_met() {
     // When the cutter's edge is there, the tip is 80 mm on its way, and as far above where it began.
     let missed = rapid(95.0);
     assert!(missed.certified, "{missed:?}");
+}
+
+/// A text as a control takes it that keeps the tip straight at rapid rate under RTCP, or does not.
+fn with_rapids(text: &str, rtcp_rapids: RtcpRapids) -> ReadProgram {
+    ReadProgram { rtcp_rapids, ..read_program(text, Dialect::Fanuc).unwrap() }
+}
+
+/// Rapids of a walk under RTCP that keep the tip straight: whatever is certified to stay out of the sheet does so at all times
+/// close together, and most of what stays out is certified.
+fn rapids_stay_out(shop: &Shop, at: impl Fn(&Stop, &Stop, f64) -> Place) {
+    const TIMES: u32 = 40;
+    const BLOCKS: usize = 250;
+    let sheet = sheet_below(0.2);
+    let mesh = MeshTree::new(&sheet);
+    let all: Vec<Triangle> = (0..sheet.triangles().len()).map(|k| sheet.corners(k)).collect();
+    let (text, stops) = walk(shop, &mut Lcg(23), BLOCKS, true);
+    let program = with_rapids(&text.text.replace("G1 F1000.", "G0"), RtcpRapids::TipLinear);
+    let found = certify(&program, &setup(shop, &mesh), &VerifySettings::default(), &Silent).unwrap();
+    let rapids = &found.certificates[found.certificates.len() - BLOCKS..];
+    let (mut touching, mut clear, mut open) = (0, 0, 0);
+    for (c, ends) in rapids.iter().zip(stops.windows(2)) {
+        let places: Vec<Place> = (0..=TIMES).map(|k| at(&ends[0], &ends[1], f64::from(k) / f64::from(TIMES))).collect();
+        let deepest = kit::CUTTER.depth(places.iter().copied(), &within_reach(&all, &places), LIMIT);
+        assert!(c.depth_mm.is_none() || deepest <= ROUNDING, "line {}: {deepest} deep and certified", c.line);
+        touching += usize::from(deepest > 0.0);
+        clear += usize::from(c.depth_mm.is_some());
+        open += usize::from(c.depth_mm.is_none() && deepest == 0.0);
+    }
+    println!("{touching} touch, {clear} are certified, {open} stay out and are not");
+    assert!(touching > 40 && clear > 50 && open < 13, "{touching} touch, {clear} are certified, {open} are not");
+}
+
+#[test]
+fn rapids_with_the_tip_on_a_line_and_even_rotaries_stay_out_where_they_are_certified() {
+    let shop = shop_with(CuttingLawFile::TipAndRotariesLinear, RapidLawFile::Linear);
+    rapids_stay_out(&shop, |a, b, t| {
+        let tool = shop.machine.forward(&a.joints.lerp(&b.joints, t), 0.0).rotation;
+        let axis = shop.table_from_work.rotation.inverse() * (tool * Vector3::z());
+        (a.tip + (b.tip - a.tip) * t, Unit::new_normalize(axis))
+    });
+}
+
+#[test]
+fn rapids_with_a_turned_tool_vector_stay_out_where_they_are_certified() {
+    let shop = shop_with(CuttingLawFile::TipLinearVectorTurned, RapidLawFile::PerAxis);
+    rapids_stay_out(&shop, |a, b, t| (a.tip + (b.tip - a.tip) * t, a.axis.slerp(&b.axis, t)));
+}
+
+/// Two places at which a rapid under RTCP begins and ends while the table turns by 120 deg, and its text.
+const ENDS: [[f64; 2]; 2] = [[-94.0, -117.0], [94.0, 117.0]];
+
+fn turning_rapid() -> String {
+    let [[a, b], [c, d]] = ENDS;
+    format!(
+        "{}G0 B0. C0.\nG0 G43.4 H7 X{a:.1} Y{b:.1} Z300.\nG0 Z20.\nG0 X{c:.1} Y{d:.1} C120.\n",
+        Text::new(&Shop::new()).text
+    )
+}
+
+fn run(shop: &Shop, mesh: &TriMesh, text: &str, rapids: RtcpRapids) -> (Verification, bool) {
+    let mesh = MeshTree::new(mesh);
+    let (program, setup) = (with_rapids(text, rapids), setup(shop, &mesh));
+    let settings = VerifySettings::default();
+    let certificates = certify(&program, &setup, &settings, &Silent).unwrap();
+    (verify(&program, &setup, &settings, &Silent).unwrap(), certificates.certificates.last().unwrap().certified)
+}
+
+#[test]
+fn a_post_on_the_line_of_the_tip_is_met_under_one_law_and_one_on_the_way_of_the_axes_under_the_other() {
+    let shop = shop_with(CuttingLawFile::TipAndRotariesLinear, RapidLawFile::Linear);
+    let joints = |[x, y]: [f64; 2], c: f64| Stop::read_tip(&shop, [x, y, 20.0], c);
+    let ends = [joints(ENDS[0], 0.0), joints(ENDS[1], 120.0)];
+    let times = || (0..=100).map(|k| f64::from(k) / 100.0);
+    let on_line = |t: f64| [0, 1].map(|k| ENDS[0][k] + (ENDS[1][k] - ENDS[0][k]) * t);
+    let of_axes = |t: f64| {
+        let tip = shop.machine.cl_point(&ends[0].lerp(&ends[1], t), shop.tool.gauge_length()).tip;
+        let tip = shop.table_from_work.inverse() * tip;
+        [tip.x, tip.y]
+    };
+    // The place of each way that is farthest from the other one.
+    let apart = |p: [f64; 2], way: &dyn Fn(f64) -> [f64; 2]| {
+        times().map(|t| (p[0] - way(t)[0]).hypot(p[1] - way(t)[1])).fold(f64::INFINITY, f64::min)
+    };
+    let farthest = |way: &dyn Fn(f64) -> [f64; 2], other: &dyn Fn(f64) -> [f64; 2]| {
+        let place = times().map(way).max_by(|a, b| apart(*a, other).total_cmp(&apart(*b, other))).unwrap();
+        // The tool is 25 mm wide, and the post 3 mm.
+        assert!(apart(place, other) > 32.0, "{place:?} {}", apart(place, other));
+        place
+    };
+    let (of_tip, of_axes) = (farthest(&on_line, &of_axes), farthest(&of_axes, &on_line));
+    let post = |[x, y]: [f64; 2]| kit::box_mesh([x - 3.0, y - 3.0, -80.0], [x + 3.0, y + 3.0, 30.0]);
+    let laws = [RtcpRapids::TipLinear, RtcpRapids::BySetting];
+    for (place, meets) in [(of_tip, [true, false]), (of_axes, [false, true])] {
+        for (law, meets) in laws.into_iter().zip(meets) {
+            let (v, certified) = run(&shop, &post(place), &turning_rapid(), law);
+            let hits: Vec<_> = v.findings.iter().filter(|f| f.kind == FindingKind::RapidCollision).collect();
+            assert_eq!((hits.len(), certified), (usize::from(meets), !meets), "{law:?} {place:?}: {:?}", v.findings);
+            assert!(hits.iter().all(|f| f.first_line == kit::HEAD + 4));
+        }
+    }
+}
+
+#[test]
+fn axes_beyond_a_limit_between_the_ends_of_a_rapid_are_found_where_the_tip_goes_straight() {
+    let shop = shop_with(CuttingLawFile::TipAndRotariesLinear, RapidLawFile::Linear);
+    let far = kit::box_mesh([-900.0, -900.0, -90.0], [-890.0, -890.0, -80.0]);
+    let places: Vec<AxisValues> = (0..=60)
+        .map(|k| {
+            let t = f64::from(k) / 60.0;
+            let tip = [0, 1].map(|i| ENDS[0][i] + (ENDS[1][i] - ENDS[0][i]) * t);
+            Stop::read_tip(&shop, [tip[0], tip[1], 20.0], 120.0 * t)
+        })
+        .collect();
+    // The axis that goes farthest beyond its ends, and in which sense.
+    let beyond = |(k, sense): (usize, f64)| {
+        let ends = (sense * places[0][k]).max(sense * places[60][k]);
+        (k, sense, ends, places.iter().map(|q| sense * q[k]).fold(f64::NEG_INFINITY, f64::max))
+    };
+    let all = [(0, 1.0), (0, -1.0), (1, 1.0), (1, -1.0)].map(beyond);
+    let (axis, sense, ends, farthest) = all.into_iter().max_by(|a, b| (a.3 - a.2).total_cmp(&(b.3 - b.2))).unwrap();
+    assert!(farthest > ends + 10.0, "axis {axis}: {farthest} beyond {ends}");
+    let limited = |max: f64| {
+        let mut machine = shop.machine.to_file();
+        let letter = shop.machine.axes()[axis].letter.to_string();
+        let rows = machine.tool_chains.iter_mut().flat_map(|c| &mut c.rows).chain(&mut machine.workpiece_chain.rows);
+        for joint in rows.filter_map(|row| row.joint.as_mut()) {
+            if let Joint::Prismatic(joint) = joint
+                && joint.axis == letter
+            {
+                *(if sense > 0.0 { &mut joint.max_mm } else { &mut joint.min_mm }) = sense * max;
+            }
+        }
+        Shop::with_machine(Machine::from_file(machine).unwrap())
+    };
+    let limits = |max: f64, law| {
+        let (v, _) = run(&limited(max), &far, &turning_rapid(), law);
+        v.findings.iter().map(|f| f.kind).collect::<Vec<_>>()
+    };
+    let between = 0.5 * (ends + farthest);
+    assert_eq!(limits(between, RtcpRapids::TipLinear), [FindingKind::AxisLimit]);
+    assert_eq!(limits(between, RtcpRapids::BySetting), []);
+    assert_eq!(limits(farthest + 1.0, RtcpRapids::TipLinear), []);
+}
+
+#[test]
+fn a_turned_vector_that_leads_to_no_other_branch_is_a_failure_to_reach() {
+    let shop = shop_with(CuttingLawFile::TipLinearVectorTurned, RapidLawFile::Linear);
+    let far = kit::box_mesh([-900.0, -900.0, -90.0], [-890.0, -890.0, -80.0]);
+    let kinds = |ends: &str| {
+        let text = format!(
+            "{}G0 B0. C0.\nG0 G43.4 H7 X-80. Y0. Z300.\nG0 B20.\nG0 X10. {ends}\n",
+            Text::new(&Shop::new()).text
+        );
+        let (v, certified) = run(&shop, &far, &text, RtcpRapids::TipLinear);
+        (v.findings.iter().map(|f| f.kind).collect::<Vec<_>>(), certified)
+    };
+    assert_eq!(kinds("B25. C20."), (vec![], true));
+    // The same direction, with the head on its other side, and a whole turn on.
+    assert_eq!(kinds("B-20. C180."), (vec![FindingKind::ReachFailure], false));
+    assert_eq!(kinds("B20. C360."), (vec![FindingKind::ReachFailure], false));
 }
