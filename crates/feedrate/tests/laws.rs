@@ -1,5 +1,6 @@
 //! Laws of feeds and times on the propeller mill.
 
+use facemill_cl_data::{CuttingLaw, RapidLaw};
 use facemill_feedrate::*;
 use facemill_inverse_kinematics::*;
 use proptest::prelude::*;
@@ -192,9 +193,33 @@ fn rapids_take_the_time_of_their_slowest_axis_or_of_the_rapid_feed() {
     let machine = mill();
     let start = AxisValues::from([0.0, 0.0, 500.0, 0.0, 0.0]);
     let end = AxisValues::from([300.0, 400.0, 500.0, 0.0, 0.0]);
-    assert!((rapid_time(&machine, &start, &end) - 400.0 / 250.0).abs() < 1e-12);
+    assert!((rapid_time(&machine, RapidLaw::Linear, &start, &end, 260.0) - 400.0 / 250.0).abs() < 1e-12);
     let mut file = machine.to_file();
     file.feed.rapid_mm_min = Some(6000.0);
     let slow = Machine::from_file(file).unwrap();
-    assert!((rapid_time(&slow, &start, &end) - 5.0).abs() < 1e-12);
+    assert!((rapid_time(&slow, RapidLaw::Linear, &start, &end, 260.0) - 5.0).abs() < 1e-12);
+    assert!((rapid_time(&slow, RapidLaw::PerAxis, &start, &end, 260.0) - 1.6).abs() < 1e-12);
+}
+
+#[test]
+fn a_rapid_that_keeps_its_tip_takes_the_time_of_the_axis_that_has_to_be_fastest_for_it() {
+    // The tip stands still beside the table's axis while that turns by 180°: X and Y go round on half a circle.
+    let machine = mill();
+    let length = 260.0;
+    let start = AxisValues::from([700.0, 0.0, 700.0, 0.0, 0.0]);
+    let tip = machine.cl_point(&start, length).tip;
+    let mut turned = start;
+    turned[4] = std::f64::consts::PI;
+    let radius = 0.5 * (machine.cl_point(&turned, length).tip - tip).norm();
+    let end = machine.with_tip_at(&turned, &tip, length).unwrap();
+    let way = (end[0] - start[0]).hypot(end[1] - start[1]);
+    assert!(radius > 300.0 && (way - 2.0 * radius).abs() < 1e-6, "{way} {radius}");
+    // Each is as fast as the tip on the circle somewhere, whatever the ends are.
+    let table = std::f64::consts::PI / machine.axes()[4].max_velocity;
+    let fastest = machine.axes()[0].max_velocity.min(machine.axes()[1].max_velocity);
+    let expected = (radius * std::f64::consts::PI / fastest).max(table);
+    let law = CuttingLaw::TipAndRotariesLinear;
+    let time = rapid_time(&machine, law, &start, &end, length);
+    assert!(time <= expected * (1.0 + 1e-9) && time >= expected * 0.998, "{time} {expected}");
+    assert!(rapid_time(&machine, RapidLaw::Linear, &start, &end, length) < 0.7 * expected);
 }
