@@ -34,6 +34,7 @@ mod pass_cost;
 mod pass_graph;
 mod pass_plan;
 mod pose_test;
+mod rapid_block;
 mod relief;
 mod rewind;
 mod search;

@@ -1,7 +1,7 @@
 //! The way from the end of one pass to the start of the next, without cutting.
 
 use facemill_cl_data::ClPoint;
-use facemill_inverse_kinematics::{AxisKind, AxisValues, BlockLaw, Motion};
+use facemill_inverse_kinematics::BlockLaw;
 use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
 
 use crate::rewind::{Height, rewound_axis};
@@ -150,6 +150,9 @@ pub struct LinkSettings {
     pub clearance: ClearanceSurface,
     /// Distance the whole tool keeps from stock, part and fixtures, mm.
     pub rapid_clearance: f64,
+    /// What the control does in a rapid block: the machine's law of rapids, or under RTCP, of controls that keep the tip straight
+    /// at rapid rate, too, the law of its cuts.
+    pub rapid_law: BlockLaw,
 }
 
 /// How far a tool goes back along its axis before it goes straight out, mm.
@@ -186,7 +189,7 @@ pub struct Waypoint {
 pub struct Linker<'t, 'a> {
     pub(crate) test: &'t PoseTest<'a>,
     pub(crate) settings: &'t LinkSettings,
-    hints: Hints,
+    pub(crate) hints: Hints,
 }
 
 impl<'t, 'a> Linker<'t, 'a> {
@@ -348,47 +351,6 @@ impl<'t, 'a> Linker<'t, 'a> {
         }
         Err(LinkBlocked { pose: *to, why: Infeasible::TooLong })
     }
-
-    /// Tests a rapid block as the control drives it, such as the one from one branch to the other: at stands close enough for
-    /// the free distance beyond `clearance` to cover what the machine moves to the next.
-    ///
-    /// # Errors
-    /// The first stand that is nearer than `clearance` to something, or the start where the motion is none.
-    pub fn rapid_block(&mut self, from: &AxisValues, to: &AxisValues, clearance: f64) -> Result<(), LinkBlocked> {
-        let test = self.test;
-        let machine = test.cell.machine;
-        let length = test.cell.tool.gauge_length();
-        let pose_at = |axes: &AxisValues| machine.cl_point(axes, length).transformed(test.work_from_table());
-        let law = BlockLaw::Rapid(machine.motion_law().rapid);
-        let Ok(motion) = Motion::new(machine, law, from, to, length) else {
-            return Err(LinkBlocked { pose: pose_at(from), why: Infeasible::TooLong });
-        };
-        let at = |t: f64| {
-            let axes = motion.at(t).unwrap_or(*to);
-            Configuration { axes, branch: machine.branch_of(&axes) }
-        };
-        let rotary = |k: &usize| machine.axes()[*k].kind == AxisKind::Rotary;
-        let turn: f64 = (0..from.len()).filter(rotary).map(|k| (to.get_or_zero(k) - from.get_or_zero(k)).abs()).sum();
-        let largest_step = (LARGEST_TURN / turn).min(1.0);
-        let mut walk = Walk { t: 0.0, step: largest_step };
-        for _ in 0..MAX_STEPS {
-            let here = at(walk.t);
-            let (distance, nearest) = test.rapid_distance(&here.axes, clearance + FAR, &mut self.hints);
-            let pose = pose_at(&here.axes);
-            if let Some(why) = nearest.filter(|_| distance < clearance) {
-                return Err(LinkBlocked { pose, why });
-            }
-            if walk.t >= 1.0 {
-                return Ok(());
-            }
-            let stance = Stance::new(test, &here);
-            let moved = |t: f64| Ok(ARC_FACTOR * stance.motion_to(&Stance::new(test, &at(t))));
-            walk.step = walk.step.min(largest_step);
-            let free = (distance - clearance).max(least_advance(clearance));
-            walk.advance(free, moved).map_err(|why| LinkBlocked { pose, why })?;
-        }
-        Err(LinkBlocked { pose: pose_at(to), why: Infeasible::TooLong })
-    }
 }
 
 /// Poses between two that are on the clearance surface. A straight line between two points outside a convex surface may cut
@@ -405,16 +367,20 @@ fn along_clearance(surface: &ClearanceSurface, margin: f64, a: &ClPoint, b: &ClP
 }
 
 /// A place on a leg, as a fraction of it.
-struct Walk {
-    t: f64,
+pub(crate) struct Walk {
+    pub(crate) t: f64,
     /// The step to try next.
-    step: f64,
+    pub(crate) step: f64,
 }
 
 impl Walk {
     /// Goes on as far as no point of tool and machine moves by more than `free`, to the leg's end at most. `motion` bounds
     /// that motion up to a later place.
-    fn advance(&mut self, free: f64, motion: impl Fn(f64) -> Result<f64, Infeasible>) -> Result<(), Infeasible> {
+    pub(crate) fn advance(
+        &mut self,
+        free: f64,
+        motion: impl Fn(f64) -> Result<f64, Infeasible>,
+    ) -> Result<(), Infeasible> {
         loop {
             let next = (self.t + self.step).min(1.0);
             let moved = motion(next)?;
@@ -429,17 +395,13 @@ impl Walk {
 }
 
 /// Distances are not searched farther than this, mm: more would only save steps.
-const FAR: f64 = 150.0;
+pub(crate) const FAR: f64 = 150.0;
 /// Smallest step of a walk next to something, mm: half of it may lack of the clearance between two tested stands.
-fn least_advance(clearance: f64) -> f64 {
+pub(crate) fn least_advance(clearance: f64) -> f64 {
     (0.5 * clearance).clamp(0.05, 1.0)
 }
 
 /// Smallest step, as a fraction of the leg: at the pole of the rotary axes a body turns at once, however small the step.
 const MIN_STEP: f64 = 1e-4;
 /// Steps of a leg at most, all of them the smallest.
-const MAX_STEPS: usize = 10_001;
-/// Largest turn of all rotary axes together in a step of a rapid block, rad.
-const LARGEST_TURN: f64 = 0.06;
-/// How much farther than to its end a point may move on a step that turns by so little: the tip goes on an arc.
-const ARC_FACTOR: f64 = 1.1;
+pub(crate) const MAX_STEPS: usize = 10_001;

@@ -1,7 +1,7 @@
 //! Where a limited rotary axis turns back: on a link, outside the clearance surface, tested as it turns.
 
 use facemill_cl_data::ClPoint;
-use facemill_inverse_kinematics::{AxisKind, AxisValues, BlockLaw, Machine, Motion};
+use facemill_inverse_kinematics::{AxisKind, AxisValues, Machine, Motion};
 
 use crate::Infeasible;
 use crate::link::{LinkBlocked, Linker, Waypoint};
@@ -168,8 +168,8 @@ impl Linker<'_, '_> {
         let length = cell.tool.gauge_length();
         let pose_at = |q: &AxisValues| cell.machine.cl_point(q, length).transformed(self.test.work_from_table());
         let blocked = |pose| LinkBlocked { pose, why: Infeasible::TooLong };
-        let law = BlockLaw::Rapid(cell.machine.motion_law().rapid);
-        let motion = Motion::new(cell.machine, law, from, to, length).map_err(|_| blocked(pose_at(from)))?;
+        let motion =
+            Motion::new(cell.machine, self.settings.rapid_law, from, to, length).map_err(|_| blocked(pose_at(from)))?;
         for k in 0..=PLACES {
             let pose = pose_at(&motion.at(k as f64 / PLACES as f64).unwrap_or(*to));
             if self.settings.clearance.height(&pose.tip) < 0.0 {

@@ -1,6 +1,6 @@
 //! Every position that is tested is that of the branch it is to be driven on.
 
-use facemill_cl_data::ClPoint;
+use facemill_cl_data::{ClPoint, RapidLaw};
 use facemill_cutter_location::approach::{ApproachSettings, ApproachShape, PassEnd, PassEndPose, approach};
 use facemill_cutter_location::link::{ClearanceSurface, LinkSettings, Linker, Waypoint};
 use facemill_cutter_location::{Configuration, Hints, Infeasible, PoseTest};
@@ -48,7 +48,7 @@ fn trees(balls: &[Ball]) -> Vec<MeshTree> {
 
 fn plane_settings(height: f64) -> LinkSettings {
     let clearance = ClearanceSurface::Plane { origin: Point3::new(0.0, 0.0, height), normal: Vector3::z_axis() };
-    LinkSettings { clearance, rapid_clearance: CLEARANCE }
+    LinkSettings { clearance, rapid_clearance: CLEARANCE, rapid_law: RapidLaw::Linear.into() }
 }
 
 /// Poses of a whole link, ends included.

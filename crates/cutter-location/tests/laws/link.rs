@@ -1,4 +1,4 @@
-use facemill_cl_data::ClPoint;
+use facemill_cl_data::{ClPoint, RapidLaw};
 use facemill_cutter_location::link::{ClearanceSurface, LinkBlocked, LinkSettings, Linker};
 use facemill_cutter_location::{Hints, Infeasible, PoseTest, Workcell};
 use facemill_interference::{Interference, MeshTree};
@@ -13,7 +13,7 @@ const CLEARANCE: f64 = 10.0;
 const HALF_STEP: f64 = 0.5;
 
 fn settings(clearance: ClearanceSurface) -> LinkSettings {
-    LinkSettings { clearance, rapid_clearance: CLEARANCE }
+    LinkSettings { clearance, rapid_clearance: CLEARANCE, rapid_law: RapidLaw::Linear.into() }
 }
 
 fn high_plane(height: f64) -> ClearanceSurface {

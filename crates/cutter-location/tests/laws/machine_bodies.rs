@@ -1,6 +1,6 @@
 //! Bodies of bed and table that move against the workpiece, held against tool and head.
 
-use facemill_cl_data::{ClPoint, Solid};
+use facemill_cl_data::{ClPoint, RapidLaw, Solid};
 use facemill_cutter_location::link::{ClearanceSurface, LinkSettings, Linker};
 use facemill_cutter_location::{Body, Hints, Infeasible, PoseTest};
 use facemill_inverse_kinematics::{AxisValues, BodyFile, Carrier, Machine, ShapeFile};
@@ -137,7 +137,7 @@ fn links_go_round_a_post_on_the_bed_and_keep_the_rapid_clearance() {
     let cell = workcell(&machine, &tool, vec![]);
     let test = PoseTest::new(&cell);
     let clearance = ClearanceSurface::Plane { origin: Point3::new(0.0, 0.0, 700.0), normal: Vector3::z_axis() };
-    let settings = LinkSettings { clearance, rapid_clearance: 10.0 };
+    let settings = LinkSettings { clearance, rapid_clearance: 10.0, rapid_law: RapidLaw::Linear.into() };
     let mut random = Random(42);
     let mut judged = 0;
     for _ in 0..40 {

@@ -15,6 +15,7 @@ mod pairs;
 mod pass_costs;
 mod passes;
 mod postures;
+mod rapid_blocks;
 mod reasons;
 mod relief;
 mod rods;
