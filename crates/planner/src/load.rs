@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use facemill_cl_data::{Aabb, CcPoint, CuttingLaw, PlacedSolid, RoundBox, Solid};
 use facemill_cutter_location::Pieces;
 use facemill_interference::{Interference, MeshTree, solid_mesh};
-use facemill_inverse_kinematics::{AxisKind, BodyPose, Carrier, Machine};
+use facemill_inverse_kinematics::{AxisKind, BlockLaw, BodyPose, Carrier, Machine};
 use facemill_nc_program::{AxisWords, FeedMode, LAST_PROGRAM_NUMBER, PostSettings, RtcpRapids, Template, WorkOffset};
 use facemill_surface_model::{
     Group, ImportSettings, Imported, LengthUnit, MeshFormat, Surface, SurfaceSettings, TriMesh, UpAxis, import_mesh,
@@ -107,15 +107,19 @@ impl Job {
                            tip_linear_vector_turned, because that is what the control then does; its is axes_linear";
             return Err(Failure::input(path, message));
         }
-        if post.rtcp_rapids() == Some(RtcpRapids::TipLinear) {
-            let message = "post.feed_mode: under rtcp this control keeps the tip on a line at rapid rate, too, where plan \
-                           and verification move all axes on a line; take g94 or g93";
-            return Err(Failure::input(path, message));
-        }
         let home = home_words(&machine)?;
         let post =
             post.on_machine(machine.motion_law(), home).map_err(|e| Failure::input(path, format!("post.{e}")))?;
         Ok(Self { path: path.to_owned(), file, tool, machine, post, second })
+    }
+
+    /// What the control does in the rapids of a program, between the first position and the way home: under RTCP with a control
+    /// that keeps the tip straight at rapid rate, too, the law of its cuts, else the machine's law of rapids.
+    pub(crate) fn rapid_law(&self) -> BlockLaw {
+        match self.post.rtcp_rapids() {
+            Some(RtcpRapids::TipLinear) => self.post.cutting_law().into(),
+            Some(RtcpRapids::BySetting) | None => self.machine.motion_law().rapid.into(),
+        }
     }
 
     /// A file named in the job, relative to the job file.

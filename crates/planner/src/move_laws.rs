@@ -1,6 +1,6 @@
 //! Laws of pieces, of what is inserted between their cuts, and of the moves that they become.
 
-use facemill_cl_data::{CcPoint, CuttingLaw, Pass, Posture, Silent};
+use facemill_cl_data::{CcPoint, CuttingLaw, Pass, Posture, RapidLaw, Silent};
 use facemill_cutter_location::approach::{ApproachSettings, ApproachShape};
 use facemill_cutter_location::link::{ClearanceSurface, LinkSettings};
 use facemill_cutter_location::{
@@ -243,7 +243,7 @@ pub(crate) fn move_settings() -> MoveSettings {
     MoveSettings {
         entry: approach,
         exit: approach,
-        link: LinkSettings { clearance, rapid_clearance: 5.0 },
+        link: LinkSettings { clearance, rapid_clearance: 5.0, rapid_law: RapidLaw::Linear.into() },
         linearity: linearity(0.05),
         rapid_linearity: linearity(2.5),
     }

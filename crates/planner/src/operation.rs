@@ -2,14 +2,14 @@
 
 use std::collections::BTreeMap;
 
-use facemill_cl_data::{CcPoint, Pass, Posture, Silent};
+use facemill_cl_data::{CcPoint, CuttingLaw, Pass, Posture, Silent};
 use facemill_cutter_location::cusp::{CutPoint, Ridge, Strip, ridges, strips};
 use facemill_cutter_location::link::{ClearanceSurface, LinkSettings};
 use facemill_cutter_location::{
     Hints, Optimum, Outcome, PassTask, PoseTest, Relief, SearchCurve, SearchSettings, Widened, Workcell, map::map,
     plan_passes, reliefs, search,
 };
-use facemill_inverse_kinematics::{Branch, BranchPreference};
+use facemill_inverse_kinematics::{BlockLaw, Branch, BranchPreference};
 use facemill_tool_model::{Cutter, cl_from_cc};
 use facemill_z_map::ZMap;
 use nalgebra::Point3;
@@ -293,11 +293,11 @@ fn picture_of(test: &PoseTest<'_>, operation: &OperationFile, tasks: &[LaidTask]
 
 /// How far the control may stray in cuts, entries and exits of an operation.
 pub(crate) fn cut_linearity(job: &Job, operation: &OperationFile) -> Linearity {
-    linearity(job, operation.tolerances.linearisation_mm)
+    linearity(job, operation.tolerances.linearisation_mm, job.post.cutting_law())
 }
 
-fn linearity(job: &Job, tolerance: f64) -> Linearity {
-    Linearity { tolerance, rounding: job.post.rounding_bound(), law: job.machine.motion_law().cutting }
+fn linearity(job: &Job, tolerance: f64, law: CuttingLaw) -> Linearity {
+    Linearity { tolerance, rounding: job.post.rounding_bound(), law }
 }
 
 /// How the moves of an operation are made.
@@ -305,13 +305,19 @@ pub(crate) fn move_settings(job: &Job, setup: &Setup<'_>, operation: &OperationF
     let clearance = setup.file.rapid_clearance_mm;
     // Along the tool axis, out of any stock that the tool can be in.
     let max_retract = diagonal(&setup.aabb()).max(100.0);
+    let rapid_law = job.rapid_law();
+    let law = if let BlockLaw::Cutting(law) = rapid_law { law } else { CuttingLaw::AxesLinear };
     MoveSettings {
         entry: approach_settings(&operation.entry, job.tool.cutter(), clearance, max_retract),
         exit: approach_settings(&operation.exit, job.tool.cutter(), clearance, max_retract),
-        link: LinkSettings { clearance: clearance_surface(&setup.file.clearance), rapid_clearance: clearance },
+        link: LinkSettings {
+            clearance: clearance_surface(&setup.file.clearance),
+            rapid_clearance: clearance,
+            rapid_law,
+        },
         linearity: cut_linearity(job, operation),
-        // Half of the distance that rapids keep anyway.
-        rapid_linearity: linearity(job, 0.5 * clearance),
+        // Half of the distance that rapids keep anyway; how axes go that each go by themselves is tested block by block.
+        rapid_linearity: linearity(job, 0.5 * clearance, law),
     }
 }
 

@@ -147,7 +147,10 @@ impl OwnProgram<'_> {
     /// The program as it stands in the text.
     fn read(&self) -> Result<ReadProgram, Failure> {
         let program = read_program(&self.texts.nc, self.job.post.dialect());
-        program.map_err(|e| Failure::Internal(format!("own program: {e}")))
+        let program = program.map_err(|e| Failure::Internal(format!("own program: {e}")))?;
+        // A dialect file of one's own may say otherwise than the control it was made from.
+        let rtcp_rapids = self.job.post.rtcp_rapids().unwrap_or(program.rtcp_rapids);
+        Ok(ReadProgram { rtcp_rapids, ..program })
     }
 
     fn settings(&self) -> VerifySettings {

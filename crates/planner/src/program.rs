@@ -2,8 +2,9 @@
 
 use std::collections::BTreeMap;
 
+use facemill_cl_data::CuttingLaw;
 use facemill_feedrate::{feed_for_block, rapid_time};
-use facemill_inverse_kinematics::{Axis, AxisKind, AxisValues, Machine};
+use facemill_inverse_kinematics::{Axis, AxisKind, AxisValues, BlockLaw, Machine};
 use facemill_nc_program::{
     AxisLetter, AxisSpec, AxisWords, Block, Coolant, FeedMode, MappedAxis, NcProgram, ProgramSpec, SpindleSpec,
     ToolSpec, WordMap,
@@ -86,16 +87,25 @@ pub(crate) fn table_from_rtcp_words(job: &Job, words: &WordMap) -> Result<Isomet
 
 /// Words of where RTCP is switched on: linear axes at home, rotary words 0.
 fn rtcp_start(job: &Job, words: &WordMap) -> Result<AxisWords, Failure> {
+    let at = rtcp_start_axes(job, words);
+    let tip = job.machine.cl_point(&at, job.tool.gauge_length()).tip;
+    let tip = table_from_rtcp_words(job, words)?.inverse_transform_point(&tip);
+    words.rtcp_words(&tip, at.as_slice()).map_err(|e| Failure::Internal(e.to_string()))
+}
+
+/// Axis values there.
+fn rtcp_start_axes(job: &Job, words: &WordMap) -> AxisValues {
     let mut at = job.machine.home();
     for (k, (axis, mapped)) in job.machine.axes().iter().zip(words.axes()).enumerate() {
         if axis.kind == AxisKind::Rotary {
             at[k] = mapped.offset;
         }
     }
-    let tip = job.machine.cl_point(&at, job.tool.gauge_length()).tip;
-    let tip = table_from_rtcp_words(job, words)?.inverse_transform_point(&tip);
-    words.rtcp_words(&tip, at.as_slice()).map_err(|e| Failure::Internal(e.to_string()))
+    at
 }
+
+/// Turn of the tool that is none, rad: rounding of forward kinematics.
+const SAME_DIRECTION: f64 = 1e-9;
 
 /// An axis' letter in NC text.
 pub(crate) fn letter(text: &str) -> Result<AxisLetter, Failure> {
@@ -134,11 +144,15 @@ pub(crate) struct Timed {
 /// Times moves by FEED and turns them into blocks.
 pub(crate) struct BlockWriter<'a> {
     machine: &'a Machine,
+    /// What the control does in rapids.
+    rapid_law: BlockLaw,
     tool_length: f64,
     words: &'a WordMap,
     table_from_rtcp_words: Isometry3<f64>,
     feed_mode: FeedMode,
     clockwise: bool,
+    /// Where RTCP is switched on, on a control that turns the tool's vector at rapid rate.
+    turns_from: Option<AxisValues>,
     /// Of the operation before.
     feeds: Option<FeedsFile>,
     at: Option<Move>,
@@ -154,9 +168,12 @@ impl<'a> BlockWriter<'a> {
         Ok(Self {
             table_from_rtcp_words: table_from_rtcp_words(job, words)?,
             machine: &job.machine,
+            rapid_law: job.rapid_law(),
             tool_length: job.tool.gauge_length(),
             words,
             feed_mode: job.post.feed_mode(),
+            turns_from: (job.rapid_law() == BlockLaw::Cutting(CuttingLaw::TipLinearVectorTurned))
+                .then(|| rtcp_start_axes(job, words)),
             clockwise: job.tool.spindle_rotation() == SpindleRotation::Clockwise,
             feeds: None,
             at: None,
@@ -218,8 +235,12 @@ impl<'a> BlockWriter<'a> {
         let words = self.words_of(&m.axes)?;
         let block = match m.kind {
             MoveKind::Rapid => {
+                if self.at.is_none() {
+                    self.turn_at_pole(&m.axes)?;
+                }
                 if let Some(from) = self.at {
-                    self.timed.rapid_time += rapid_time(self.machine, &from.axes, &m.axes);
+                    self.timed.rapid_time +=
+                        rapid_time(self.machine, self.rapid_law, &from.axes, &m.axes, self.tool_length);
                 }
                 Block::Rapid { words }
             }
@@ -229,6 +250,27 @@ impl<'a> BlockWriter<'a> {
         self.timed.program.blocks.push(block);
         self.timed.n_blocks += 1;
         self.at = Some(*m);
+        Ok(())
+    }
+
+    /// Turns the axis about which the tool stands where RTCP is switched on, before the tool goes to the first position: a vector
+    /// that is turned out of that pole would have it jump.
+    fn turn_at_pole(&mut self, first: &AxisValues) -> Result<(), Failure> {
+        let Some(start) = self.turns_from.take() else { return Ok(()) };
+        let direction = |q: &AxisValues| self.machine.cl_point(q, self.tool_length).axis;
+        let turned = |k: usize| AxisValues::from_fn(start.len(), |j| if j == k { first[k] } else { start[j] });
+        let is_pole = |k: &usize| {
+            let axis = &self.machine.axes()[*k];
+            let turns = axis.kind == AxisKind::Rotary && first[*k] != start[*k];
+            turns && direction(&turned(*k)).angle(&direction(&start)) <= SAME_DIRECTION
+        };
+        let Some(pole) = (0..start.len()).find(is_pole) else { return Ok(()) };
+        let tip = self.machine.cl_point(&start, self.tool_length).tip;
+        let turned = self.machine.with_tip_at(&turned(pole), &tip, self.tool_length);
+        let turned = turned.ok_or_else(|| Failure::Internal("linear axes that depend on each other".to_owned()))?;
+        let words = self.words_of(&turned)?;
+        self.timed.program.blocks.push(Block::Rapid { words });
+        self.timed.n_blocks += 1;
         Ok(())
     }
 

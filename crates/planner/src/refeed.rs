@@ -201,7 +201,9 @@ impl<'s> Refeeder<'s> {
             (MotionKind::Linear, Some(from), Some(to)) => self.cut(block, motion, &from, &to).map_err(&at_line),
             (MotionKind::Rapid | MotionKind::ReferenceReturn, from, to) => {
                 if let (Some(from), Some(to)) = (from, to) {
-                    self.summary.rapid_time_s += rapid_time(self.settings.machine, &from, &to);
+                    let (machine, length) = (self.settings.machine, self.settings.tool_length);
+                    // Where the tip goes straight this is a lower bound all the more.
+                    self.summary.rapid_time_s += rapid_time(machine, machine.motion_law().rapid, &from, &to, length);
                 }
                 self.forget_feed(is_named);
                 Ok(Edit::Keep)

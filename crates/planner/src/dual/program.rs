@@ -122,7 +122,8 @@ impl<'a> DualWriter<'a> {
         let block = match (m.kind, self.at) {
             (MoveKind::Rapid, from) => {
                 if let Some(from) = from {
-                    let time = rapid_time(&self.jobs[0].machine, &from, &m.axes);
+                    let machine = &self.jobs[0].machine;
+                    let time = rapid_time(machine, machine.motion_law().rapid, &from, &m.axes, 0.0);
                     self.timed.rapid_time += time;
                     times.time += time;
                 }
