@@ -3,11 +3,12 @@
 
 use facemill::inverse_kinematics::Machine;
 use facemill::nc_program::{AxisAt, Dialect, FeedMode, MotionKind, read_program};
-use facemill::{RefeedSettings, refeed};
+use facemill::{Job, PlanSettings, Planned, RefeedSettings, SilentStages, plan_setup, refeed};
 use facemill_tests::craig::{Words, end_of};
-use facemill_tests::jobs::{JobFolder, small_patch, text_of};
+use facemill_tests::jobs::{JobFolder, text_of};
 use facemill_tests::program::run;
 use facemill_tests::shared::workspace;
+use facemill_tests::variants::tiny_patch;
 use serde_json::{Value, json};
 
 /// FEED's machine: 253 mm from the B axis to the tip, 100 mm of it tool.
@@ -279,24 +280,48 @@ fn smoothing(job: &JobFolder) {
     job.set("machine.json", &allowed);
 }
 
+/// The program that a plan wrote, whatever the control calls its files.
+fn program_of(planned: &Planned) -> String {
+    let is_program = |name: &str| name.starts_with("program.") && !name.ends_with(".apt");
+    let name = &planned.files.iter().find(|(name, _)| is_program(name)).expect("a program").0;
+    text_of(planned, name)
+}
+
+/// Plans a small job for a control that keeps to this law under RTCP; its program holds these words, is read back and run
+/// without a finding, and every block of it is certified.
+fn plan_for(dialect: &str, mode: &str, cutting: &str, words: &[&str]) {
+    let job = tiny_patch();
+    smoothing(&job);
+    // The register that G43 H takes is none of D and TOOL CALL.
+    job.set("tool.json", &[("/length_register", json!(5))]);
+    job.set("machine.json", &[("/motion/cutting", json!(cutting))]);
+    job.set("job.json", &[("/post/dialect", json!(dialect)), ("/post/feed_mode", json!(mode))]);
+    let settings = PlanSettings { verify: true, certificates: true };
+    let planned = plan_setup(&Job::read(&job.job()).unwrap(), 0, settings, &SilentStages).unwrap();
+    assert!(planned.is_clean(), "{dialect} {mode}: {:?}", planned.report.findings);
+    assert!(planned.report.verified && planned.report.findings.is_empty());
+    assert!(planned.report.worst.gouge_mm.is_some());
+    let text = program_of(&planned);
+    assert!(words.iter().all(|w| text.contains(w)), "{dialect} {mode}: {}", &text[..2000.min(text.len())]);
+    let certificates: Value = serde_json::from_str(&text_of(&planned, "certificates.json")).unwrap();
+    let all = certificates["certificates"].as_array().unwrap();
+    let open: Vec<&Value> = all.iter().filter(|c| c["certified"] != json!(true)).collect();
+    assert!(all.len() > 50 && open.is_empty(), "{dialect} {mode}: {open:#?}");
+}
+
 /// What is planned for other controls is read back, run and free of findings, as for the first one.
 #[test]
 fn programs_for_other_controls_are_planned_and_verified() {
-    for (dialect, mode, words) in [
-        ("linuxcnc", "g93", ["G93", "O100 IF"]),
-        ("siemens_840d", "g94", ["FGROUP(", "GOTOF LENGTH_OK"]),
-        ("heidenhain", "g94", ["FN 14: ERROR", "FMAX M91"]),
-    ] {
-        let job = small_patch();
-        smoothing(&job);
-        // The register that G43 H takes is none of D and TOOL CALL.
-        job.set("tool.json", &[("/length_register", json!(5))]);
-        job.set("job.json", &[("/post/dialect", json!(dialect)), ("/post/feed_mode", json!(mode))]);
-        let planned = job.plan();
-        assert!(planned.is_clean(), "{dialect}: {:?}", planned.report.findings);
-        assert!(planned.report.verified && planned.report.findings.is_empty());
-        let text = text_of(&planned, "program.nc");
-        assert!(words.iter().all(|w| text.contains(w)), "{dialect}: {}", &text[..2000.min(text.len())]);
-        assert!(planned.report.worst.gouge_mm.is_some_and(|g| g > 0.0));
-    }
+    let plan = |dialect, mode, words: &[&str]| plan_for(dialect, mode, "axes_linear", words);
+    plan("linuxcnc", "g93", &["G93", "O100 IF"]);
+    plan("siemens_840d", "g94", &["FGROUP(", "GOTOF LENGTH_OK"]);
+    plan("heidenhain", "g94", &["FN 14: ERROR", "FMAX M91"]);
+}
+
+/// The same where the control keeps the tip on a line under RTCP, in cuts and at rapid rate.
+#[test]
+fn programs_that_keep_the_tip_on_a_line_are_planned_and_verified_with_their_rapids() {
+    plan_for("linuxcnc", "rtcp", "tip_and_rotaries_linear", &["M428", "M429"]);
+    plan_for("siemens_840d", "rtcp", "tip_linear_vector_turned", &["TRAORI", "ORIVECT"]);
+    plan_for("heidenhain", "rtcp", "tip_and_rotaries_linear", &["PATHCTRL AXIS", "FUNCTION RESET TCPM"]);
 }
