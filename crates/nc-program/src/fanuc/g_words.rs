@@ -169,6 +169,11 @@ impl BlockReading<'_> {
         let Some(register) = self.modal.length_register else {
             return Ok(());
         };
+        let has_none = self.modal.compensation == Compensation::Rtcp(0) && !self.has_code(43.0);
+        if has_none && self.variant == Variant::LinuxCnc {
+            // The kinematics of the tip without a length: H alone is for nothing.
+            return Ok(());
+        }
         self.change_compensation(match (self.modal.compensation, register) {
             (Compensation::Off, _) | (Compensation::Length(_), 0) => Compensation::Off,
             (Compensation::Length(_), register) => Compensation::Length(register),
