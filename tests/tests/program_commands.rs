@@ -315,6 +315,7 @@ fn programs_for_other_controls_are_planned_and_verified() {
     let plan = |dialect, mode, words: &[&str]| plan_for(dialect, mode, "axes_linear", words);
     plan("linuxcnc", "g93", &["G93", "O100 IF"]);
     plan("siemens_840d", "g94", &["FGROUP(", "GOTOF LENGTH_OK"]);
+    plan("siemens_840d", "g93", &["G93", "RTLION"]);
     plan("heidenhain", "g94", &["FN 14: ERROR", "FMAX M91"]);
 }
 
@@ -322,6 +323,8 @@ fn programs_for_other_controls_are_planned_and_verified() {
 #[test]
 fn programs_that_keep_the_tip_on_a_line_are_planned_and_verified_with_their_rapids() {
     plan_for("linuxcnc", "rtcp", "tip_and_rotaries_linear", &["M428", "M429"]);
+    plan_for("siemens_840d", "rtcp", "tip_and_rotaries_linear", &["TRAORI", "ORIAXES"]);
     plan_for("siemens_840d", "rtcp", "tip_linear_vector_turned", &["TRAORI", "ORIVECT"]);
     plan_for("heidenhain", "rtcp", "tip_and_rotaries_linear", &["PATHCTRL AXIS", "FUNCTION RESET TCPM"]);
+    plan_for("heidenhain", "rtcp", "tip_linear_vector_turned", &["PATHCTRL VECTOR"]);
 }
