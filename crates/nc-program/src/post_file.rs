@@ -335,6 +335,12 @@ impl PostSettings {
         Self { program_number, ..self.clone() }
     }
 
+    /// Ending of the program's file, without the point.
+    #[must_use]
+    pub fn extension(&self) -> &str {
+        &self.rules.program.extension
+    }
+
     /// Number of the program.
     pub fn program_number(&self) -> u32 {
         self.program_number

@@ -1,7 +1,9 @@
 //! Reading input files and writing output files: whole or not at all.
 
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+
+use facemill_nc_program::Dialect;
 
 use crate::{Failure, REJECTED};
 
@@ -56,38 +58,49 @@ pub fn write_one(file: &Path, bytes: Vec<u8>) -> Result<(), Failure> {
 }
 
 /// Removes the programs that an earlier plan left in a folder and that the ones now written stand for: `program.nc` where
-/// `program.rejected.nc` is among them, and the other way round.
+/// `program.rejected.nc` is among them, the other way round, and both where `program.mpf` is.
 ///
 /// # Errors
 /// [`Failure::Write`], naming the file.
 pub fn remove_counterparts(folder: &Path, written: &[(String, Vec<u8>)]) -> Result<(), Failure> {
-    for (name, _) in written {
-        let Some((stem, extension)) = name.rsplit_once('.').filter(|(_, e)| ["nc", "apt", "mpf"].contains(e)) else {
-            continue;
-        };
-        let counterpart = match stem.strip_suffix(REJECTED) {
-            Some(clean) => format!("{clean}.{extension}"),
-            None => format!("{stem}{REJECTED}.{extension}"),
-        };
-        let file = folder.join(counterpart);
-        match std::fs::remove_file(&file) {
-            Err(source) if source.kind() != std::io::ErrorKind::NotFound => {
-                return Err(Failure::Write { file, source });
+    for name in written.iter().map(|(name, _)| name) {
+        let Some((stem, extension)) = name.rsplit_once('.').filter(|_| name.starts_with(PROGRAM)) else { continue };
+        let clean = stem.strip_suffix(REJECTED).unwrap_or(stem);
+        let others =
+            if extension == APT { Vec::new() } else { Dialect::ALL.map(|d| d.file().program.extension).to_vec() };
+        for other in others.iter().map(String::as_str).chain([extension]) {
+            for counterpart in [format!("{clean}.{other}"), format!("{clean}{REJECTED}.{other}")] {
+                if written.iter().all(|(name, _)| *name != counterpart) {
+                    remove(folder.join(counterpart))?;
+                }
             }
-            _ => {}
         }
     }
     Ok(())
+}
+
+fn remove(file: PathBuf) -> Result<(), Failure> {
+    match std::fs::remove_file(&file) {
+        Err(source) if source.kind() != std::io::ErrorKind::NotFound => Err(Failure::Write { file, source }),
+        _ => Ok(()),
+    }
 }
 
 /// NC programs in a folder, by name; none where it cannot be read.
 pub fn programs_in(folder: &Path) -> Vec<String> {
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
     let mut names: Vec<String> = entries.filter_map(|e| e.file_name().into_string().ok()).collect();
-    names.retain(|name| name.starts_with("program") && [".nc", ".mpf"].iter().any(|e| name.ends_with(e)));
+    let is_other = |name: &str| [APT, "json", "svg"].contains(&name.rsplit('.').next().unwrap_or_default());
+    names.retain(|name| name.starts_with(PROGRAM) && name.contains('.') && !is_other(name));
     names.sort();
     names
 }
+
+/// What the names of programs start with.
+const PROGRAM: &str = "program";
+
+/// Ending of APT files, which a plan writes whatever the control is.
+const APT: &str = "apt";
 
 /// Temporary files are private to their owner; results are not.
 #[cfg(unix)]
@@ -127,6 +140,24 @@ mod tests {
             assert!(folder.path().join("report.json").exists());
         }
         assert!(programs_in(&folder.path().join("none")).is_empty());
+    }
+
+    #[test]
+    fn of_programs_for_several_controls_the_last_written_stays() {
+        let folder = tempfile::tempdir().unwrap();
+        let of = |names: &[&str]| names.iter().map(|n| ((*n).to_owned(), vec![1])).collect::<Vec<_>>();
+        let channels = ["program-channel-1.mpf", "program.apt", "program.nc"];
+        for names in [&["program.apt", "program.rejected.h"][..], &["program.apt", "program.ngc"], &channels] {
+            write_all(folder.path(), &of(names)).unwrap();
+            remove_counterparts(folder.path(), &of(names)).unwrap();
+            let programs: Vec<&str> = names.iter().copied().filter(|n| !n.ends_with(".apt")).collect();
+            assert_eq!(programs_in(folder.path()), programs);
+            assert!(folder.path().join("program.apt").exists());
+        }
+        let own = of(&["program.cnc"]);
+        write_all(folder.path(), &own).unwrap();
+        remove_counterparts(folder.path(), &own).unwrap();
+        assert_eq!(programs_in(folder.path()), ["program-channel-1.mpf", "program.cnc"]);
     }
 
     #[test]

@@ -99,7 +99,7 @@ pub fn plan_setup(job: &Job, index: usize, settings: PlanSettings, stages: &dyn 
     report.totals.mended_blocks = mended;
     let (suffix, state) = name_parts(job, &setup, &report);
     let mut files = vec![
-        (format!("program{suffix}{state}.nc"), texts.nc.into_bytes()),
+        (format!("program{suffix}{state}.{}", job.post.extension()), texts.nc.into_bytes()),
         (format!("program{suffix}{state}.apt"), texts.apt.into_bytes()),
     ];
     files.extend(certificates.map(|c| (format!("certificates{suffix}.json"), certificates_json(c))));

@@ -31,7 +31,7 @@ pub(crate) fn validate(job: &JobFile) -> Result<(), String> {
         check_setup(&Field::new("setups", k), setup)?;
         if let Some(other) = job.setups[..k].iter().find(|s| file_stem(&s.name) == file_stem(&setup.name)) {
             return Err(format!(
-                "setups[{k}].name: \"{}\" gives the same file names as \"{}\", program-{}.nc; name one of them otherwise",
+                "setups[{k}].name: \"{}\" gives the same file names as \"{}\", program-{}; name one of them otherwise",
                 setup.name,
                 other.name,
                 file_stem(&setup.name)

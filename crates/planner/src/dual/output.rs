@@ -172,7 +172,7 @@ impl DualTexts {
         let channels = channel_files(&self.spec, &self.heads, &self.post, suffix, state)?;
         let [first, second] = self.apts;
         let mut files = vec![
-            (format!("program{suffix}{state}.nc"), self.nc.into_bytes()),
+            (format!("program{suffix}{state}.{}", self.post.extension()), self.nc.into_bytes()),
             (format!("program{suffix}-head-1{state}.apt"), first.into_bytes()),
             (format!("program{suffix}-head-2{state}.apt"), second.into_bytes()),
         ];
