@@ -6,7 +6,7 @@ use facemill_tests::program::{code_and_errors, run};
 use facemill_tests::shared::workspace;
 use serde_json::{Value, json};
 
-const FORMATS: [&str; 6] = ["job", "tool", "machine", "path", "report", "certificates"];
+const FORMATS: [&str; 7] = ["job", "tool", "machine", "path", "dialect", "report", "certificates"];
 
 fn schema(format: &str) -> Value {
     let output = run(&["schema", format]);
@@ -66,6 +66,29 @@ fn every_committed_job_folder_obeys_the_schemas() {
         }
     }
     assert!(n >= 3, "only {n} files");
+}
+
+/// What a shop starts from.
+#[test]
+fn dialect_files_obey_their_schema_and_wrong_ones_do_not() {
+    let files = std::fs::read_dir(workspace().join("crates/nc-program/dialects")).unwrap();
+    let files: Vec<_> = files.map(|e| e.unwrap().path()).collect();
+    assert!(files.len() >= 6);
+    let validator = jsonschema::validator_for(&schema("dialect")).unwrap();
+    for path in files {
+        let file: Value = serde_json::from_slice(&std::fs::read(&path).unwrap()).unwrap();
+        check("dialect", &path.display().to_string(), &file);
+        for (pointer, value) in [
+            ("/words/rapid", Value::Null),
+            ("/numbers/always_pont", json!(true)),
+            ("/lines/numbering", json!("some")),
+            ("/program/extension", json!(1)),
+        ] {
+            let mut wrong = file.clone();
+            facemill_tests::jobs::set(&mut wrong, pointer, value);
+            assert!(!validator.is_valid(&wrong), "{}: {pointer}", path.display());
+        }
+    }
 }
 
 #[test]

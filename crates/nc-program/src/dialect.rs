@@ -82,6 +82,9 @@ impl Dialect {
     }
 }
 
+/// Endings of what is written beside a program.
+const OTHER_FILES: [&str; 4] = ["apt", "json", "svg", "j2"];
+
 impl DialectFile {
     /// Checks what the types do not say.
     ///
@@ -94,6 +97,13 @@ impl DialectFile {
         }
         if !(20..=2000).contains(&self.lines.max_length) {
             return fault("lines.max_length", format!("is {}: it must be from 20 to 2000", self.lines.max_length));
+        }
+        let extension = &self.program.extension;
+        if !(1..=8).contains(&extension.len()) || !extension.chars().all(|c| c.is_ascii_alphanumeric()) {
+            return fault("program.extension", format!("is \"{extension}\": it must be 1 to 8 letters and digits"));
+        }
+        if OTHER_FILES.iter().any(|other| extension.eq_ignore_ascii_case(other)) {
+            return fault("program.extension", format!("is \"{extension}\", which stands for no program"));
         }
         if self.program.name_length == 0 || self.program.last_number == 0 {
             return fault("program", "name_length and last_number must be at least 1".to_owned());
