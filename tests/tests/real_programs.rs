@@ -72,7 +72,9 @@ fn summary(program: &ReadProgram) -> Summary {
                 ReadCommand::Call(_) => &mut found.calls,
                 ReadCommand::Macro { kind: MacroKind::Setting, .. } => &mut found.settings,
                 ReadCommand::Macro { kind: MacroKind::Branch, .. } => &mut found.branches,
-                ReadCommand::Macro { kind: MacroKind::VariableWords, .. } => &mut found.not_evaluated,
+                ReadCommand::Macro { kind: MacroKind::VariableWords | MacroKind::ToolVector, .. } => {
+                    &mut found.not_evaluated
+                }
                 _ => continue,
             };
             *count += 1;

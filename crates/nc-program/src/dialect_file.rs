@@ -230,6 +230,9 @@ pub struct VectorRule {
     pub normal: Option<[String; 3]>,
     /// Whether every such block names all linear axes and vectors, changed or not.
     pub complete: bool,
+    /// Whether cuts with rotary words may stand between such blocks.
+    #[serde(default)]
+    pub between_rotary_words: bool,
 }
 
 /// Blending within a tolerance. `{path}` is mm, `{orientation}` deg: what plan and verification allow the control.

@@ -77,6 +77,7 @@ mod heads;
 mod number_text;
 mod post_file;
 mod post_law;
+mod post_vectors;
 mod program;
 mod program_reader;
 mod program_spec;

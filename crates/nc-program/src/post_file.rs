@@ -164,6 +164,8 @@ pub struct RoundingBound {
     pub linear: f64,
     /// Of every rotary axis, rad.
     pub rotary: f64,
+    /// Angle between a tool axis and its vector in the text, rad; 0 where no vectors are written.
+    pub vector: f64,
 }
 
 /// Largest block number; older controls have five digits.
@@ -346,10 +348,16 @@ impl PostSettings {
         self.program_number
     }
 
-    /// How far rounding to the written decimals may move an axis: half a unit of the last decimal.
+    /// How far rounding to the written decimals may move an axis: half a unit of the last decimal. A vector of which every
+    /// component is off by that is off by the diagonal of its cube.
     #[must_use]
     pub fn rounding_bound(&self) -> RoundingBound {
         let half_unit = |decimals: u8| 0.5 * 10f64.powi(-i32::from(decimals));
-        RoundingBound { linear: half_unit(self.decimals.linear), rotary: half_unit(self.decimals.rotary).to_radians() }
+        let vector = |_| (half_unit(self.rules.numbers.vector_decimals) * 3f64.sqrt()).min(1.0).asin();
+        RoundingBound {
+            linear: half_unit(self.decimals.linear),
+            rotary: half_unit(self.decimals.rotary).to_radians(),
+            vector: self.vector_rule().map_or(0.0, vector),
+        }
     }
 }

@@ -79,8 +79,8 @@ pub struct ReadMotion {
     pub via: Option<Box<AxisWords>>,
     /// Centre or radius of an arc.
     pub arc: Option<Box<ArcWords>>,
-    /// Direction of the tool as a vector. The rotary axes are not known behind it, and a [`MacroKind::VariableWords`] of
-    /// the same block says so.
+    /// Direction of the tool as a vector. The rotary axes are not known behind it, and a [`MacroKind::ToolVector`] of the
+    /// same block says so, or a [`MacroKind::VariableWords`] where more is open.
     pub tool: Option<Box<ToolVectors>>,
 }
 
@@ -274,8 +274,12 @@ pub enum MacroKind {
     Branch,
     /// Subprogram and macro calls (M98, M99, G65 to G67); may move every axis.
     Call,
-    /// Words whose value is a variable or an expression that is not evaluated, or a tool vector; may move every axis.
+    /// Words whose value is a variable or an expression that is not evaluated, or a vector without all of its components;
+    /// may move every axis.
     VariableWords,
+    /// A tool axis as a vector ([`ReadMotion::tool`]): the control finds the rotary axes itself. Nothing else of the block
+    /// is open.
+    ToolVector,
     /// Text for a screen, a file or a printer (DPRNT, FN 16); moves nothing.
     Output,
     /// A setting of offsets or control data (G10, G52, G92) and its words.

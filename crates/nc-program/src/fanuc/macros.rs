@@ -85,7 +85,7 @@ impl FanucReader {
                 self.modal.position.forget_words();
                 self.note(NoteKind::NotEvaluated, text);
             }
-            MacroKind::Call | MacroKind::VariableWords => {
+            MacroKind::ToolVector | MacroKind::Call | MacroKind::VariableWords => {
                 self.variables.forget_all();
                 self.modal.forget_motion();
                 self.note(NoteKind::NotEvaluated, text);

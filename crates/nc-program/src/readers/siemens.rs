@@ -224,8 +224,8 @@ impl SiemensReader {
 
     fn note_block(&mut self, line: &[u8], block: &ReadBlock, is_inch_feed: bool) {
         let is_not_evaluated = |c: &ReadCommand| {
-            use MacroKind::{Call, Setting, VariableWords};
-            matches!(c, ReadCommand::Macro { kind: Call | Setting | VariableWords, .. })
+            use MacroKind::{Call, Setting, ToolVector, VariableWords};
+            matches!(c, ReadCommand::Macro { kind: Call | Setting | ToolVector | VariableWords, .. })
         };
         if block.commands.iter().any(is_not_evaluated) {
             self.source.note(NoteKind::NotEvaluated, line);

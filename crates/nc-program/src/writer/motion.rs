@@ -5,8 +5,7 @@ use super::{
     text::{push_axis_word, push_number},
 };
 use crate::{
-    AxisKind, AxisLetter, AxisWord, AxisWords, CutVectors, FeedMode, NumberRule, Orientation, VectorRule, WriteError,
-    number_text,
+    AxisKind, AxisLetter, AxisWord, AxisWords, CutVectors, FeedMode, NumberRule, VectorRule, WriteError, number_text,
 };
 
 /// How far from 1 the length of a tool axis or normal may be. Larger takes vectors that are wrong; smaller refuses some for
@@ -42,18 +41,17 @@ impl BodyWriter<'_, '_> {
 
     /// `vectors` are written where the settings ask for them.
     pub(super) fn cut(&mut self, words: &AxisWords, feed: f64, vectors: Option<&CutVectors>) -> Result<(), WriteError> {
-        match self.settings.orientation {
-            Orientation::Rotary => {
+        match (self.settings.vector_rule(), vectors) {
+            (Some(rule), Some(vectors)) => self.vector_words(words, vectors, rule)?,
+            (Some(rule), None) if !rule.between_rotary_words => {
+                return Err(WriteError::NoVectors { place: self.place() });
+            }
+            _ => {
                 self.start_motion(Move::Cut);
                 self.words(words)?;
+                // The rotary words turn the tool away from the vector said before.
+                self.modal.vectors = None;
                 self.push_text(&self.settings.rules.words.linear_end);
-            }
-            Orientation::Vectors => {
-                let vectors = vectors.ok_or_else(|| WriteError::NoVectors { place: self.place() })?;
-                let rtcp = self.settings.rules.motion.rtcp.as_ref();
-                // The settings have been checked for both.
-                let rule = rtcp.and_then(|r| r.vectors.as_ref()).ok_or(WriteError::NoApproach)?;
-                self.vector_words(words, vectors, rule)?;
             }
         }
         self.feed(feed)?;
@@ -99,8 +97,7 @@ impl BodyWriter<'_, '_> {
         if !is_unit {
             return Err(self.number_error(what, length));
         }
-        let scale = 10f64.powi(self.settings.rules.numbers.vector_decimals.into());
-        Ok([0, 1, 2].map(|k| (vector[k] * scale).round() as i64))
+        Ok(self.settings.vector_units(vector))
     }
 
     fn push_vector(&mut self, names: &[String; 3], units: [i64; 3]) {

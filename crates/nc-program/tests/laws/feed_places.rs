@@ -119,7 +119,9 @@ fn without_feed(block: &ReadBlock) -> ReadBlock {
     if let Some(motion) = &mut block.motion {
         motion.feed = None;
     }
-    let is_words = |c: &ReadCommand| matches!(c, ReadCommand::Macro { kind: MacroKind::VariableWords, .. });
+    let is_words = |c: &ReadCommand| {
+        matches!(c, ReadCommand::Macro { kind: MacroKind::VariableWords | MacroKind::ToolVector, .. })
+    };
     block.commands.retain(|c| !is_words(c));
     for command in &mut block.commands {
         if let ReadCommand::Macro { text, .. } = command {

@@ -77,7 +77,11 @@ fn vectors_of_ln_are_kept() {
     assert_eq!(m[1].tool.as_deref(), Some(&vectors(Some([0.0, 0.0, 1.0]), Some([0.0, -0.6, 0.8]))));
     assert_eq!((at(&m[1], "A"), at(&m[1], "Z")), (None, word(3.0)));
     assert_eq!(m[2].tool.as_deref(), Some(&vectors(None, Some([0.0, 0.0, 1.0]))));
-    assert_eq!((at(&m[4], "A"), kinds(text)), (word(1.0), vec![MacroKind::VariableWords]));
+    assert_eq!((at(&m[4], "A"), kinds(text)), (word(1.0), vec![MacroKind::ToolVector]));
+    // What else is open is told beside it.
+    let open = [MacroKind::ToolVector, MacroKind::VariableWords];
+    assert_eq!(kinds("L X+0 A+0 F9 M128\nLN X+Q1 NX+0 NY+0 NZ+1 TX+0 TY+0 TZ+1"), open);
+    assert_eq!(kinds("L X+0 A+0 F9 M128\nLN X+1 NX+0 NY+0 NZ+1 TX+0 TY+0 TZ+Q2"), [MacroKind::VariableWords]);
     // Under TCPM the control keeps the tool along the normal.
     assert_eq!(kinds("L X+0 A+0 F9 M128\nLN X+5 NX+0 NY+0 NZ+1"), [MacroKind::VariableWords]);
 }

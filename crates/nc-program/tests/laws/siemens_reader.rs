@@ -96,7 +96,7 @@ fn vectors_are_kept_and_leave_the_rotary_axes_unknown() {
     assert_eq!(m[2].tool.as_deref(), Some(&vectors));
     assert_eq!((at(&m[2], "A"), at(&m[2], "X"), m[2].position.words().len()), (None, word(2.0), 3));
     assert_eq!((at(&m[3], "A"), at(&m[3], "C"), &m[3].tool), (word(4.0), word(5.0), &None));
-    assert_eq!(kinds(text), [MacroKind::VariableWords; 2]);
+    assert_eq!(kinds(text), [MacroKind::VariableWords, MacroKind::ToolVector]);
 }
 
 #[test]

@@ -59,7 +59,7 @@ fn unit(random: &mut Random) -> Unit<Vector3<f64>> {
     }
 }
 
-/// A rapid that names every axis, then cuts with vectors, some of which say little new, and rapids between.
+/// A rapid that names every axis, then cuts with vectors, some of which say little new, and rapids and cuts without between.
 fn blocks(random: &mut Random, n: usize) -> Vec<Block> {
     let mut at: Vec<(AxisLetter, f64)> = AXES.iter().map(|l| (*l, random.coordinate())).collect();
     let mut vectors = CutVectors { tool_axis: unit(random), normal: unit(random) };
@@ -76,6 +76,7 @@ fn blocks(random: &mut Random, n: usize) -> Vec<Block> {
         let words = words(&at);
         all.push(match random.below(6) {
             0 => Block::Rapid { words },
+            1 => Block::Linear { words, feed: 10.0 + 900.0 * random.unit() },
             _ => Block::LinearVectors { words, feed: 10.0 + 900.0 * random.unit(), vectors: Box::new(vectors) },
         });
     }
@@ -83,7 +84,7 @@ fn blocks(random: &mut Random, n: usize) -> Vec<Block> {
 }
 
 /// What the text says is, within half a unit, what the blocks say, with what it leaves out remembered; rotary words stand in
-/// rapids alone, and there anew behind every cut, because only the control knows where it turned them.
+/// blocks without vectors alone, and there anew behind every cut, because only the control knows where it turned them.
 #[test]
 fn vectors_come_back_from_the_text() {
     for dialect in Dialect::ALL {
@@ -101,7 +102,7 @@ fn vectors_come_back_from_the_text() {
                 let has = |name: &str| said.iter().any(|(n, _)| n == name);
                 known.extend(said.iter().filter_map(|(n, v)| Some((n.clone(), v.parse().ok()?))));
                 let (at, vectors) = match block {
-                    Block::Rapid { words } => (words, None),
+                    Block::Rapid { words } | Block::Linear { words, .. } => (words, None),
                     Block::LinearVectors { words, vectors, .. } => (words, Some(vectors)),
                     other => panic!("{other:?}"),
                 };
@@ -133,7 +134,7 @@ fn vectors_come_back_from_the_text() {
 }
 
 #[test]
-fn a_cut_without_vectors_is_refused_where_vectors_are_asked_for() {
+fn a_cut_without_vectors_is_refused_where_the_dialect_wants_them_in_all() {
     for dialect in Dialect::ALL {
         if names(dialect).is_none() {
             let error = post(dialect).settings(None).unwrap_err().to_string();
@@ -142,7 +143,13 @@ fn a_cut_without_vectors_is_refused_where_vectors_are_asked_for() {
         }
         let first = Block::Rapid { words: words(&AXES.map(|l| (l, 0.0))) };
         let cut = Block::Linear { words: words(&[(AxisLetter::X, 1.0)]), feed: 100.0 };
-        let error = write_program(&spec(vec![first.clone(), cut]), &settings(dialect)).unwrap_err();
+        let mixed = spec(vec![first.clone(), cut]);
+        assert!(write_program(&mixed, &settings(dialect)).is_ok());
+        let mut rules = dialect.file();
+        rules.motion.rtcp.as_mut().unwrap().vectors.as_mut().unwrap().between_rotary_words = false;
+        let strict = post(dialect).settings_of(rules, dialect.template()).unwrap();
+        let motion = MotionLaw { cutting: names(dialect).unwrap().law, ..law(0.01) };
+        let error = write_program(&mixed, &strict.on_machine(motion, home()).unwrap()).unwrap_err();
         assert_eq!(error, WriteError::NoVectors { place: "block 1".to_owned() });
         let long = Unit::new_unchecked(Vector3::new(0.0, 0.0, 1.001));
         for (tool_axis, normal) in [(long, Vector3::z_axis()), (Vector3::z_axis(), long)] {
@@ -152,6 +159,28 @@ fn a_cut_without_vectors_is_refused_where_vectors_are_asked_for() {
             let is_named = tool_axis == long || names(dialect).unwrap().normal.is_some();
             assert_eq!(written.is_err(), is_named, "{dialect:?} {written:?}");
         }
+    }
+}
+
+/// The angle between a vector and its text is within the bound, which is nearly reached, and 0 without vectors.
+#[test]
+fn the_rounding_bound_of_vectors_holds() {
+    for dialect in Dialect::ALL.into_iter().filter(|d| names(*d).is_some()) {
+        let settings = settings(dialect);
+        let bound = settings.rounding_bound().vector;
+        let mut random = Random(54);
+        let mut largest = 0.0_f64;
+        for _ in 0..5000 {
+            let vector = unit(&mut random);
+            let text = settings.vector_in_text(&vector);
+            let apart = vector.cross(&text).norm().atan2(vector.dot(&text));
+            largest = largest.max(apart);
+            let scale = 10f64.powi(dialect.file().numbers.vector_decimals.into());
+            assert!((text * scale).iter().all(|c| (c - c.round()).abs() < 1e-6));
+        }
+        assert!(largest <= bound && largest > 0.8 * bound, "{dialect:?} {largest} {bound}");
+        let rotary = PostFile { orientation: Orientation::Rotary, ..post(dialect) }.settings(None).unwrap();
+        assert_eq!((rotary.rounding_bound().vector, rotary.vector_rule()), (0.0, None));
     }
 }
 

@@ -196,7 +196,10 @@ impl Reading<'_> {
         };
         let ((has_axis, axis), (_, normal)) = (of(Key::ToolVector), of(Key::Normal));
         if has_axis || self.state.has_tcpm {
-            self.has_unknown = true;
+            match axis {
+                Some(_) => self.block.commands.push(line_macro(MacroKind::ToolVector, self.line)),
+                None => self.has_unknown = true,
+            }
             let words = self.state.modal.position.words();
             for word in words.iter().filter(|w| w.letter.kind() == AxisKind::Rotary) {
                 self.state.modal.position.forget_word(word.letter);

@@ -107,7 +107,8 @@ impl BlockReading<'_> {
         // At the start of the block, and at its end.
         let _ = of(4);
         let normal = of(5);
-        self.block.commands.push(line_macro(MacroKind::VariableWords, self.line));
+        let kind = if axis.is_some() { MacroKind::ToolVector } else { MacroKind::VariableWords };
+        self.block.commands.push(line_macro(kind, self.line));
         let words = self.state.modal.position.words();
         for word in words.iter().filter(|w| w.letter.kind() == AxisKind::Rotary) {
             self.state.modal.position.forget_word(word.letter);
