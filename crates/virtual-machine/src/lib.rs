@@ -84,6 +84,7 @@ mod scene;
 mod setup;
 mod stepping;
 mod timing;
+mod tool_vectors;
 mod track;
 mod turned_rotaries;
 mod verify;

@@ -9,6 +9,7 @@ use facemill_nc_program::{
 use crate::{
     FindingKind, VerifySettings, VirtualSetup,
     control::{Control, own_head},
+    tool_vectors::{Unturned, turned_to},
 };
 
 /// One motion of the axes.
@@ -104,6 +105,7 @@ enum NoEnd {
     OtherOffset,
     MixedRtcp(AxisLetter),
     Dependent,
+    Unturned(Unturned),
 }
 
 impl<'a> State<'a> {
@@ -128,7 +130,7 @@ impl<'a> State<'a> {
 
     fn block(&mut self, index: usize, block: &ReadBlock) {
         for command in &block.commands {
-            if let Some(note) = self.unresolved(command) {
+            if let Some(note) = self.unresolved(command, block.compensation) {
                 self.fault(FindingKind::UnknownBlock, index, None, note);
             }
         }
@@ -264,8 +266,14 @@ impl<'a> State<'a> {
     }
 
     /// What a command does that is not followed here; forgets the axes it may move.
-    fn unresolved(&mut self, command: &ReadCommand) -> Option<String> {
+    fn unresolved(&mut self, command: &ReadCommand, compensation: Compensation) -> Option<String> {
         match command {
+            // Under RTCP its motion is followed.
+            ReadCommand::Macro { kind: MacroKind::ToolVector, .. } => {
+                let is_followed = matches!(compensation, Compensation::Rtcp(_));
+                self.is_known.iter_mut().for_each(|known| *known &= is_followed);
+                (!is_followed).then(|| "a tool vector without RTCP: what it does to the axes is not followed".into())
+            }
             ReadCommand::Macro { kind: MacroKind::Call | MacroKind::VariableWords, .. } => {
                 self.is_known.fill(false);
                 Some("may move any axis; words are read on from here as if it did not change offsets".into())
@@ -314,6 +322,7 @@ impl<'a> State<'a> {
         let all_known = self.is_known.iter().all(|&known| known);
         let mut tip = words_from_table * machine.cl_point(&self.axes, length).tip;
         let mut rotaries = self.axes;
+        let vector = motion.tool.as_ref().and_then(|tool| tool.axis);
         for (k, axis) in self.setup.words.axes().iter().enumerate() {
             let coordinate = "XYZ".find(axis.letter.letter()).filter(|_| axis.letter.number() == 0);
             match (motion.position.get(axis.letter), coordinate) {
@@ -322,6 +331,9 @@ impl<'a> State<'a> {
                 // A coordinate of the tip stays only where the tip is known, a rotary axis where it is.
                 (None, Some(_)) if all_known => {}
                 (None, None) if self.is_known[k] => {}
+                (Some(_), None) if vector.is_some() => {
+                    return Err(NoEnd::Unturned(Unturned::AxisToo(axis.letter)));
+                }
                 (Some(AxisAt::Word(word)), None) => {
                     rotaries[k] = axis.offset + joint_unit(axis.letter, word);
                 }
@@ -330,6 +342,9 @@ impl<'a> State<'a> {
             }
         }
         let tip = self.setup.table_from_rtcp_words * tip;
+        if let Some(vector) = vector {
+            return turned_to(self.setup, &self.axes, tip, vector).map_err(NoEnd::Unturned);
+        }
         machine.with_tip_at(&rotaries, &tip, length).ok_or(NoEnd::Dependent)
     }
 
@@ -386,11 +401,13 @@ impl<'a> State<'a> {
                 let note = "the linear axes cannot bring the tip there".to_owned();
                 (FindingKind::ReachFailure, None, note)
             }
+            NoEnd::Unturned(why) => why.finding(),
         };
         self.fault(kind, index, axis, note);
         for (k, axis) in self.setup.words.axes().iter().enumerate() {
             // Every word is taken as lost, because a word that stays may be of another frame.
-            let is_lost = motion.position.get(axis.letter).is_some() || is_sent_anywhere(motion, axis.letter);
+            let is_turned = matches!(why, NoEnd::Unturned(_)) && axis.letter.kind() == AxisKind::Rotary;
+            let is_lost = motion.position.get(axis.letter).is_some() || is_sent_anywhere(motion, axis.letter) || is_turned;
             self.is_known[k] &= !is_lost;
         }
     }
