@@ -96,8 +96,7 @@ impl Machine {
         let Solver::Closed { rotaries, .. } = &self.solver else { return Err(UnclearChoice::OtherMachine) };
         let pole = rotaries.first.direction;
         let angle = smallest_angle(&self.cl_point(from, tool_length).axis, &cl.axis, &pole);
-        // Written so that NaN is refused, too.
-        if !(angle >= POLE_CONE) {
+        if angle.is_nan() || angle < POLE_CONE {
             return Err(UnclearChoice::Pole { axis: self.axes[rotaries.first.axis].letter, angle });
         }
         let mut all = self.candidates([rotaries.first.axis, rotaries.second.axis], from, cl, tool_length)?;

@@ -13,6 +13,10 @@ pub struct PostFile {
     /// What F means.
     #[serde(default)]
     pub feed_mode: FeedMode,
+    /// Path of a dialect file, of which the caller makes settings with [`PostFile::settings_of`]; the one of [`PostFile::dialect`]
+    /// where absent. [`PostFile::dialect`] then says which reader reads the programs, and whose template is taken.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub dialect_file: Option<String>,
     /// Path of a minijinja template; the dialect's own where absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub template: Option<String>,
@@ -193,6 +197,7 @@ impl Default for PostFile {
     fn default() -> Self {
         Self {
             dialect: Dialect::default(),
+            dialect_file: None,
             feed_mode: FeedMode::default(),
             template: None,
             program_number: default_program_number(),

@@ -49,7 +49,9 @@ mod path;
 mod pieces;
 mod plan;
 mod pole;
+mod post_load;
 mod program;
+mod program_spec;
 mod refeed;
 pub mod report;
 mod report_turning;
@@ -63,6 +65,7 @@ mod stock;
 mod summary;
 mod turning;
 mod validate;
+mod vector_blocks;
 mod winding;
 #[cfg(test)]
 mod winding_laws;

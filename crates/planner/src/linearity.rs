@@ -36,16 +36,17 @@ impl Linearity {
         let length = cell.tool.gauge_length();
         let radius = cell.tool.cutter().radius();
         let here = cell.machine.cl_point(axes, length);
-        let mut sum = self.rounding.linear * 3f64.sqrt();
+        let mut turned = 0.0;
         for (k, axis) in cell.machine.axes().iter().enumerate() {
             if axis.kind == AxisKind::Rotary {
                 let mut moved = *axes;
                 moved[k] += self.rounding.rotary;
                 let there = cell.machine.cl_point(&moved, length);
-                sum += (there.tip - here.tip).norm() + radius * self.rounding.rotary;
+                turned += (there.tip - here.tip).norm() + radius * self.rounding.rotary;
             }
         }
-        sum
+        // Where vectors are written, rotary words can stand between them.
+        self.rounding.linear * 3f64.sqrt() + f64::max(turned, radius * self.rounding.vector)
     }
 }
 

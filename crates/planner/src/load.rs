@@ -7,7 +7,7 @@ use facemill_cl_data::{Aabb, CcPoint, CuttingLaw, PlacedSolid, RoundBox, Solid};
 use facemill_cutter_location::Pieces;
 use facemill_interference::{Interference, MeshTree, solid_mesh};
 use facemill_inverse_kinematics::{AxisKind, BlockLaw, BodyPose, Carrier, Machine};
-use facemill_nc_program::{AxisWords, FeedMode, LAST_PROGRAM_NUMBER, PostSettings, RtcpRapids, Template, WorkOffset};
+use facemill_nc_program::{AxisWords, FeedMode, LAST_PROGRAM_NUMBER, PostSettings, ReadError, RtcpRapids, WorkOffset};
 use facemill_surface_model::{
     Group, ImportSettings, Imported, LengthUnit, MeshFormat, Surface, SurfaceSettings, TriMesh, UpAxis, import_mesh,
 };
@@ -19,6 +19,7 @@ use crate::job_file::{
     JobFile, MeshFile, OperationFile, PoseFile, RoleFile, SetupFile, StockFile, UnitFile, UpAxisFile,
 };
 use crate::machine_load::read_machine;
+use crate::post_load::read_post;
 use crate::report::MeshReport;
 use crate::stock::stock_mesh;
 use crate::validate::{FARTHEST, belongs, check_feeds, check_gouge_tolerances, check_heads, check_rounding, validate};
@@ -87,16 +88,12 @@ impl Job {
         }
         let machine = heads.swap_remove(0);
         check_feeds(&file, &machine.feed_range()).map_err(|e| Failure::input(path, e))?;
-        let template = match &file.post.template {
-            None => None,
-            Some(name) => {
-                let template_path = beside(name);
-                let text = String::from_utf8(files::read(&template_path)?)
-                    .map_err(|e| Failure::input(&template_path, format!("not UTF-8 text: {e}")))?;
-                Some(Template { name: name.clone(), text })
-            }
-        };
-        let post = file.post.settings(template).map_err(|e| Failure::input(path, format!("post.{e}")))?;
+        let post = read_post(path, &file)?;
+        if let (Some(_), Some(name)) = (&second, &file.post.dialect_file) {
+            let message =
+                format!("post.dialect_file: {name}: two heads are programmed by the dialect's own file alone");
+            return Err(Failure::input(path, message));
+        }
         if post.program_number() as usize + file.setups.len() - 1 > LAST_PROGRAM_NUMBER as usize {
             let message = format!("post.program_number: {} leaves no numbers for all setups", post.program_number());
             return Err(Failure::input(path, message));
@@ -153,6 +150,17 @@ impl Job {
     /// An error about the job file.
     pub fn wrong(&self, message: impl ToString) -> Failure {
         Failure::input(&self.path, message)
+    }
+
+    /// Its own program could not be read back: the fault of the job's own template or dialect file, where it has one.
+    pub(crate) fn unread(&self, why: &ReadError) -> Failure {
+        let (post, reader) = (&self.file.post, self.post.dialect().name());
+        match post.template.as_ref().or(post.dialect_file.as_ref()) {
+            Some(name) => self.wrong(format!(
+                "post: what is written with {name} the reader of `{reader}` does not understand, so it cannot be verified: {why}"
+            )),
+            None => Failure::Internal(format!("own program: {why}")),
+        }
     }
 
     /// The operations of a setup, with their index in the job.

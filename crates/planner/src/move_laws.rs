@@ -127,7 +127,7 @@ fn a_pass_is_split_where_the_branch_changes_and_not_at_the_border() {
     assert!(left_out.is_empty());
 }
 
-const ROUNDING: RoundingBound = RoundingBound { linear: 0.0005, rotary: 1e-5 };
+const ROUNDING: RoundingBound = RoundingBound { linear: 0.0005, rotary: 1e-5, vector: 0.0 };
 
 pub(crate) fn linearity(tolerance: f64) -> Linearity {
     Linearity { tolerance, rounding: ROUNDING, law: CuttingLaw::AxesLinear }

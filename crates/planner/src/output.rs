@@ -18,7 +18,9 @@ use crate::load::{Job, ObstacleRole, Setup};
 use crate::mending::CutBlock;
 use crate::moves::MoveKind;
 use crate::operation::PlannedOperation;
-use crate::program::{BlockWriter, Timed, program_spec, programmed_feed, table_from_rtcp_words};
+use crate::post_load::probe;
+use crate::program::{BlockWriter, Timed, programmed_feed, table_from_rtcp_words};
+use crate::program_spec::program_spec;
 use crate::report::{CERTIFICATES_FORMAT, CertificatesFile};
 use crate::{Failure, Stages};
 
@@ -55,7 +57,7 @@ pub(crate) fn write_texts(
     words: &WordMap,
     verify: bool,
 ) -> Result<Texts, Failure> {
-    let mut writer = BlockWriter::new(job, words)?;
+    let mut writer = BlockWriter::new(job, setup, words)?;
     if !verify {
         writer.comment(NOT_VERIFIED.to_owned());
     }
@@ -92,11 +94,12 @@ pub(crate) fn write_texts(
 pub(crate) fn try_template(job: &Job, setup: &Setup<'_>, words: &WordMap) -> Result<(), Failure> {
     let Some((_, operation)) = job.operations_of(setup.file).next() else { return Ok(()) };
     let home = job.machine.home();
-    let mut timed = BlockWriter::new(job, words)?.finish();
+    let mut timed = BlockWriter::new(job, setup, words)?.finish();
     let at_home = words.words(home.as_slice()).map_err(|e| Failure::Internal(e.to_string()))?;
     timed.program.blocks.push(Block::Rapid { words: at_home });
     let spec = program_spec(job, setup, operation, words, &mut timed)?;
-    write_program(&spec, &job.post).map(drop).map_err(|e| job.wrong(format!("post: {e}")))
+    write_program(&spec, &job.post).map_err(|e| job.wrong(format!("post: {e}")))?;
+    probe(job, &spec)
 }
 
 fn apt_moves(operations: &[PlannedOperation<'_>], verify: bool) -> Vec<AptMove> {
@@ -147,7 +150,7 @@ impl OwnProgram<'_> {
     /// The program as it stands in the text.
     fn read(&self) -> Result<ReadProgram, Failure> {
         let program = read_program(&self.texts.nc, self.job.post.dialect());
-        let program = program.map_err(|e| Failure::Internal(format!("own program: {e}")))?;
+        let program = program.map_err(|e| self.job.unread(&e))?;
         // A dialect file of one's own may say otherwise than the control it was made from.
         let rtcp_rapids = self.job.post.rtcp_rapids().unwrap_or(program.rtcp_rapids);
         Ok(ReadProgram { rtcp_rapids, ..program })

@@ -5,18 +5,17 @@ use std::collections::BTreeMap;
 use facemill_cl_data::CuttingLaw;
 use facemill_feedrate::{feed_for_block, rapid_time};
 use facemill_inverse_kinematics::{Axis, AxisKind, AxisValues, BlockLaw, Machine};
-use facemill_nc_program::{
-    AxisLetter, AxisSpec, AxisWords, Block, Coolant, FeedMode, MappedAxis, NcProgram, ProgramSpec, SpindleSpec,
-    ToolSpec, WordMap,
-};
-use facemill_tool_model::{SpindleRotation, ToolAssembly};
-use nalgebra::Isometry3;
+use facemill_nc_program::{AxisLetter, AxisWords, Block, CutVectors, FeedMode, MappedAxis, NcProgram, WordMap};
+use facemill_tool_model::SpindleRotation;
+use nalgebra::{Isometry3, Unit, Vector3};
 
 use crate::Failure;
-use crate::job_file::{CoolantFile, FeedsFile, OperationFile};
+use crate::job_file::{FeedsFile, OperationFile};
 use crate::load::{Job, Setup};
 use crate::mending::CutBlock;
 use crate::moves::{Move, MoveKind, OperationMoves};
+use crate::program_spec::coolant;
+use crate::vector_blocks::VectorBlocks;
 
 /// How joint values become words in a setup.
 ///
@@ -85,16 +84,8 @@ pub(crate) fn table_from_rtcp_words(job: &Job, words: &WordMap) -> Result<Isomet
     })
 }
 
-/// Words of where RTCP is switched on: linear axes at home, rotary words 0.
-fn rtcp_start(job: &Job, words: &WordMap) -> Result<AxisWords, Failure> {
-    let at = rtcp_start_axes(job, words);
-    let tip = job.machine.cl_point(&at, job.tool.gauge_length()).tip;
-    let tip = table_from_rtcp_words(job, words)?.inverse_transform_point(&tip);
-    words.rtcp_words(&tip, at.as_slice()).map_err(|e| Failure::Internal(e.to_string()))
-}
-
-/// Axis values there.
-fn rtcp_start_axes(job: &Job, words: &WordMap) -> AxisValues {
+/// Axis values where RTCP is switched on: linear axes at home, rotary words 0.
+pub(crate) fn rtcp_start_axes(job: &Job, words: &WordMap) -> AxisValues {
     let mut at = job.machine.home();
     for (k, (axis, mapped)) in job.machine.axes().iter().zip(words.axes()).enumerate() {
         if axis.kind == AxisKind::Rotary {
@@ -156,6 +147,8 @@ pub(crate) struct BlockWriter<'a> {
     /// Of the operation before.
     feeds: Option<FeedsFile>,
     at: Option<Move>,
+    /// Where the program names the tool's axis as a vector.
+    vectors: Option<VectorBlocks<'a>>,
     timed: Timed,
 }
 
@@ -164,9 +157,11 @@ impl<'a> BlockWriter<'a> {
     ///
     /// # Errors
     /// When the machine cannot be programmed under the job's feed mode.
-    pub(crate) fn new(job: &'a Job, words: &'a WordMap) -> Result<Self, Failure> {
+    pub(crate) fn new(job: &'a Job, setup: &Setup<'_>, words: &'a WordMap) -> Result<Self, Failure> {
+        let table_from_rtcp_words = table_from_rtcp_words(job, words)?;
         Ok(Self {
-            table_from_rtcp_words: table_from_rtcp_words(job, words)?,
+            vectors: VectorBlocks::new(job, setup, &table_from_rtcp_words),
+            table_from_rtcp_words,
             machine: &job.machine,
             rapid_law: job.rapid_law(),
             tool_length: job.tool.gauge_length(),
@@ -201,11 +196,13 @@ impl<'a> BlockWriter<'a> {
                     let block = self.timed.program.blocks.len();
                     self.timed.cut_blocks.push(CutBlock { operation: index, piece: k, cut, at, block });
                 }
-                self.block(operation, m)?;
+                // On its way in the tool goes to the first cut, and out it comes from the last.
+                let normal = piece.piece.cuts.get(cut).map(|c| c.cc.normal);
+                self.block(operation, m, normal.as_ref())?;
             }
         }
         for m in &moves.retract {
-            self.block(operation, m)?;
+            self.block(operation, m, None)?;
         }
         Ok(())
     }
@@ -231,7 +228,12 @@ impl<'a> BlockWriter<'a> {
         self.timed.program.blocks.push(Block::Comment(text));
     }
 
-    fn block(&mut self, operation: &OperationFile, m: &Move) -> Result<(), Failure> {
+    fn block(
+        &mut self,
+        operation: &OperationFile,
+        m: &Move,
+        normal: Option<&Unit<Vector3<f64>>>,
+    ) -> Result<(), Failure> {
         let words = self.words_of(&m.axes)?;
         let block = match m.kind {
             MoveKind::Rapid => {
@@ -244,7 +246,13 @@ impl<'a> BlockWriter<'a> {
                 }
                 Block::Rapid { words }
             }
-            MoveKind::Approach | MoveKind::Engage | MoveKind::Cut => self.timed_block(operation, m, words)?,
+            MoveKind::Approach | MoveKind::Engage | MoveKind::Cut => {
+                let feed = self.timed(operation, m)?;
+                match self.vectors_of(operation, m, normal)? {
+                    Some(vectors) => Block::LinearVectors { words, feed, vectors: Box::new(vectors) },
+                    None => Block::Linear { words, feed },
+                }
+            }
         };
         self.timed.move_blocks.push(self.timed.program.blocks.len());
         self.timed.program.blocks.push(block);
@@ -274,7 +282,27 @@ impl<'a> BlockWriter<'a> {
         Ok(())
     }
 
-    fn timed_block(&mut self, operation: &OperationFile, m: &Move, words: AxisWords) -> Result<Block, Failure> {
+    /// Vectors of a feed block; `None` where rotary words say it.
+    fn vectors_of(
+        &self,
+        operation: &OperationFile,
+        m: &Move,
+        normal: Option<&Unit<Vector3<f64>>>,
+    ) -> Result<Option<CutVectors>, Failure> {
+        let (Some(vectors), Some(from)) = (&self.vectors, self.at) else { return Ok(None) };
+        match vectors.between(&from.axes, &m.axes, normal) {
+            Ok(vectors) => Ok(Some(vectors)),
+            Err(_) if vectors.may_take_words => Ok(None),
+            Err(why) => Err(Failure::Infeasible(format!(
+                "operation \"{}\": at ({:.2}, {:.2}, {:.2}) post.orientation cannot be vectors: {why}; take rotary, or a \
+                 dialect file whose vectors stand between rotary words",
+                operation.name, m.cl.tip.x, m.cl.tip.y, m.cl.tip.z
+            ))),
+        }
+    }
+
+    /// Adds the time of a feed block; its F.
+    fn timed(&mut self, operation: &OperationFile, m: &Move) -> Result<f64, Failure> {
         let from = self.at.ok_or_else(|| Failure::Internal("a program starts with a cut".to_owned()))?;
         let tip_distance = (m.cl.tip - from.cl.tip).norm();
         let tip_feed = programmed_feed(&operation.feeds, m.kind);
@@ -289,13 +317,12 @@ impl<'a> BlockWriter<'a> {
         } else {
             self.timed.approach_time += feed.time;
         }
-        let value = match self.feed_mode {
+        Ok(match self.feed_mode {
             FeedMode::G94 => feed.f_word,
             // A block without motion is over at once; any rate says so.
             FeedMode::G93 => feed.inverse_time().unwrap_or(1.0),
             FeedMode::Rtcp => feed.tip_feed.max(range.min),
-        };
-        Ok(Block::Linear { words, feed: value })
+        })
     }
 
     fn words_of(&self, axes: &AxisValues) -> Result<AxisWords, Failure> {
@@ -317,71 +344,5 @@ pub(crate) fn programmed_feed(feeds: &FeedsFile, kind: MoveKind) -> f64 {
         MoveKind::Cut => feeds.cutting_mm_min,
         MoveKind::Engage => feeds.approach_mm_min.min(feeds.cutting_mm_min),
         MoveKind::Approach | MoveKind::Rapid => feeds.approach_mm_min,
-    }
-}
-
-pub(crate) fn coolant(file: CoolantFile) -> Coolant {
-    match file {
-        CoolantFile::Off => Coolant::Off,
-        CoolantFile::Flood => Coolant::Flood,
-        CoolantFile::Mist | CoolantFile::Air => Coolant::Mist,
-    }
-}
-
-/// Everything the dialect's writer needs.
-///
-/// # Errors
-/// When an axis has no NC address.
-pub(crate) fn program_spec(
-    job: &Job,
-    setup: &Setup<'_>,
-    operation: &OperationFile,
-    words: &WordMap,
-    timed: &mut Timed,
-) -> Result<ProgramSpec, Failure> {
-    let approach = match job.post.feed_mode() {
-        FeedMode::Rtcp => Some(rtcp_start(job, words)?),
-        FeedMode::G94 | FeedMode::G93 => None,
-    };
-    let axes = axis_specs(job, words);
-    Ok(ProgramSpec {
-        job_name: format!("{} - {}", job.file.name, setup.file.name),
-        tool: tool_spec(&job.tool),
-        spindle: SpindleSpec {
-            rpm: operation.feeds.spindle_rpm,
-            clockwise: job.tool.spindle_rotation() == SpindleRotation::Clockwise,
-        },
-        coolant: coolant(operation.feeds.coolant),
-        work_offset: setup.work_offset,
-        axes,
-        smallest_feed: job.machine.feed_range().min,
-        program: std::mem::take(&mut timed.program),
-        rapid: job.machine.motion_law().rapid,
-        approach,
-    })
-}
-
-/// The axes as the dialect's writer knows them.
-pub(crate) fn axis_specs(job: &Job, words: &WordMap) -> Vec<AxisSpec> {
-    let spec = |(a, mapped): (&Axis, &MappedAxis)| AxisSpec {
-        letter: mapped.letter,
-        min: a.in_word_unit(a.min),
-        max: a.in_word_unit(a.max),
-        along_spindle: mapped.along_spindle.abs() > 0.5,
-        work_offset: a.in_word_unit(mapped.offset),
-    };
-    job.machine.axes().iter().zip(words.axes()).map(spec).collect()
-}
-
-/// A tool as the dialect's writer knows it.
-pub(crate) fn tool_spec(tool: &ToolAssembly) -> ToolSpec {
-    let cutter = tool.cutter();
-    ToolSpec {
-        number: tool.number(),
-        name: tool.name().to_owned(),
-        radius: cutter.radius(),
-        corner_radius: cutter.corner_radius(),
-        length: tool.gauge_length(),
-        length_register: tool.length_register(),
     }
 }

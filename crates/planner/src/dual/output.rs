@@ -217,7 +217,7 @@ impl DualProgram<'_, '_> {
 
     fn read(&self) -> Result<ReadProgram, Failure> {
         let program = read_program(&self.texts.nc, self.ground.jobs[0].post.dialect());
-        program.map_err(|e| Failure::Internal(format!("own program: {e}")))
+        program.map_err(|e| self.ground.jobs[0].unread(&e))
     }
 
     fn setup(&self, head: usize) -> VirtualSetup<'_> {

@@ -189,7 +189,7 @@ impl<'a> PairPlanner<'_, 'a> {
         for (head, _, operation) in planned {
             let job = self.ground.jobs[*head];
             let words = crate::program::word_map(job, self.ground.setups[*head], 0)?;
-            let mut writer = BlockWriter::new(job, &words)?;
+            let mut writer = BlockWriter::new(job, self.ground.setups[*head], &words)?;
             writer.operation(operation.operation, &operation.moves)?;
             let timed = writer.finish();
             sum += timed.cutting_time + timed.approach_time + timed.rapid_time;

@@ -10,7 +10,8 @@ use crate::Failure;
 use crate::job_file::FeedsFile;
 use crate::load::{Job, Setup};
 use crate::moves::MoveKind;
-use crate::program::{Timed, axis_offset, check_offset_axes, letter, programmed_feed, tool_spec};
+use crate::program::{Timed, axis_offset, check_offset_axes, letter, programmed_feed};
+use crate::program_spec::tool_spec;
 
 /// How joint values become words: one length for each head, along its spindle's axis.
 ///
@@ -201,12 +202,12 @@ pub(crate) fn dual_spec(
 ) -> Result<(ProgramSpec, Vec<HeadSpec>), Failure> {
     let heads: Vec<HeadSpec> =
         (0..2).map(|h| head_spec(jobs, h, feeds[h].spindle_rpm)).collect::<Result<_, Failure>>()?;
-    let axes = crate::program::axis_specs(jobs[0], words);
+    let axes = crate::program_spec::axis_specs(jobs[0], words);
     let spec = ProgramSpec {
         job_name: format!("{} - {}", jobs[0].file.name, setup.file.name),
         tool: heads[0].tool.clone(),
         spindle: heads[0].spindle,
-        coolant: crate::program::coolant(feeds[0].coolant),
+        coolant: crate::program_spec::coolant(feeds[0].coolant),
         work_offset: setup.work_offset,
         axes,
         smallest_feed: jobs[0].machine.feed_range().min,

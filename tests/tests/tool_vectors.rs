@@ -1,0 +1,188 @@
+//! Programs that name the tool's axis, and the surface's normal, as vectors; and a shop's own dialect file.
+
+use facemill::inverse_kinematics::{AxisValues, Machine};
+use facemill::surface_model::{Surface, SurfaceSettings};
+use facemill::{Job, PlanSettings, Planned, SilentStages, plan_setup};
+use facemill_tests::jobs::{JobFolder, text_of};
+use facemill_tests::variants::{CUTTING, variant};
+use nalgebra::{Isometry3, Point3, Translation3, Unit, UnitQuaternion, Vector3};
+use serde_json::{Value, json};
+
+const OFFSET: [f64; 3] = [41.5, -27.0, 260.0];
+
+/// A shop's own file for a dialect, with rapids under RTCP that go as the machine file says, and further changes.
+fn own_dialect(job: &JobFolder, dialect: &str, changes: &[(&str, Value)]) {
+    let file = format!("crates/nc-program/dialects/{dialect}.json");
+    let file = std::fs::read(facemill_tests::shared::workspace().join(file)).unwrap();
+    job.write("shop.json", &file).set("shop.json", &[("/motion/rtcp/rapids", json!("by_setting"))]);
+    job.set("shop.json", changes);
+}
+
+/// A small job under an offset that is neither the table's frame nor the workpiece's, with vectors.
+fn with_vectors(dialect: &str, cutting: &str) -> JobFolder {
+    let post = json!({
+        "dialect": dialect, "dialect_file": "shop.json", "feed_mode": "rtcp", "orientation": "vectors",
+        "max_line_length": 150
+    });
+    let offset = json!({ "linear_mm": { "X": OFFSET[0], "Y": OFFSET[1], "Z": OFFSET[2] } });
+    let job = variant(&[("/post", post), ("/setups/0/work_offset", offset)]);
+    let tolerance = json!({ "path_mm": 0.005, "orientation_deg": 0.001 });
+    let motion = json!({ "cutting": cutting, "rapid": "linear", "control_tolerance": tolerance });
+    job.set("machine.json", &[("/motion", motion)]);
+    own_dialect(&job, dialect, &[]);
+    job
+}
+
+fn plan(job: &JobFolder, certificates: bool) -> Planned {
+    let job = Job::read(&job.job()).unwrap_or_else(|e| panic!("{e}"));
+    plan_setup(&job, 0, PlanSettings { verify: true, certificates }, &SilentStages).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// Text of the file with this ending.
+fn text_with(planned: &Planned, ending: &str) -> String {
+    let mut names = planned.files.iter().map(|(name, _)| name);
+    text_of(planned, names.find(|name| name.ends_with(ending)).unwrap())
+}
+
+/// A pose of the plan in the frame of the words, from the APT file.
+fn planned_poses(job: &JobFolder, planned: &Planned) -> Vec<(Point3<f64>, Vector3<f64>)> {
+    let words_from_work = words_from_work(job);
+    let text = text_with(planned, ".apt");
+    let all = text.lines().filter_map(|l| l.strip_prefix("GOTO/"));
+    all.map(|line| {
+        let n: Vec<f64> = line.split(',').map(|n| n.trim().parse().unwrap()).collect();
+        (words_from_work * Point3::new(n[0], n[1], n[2]), words_from_work * Vector3::new(n[3], n[4], n[5]))
+    })
+    .collect()
+}
+
+/// From where the axes are at the work offset, and where the job puts the workpiece.
+fn words_from_work(job: &JobFolder) -> Isometry3<f64> {
+    let machine = Machine::from_json(&std::fs::read(job.path("machine.json")).unwrap()).unwrap();
+    let mut offset = AxisValues::zeros(5);
+    for (letter, value) in ["X", "Y", "Z"].into_iter().zip(OFFSET) {
+        offset[machine.axis_index(letter).unwrap()] = value;
+    }
+    let table_from_words = machine.work_coordinates(&offset).unwrap();
+    let pose = &job.json("job.json")["setups"][0]["table_from_work"];
+    let three = |v: &Value| [0, 1, 2].map(|k| v[k].as_f64().unwrap_or(0.0));
+    let axis = Unit::try_new(Vector3::from(three(&pose["rotation_axis"])), 0.0).unwrap_or_else(Vector3::z_axis);
+    let angle = pose["rotation_deg"].as_f64().unwrap_or(0.0).to_radians();
+    let turn = UnitQuaternion::from_axis_angle(&axis, angle);
+    let table_from_work = Isometry3::from_parts(Translation3::from(three(&pose["translation_mm"])), turn);
+    table_from_words.inverse() * table_from_work
+}
+
+/// What a motion line says, with what is remembered.
+#[derive(Clone, Debug, Default)]
+struct Line {
+    tip: [f64; 3],
+    /// `None` where rotary words say it.
+    axis: Option<[f64; 3]>,
+    normal: Option<[f64; 3]>,
+    feed: f64,
+    is_rapid: bool,
+}
+
+/// Motion lines between the first rapid of the body and the end of the coolant, read word by word.
+fn motion_lines(text: &str, tool: [&str; 3]) -> Vec<Line> {
+    let mut at = Line::default();
+    let mut all = Vec::new();
+    let is_first = |l: &&str| {
+        let has = |w: &str| l.split(' ').any(|x| x.starts_with(w));
+        !l.contains(';') && has("X") && has("Y") && has("Z") && (has("B") || has("C"))
+    };
+    let body = text.lines().skip_while(|l| !is_first(l)).take_while(|l| !l.ends_with(" M9"));
+    for line in body.filter(|l| !l.contains(';')) {
+        let mut is_motion = false;
+        (at.is_rapid, at.normal) = (at.is_rapid && !line.contains("LN "), None);
+        for word in line.split(' ') {
+            let number = |name: &str| word.strip_prefix(name).and_then(|v| v.parse::<f64>().ok());
+            match word {
+                "G0" | "FMAX" => at.is_rapid = true,
+                "G1" => at.is_rapid = false,
+                _ => {}
+            }
+            for k in 0..3 {
+                if let Some(v) = number(["X", "Y", "Z"][k]) {
+                    (at.tip[k], is_motion) = (v, true);
+                }
+                if let Some(v) = number(tool[k]) {
+                    at.axis.get_or_insert_default()[k] = v;
+                    is_motion = true;
+                }
+                if let Some(v) = number(["NX", "NY", "NZ"][k]) {
+                    at.normal.get_or_insert_default()[k] = v;
+                }
+            }
+            if number("B").or(number("C")).is_some() {
+                (at.axis, is_motion) = (None, true);
+            }
+            if let Some(feed) = number("F") {
+                (at.feed, at.is_rapid) = (feed, false);
+            }
+        }
+        if is_motion {
+            all.push(at.clone());
+        }
+    }
+    all
+}
+
+/// Every line is its pose of the plan: the tip to the decimals of the words, the axis to those of the vector.
+fn check_poses(job: &JobFolder, planned: &Planned, lines: &[Line]) {
+    let poses = planned_poses(job, planned);
+    assert_eq!(lines.len(), poses.len());
+    let mut n = 0;
+    for (line, (tip, axis)) in lines.iter().zip(&poses) {
+        assert!((Point3::from(line.tip) - tip).amax() < 0.6e-3, "{line:?} {tip}");
+        // The APT file has its own decimals.
+        if let Some(found) = line.axis {
+            assert!((Vector3::from(found) - axis).amax() < 2e-6, "{line:?} {axis}");
+        }
+        assert!(!line.is_rapid || line.axis.is_none(), "{line:?}");
+        n += usize::from(line.axis.is_some());
+    }
+    let cuts = lines.iter().filter(|l| !l.is_rapid).count();
+    assert!(n == cuts && n > 300, "{n} vectors in {cuts} feed blocks");
+}
+
+#[test]
+fn siemens_vectors_are_the_planned_poses_and_are_verified_and_proven() {
+    let job = with_vectors("siemens_840d", "tip_linear_vector_turned");
+    let planned = plan(&job, true);
+    assert!(planned.is_clean() && planned.report.verified, "{:?}", planned.report.findings);
+    assert!(planned.report.findings.is_empty(), "{:?}", planned.report.findings);
+    let text = text_of(&planned, "program.mpf");
+    assert!(text.contains("ORIWKS ORIVECT") && text.contains("FGROUP(X,Y,Z)"));
+    check_poses(&job, &planned, &motion_lines(&text, ["A3=", "B3=", "C3="]));
+    let certificates: Value = serde_json::from_str(&text_of(&planned, "certificates.json")).unwrap();
+    assert!(certificates["blocks"].as_u64().unwrap() > 300);
+    assert_eq!(certificates["blocks"], certificates["certified"]);
+}
+
+#[test]
+fn heidenhain_says_the_planned_poses_with_the_normals_of_the_surface() {
+    let job = with_vectors("heidenhain", "tip_and_rotaries_linear");
+    let planned = plan(&job, false);
+    let lines = motion_lines(&text_with(&planned, ".h"), ["TX", "TY", "TZ"]);
+    check_poses(&job, &planned, &lines);
+    // A tip, its axis and the normal lead to a point of the surface that has this normal.
+    let mesh = facemill::read_mesh(&job.path("patch.obj"), None, None).unwrap().mesh;
+    let surface = Surface::new(mesh, SurfaceSettings::default());
+    let tool = job.json("tool.json");
+    let [radius, corner] = ["radius_mm", "corner_radius_mm"].map(|key| tool[key].as_f64().unwrap());
+    let work_from_words = words_from_work(&job).inverse();
+    let mut n = 0;
+    for line in lines.iter().filter(|l| l.feed == CUTTING && l.axis.is_some() && !l.is_rapid) {
+        let axis = Vector3::from(line.axis.unwrap());
+        let normal = Vector3::from(line.normal.unwrap());
+        assert!((axis.norm() - 1.0).abs() < 1e-6 && (normal.norm() - 1.0).abs() < 1e-6);
+        let across = (axis * axis.dot(&normal) - normal).normalize();
+        let contact = Point3::from(line.tip) + axis * corner + across * (radius - corner) - normal * corner;
+        let found = surface.closest_point(&(work_from_words * contact), 10.0).unwrap();
+        assert!(found.distance < 0.05, "{line:?}: {} mm off", found.distance);
+        n += 1;
+    }
+    assert!(n > 100, "{n}");
+}
