@@ -2,6 +2,7 @@
 
 use facemill::inverse_kinematics::{AxisValues, Machine};
 use facemill::surface_model::{Surface, SurfaceSettings};
+use facemill::virtual_machine::FindingKind;
 use facemill::{Job, PlanSettings, Planned, SilentStages, plan_setup};
 use facemill_tests::jobs::{JobFolder, text_of};
 use facemill_tests::variants::{CUTTING, variant};
@@ -185,4 +186,82 @@ fn heidenhain_says_the_planned_poses_with_the_normals_of_the_surface() {
         n += 1;
     }
     assert!(n > 100, "{n}");
+}
+
+/// A job for FANUC with a dialect file of its own.
+fn with_shop_file(changes: &[(&str, Value)]) -> JobFolder {
+    let job = variant(&[("/post/dialect", json!("fanuc")), ("/post/dialect_file", json!("shop.json"))]);
+    own_dialect(&job, "fanuc", changes);
+    job
+}
+
+#[test]
+fn a_shop_changes_what_programs_look_like_in_a_file_of_its_own() {
+    let built_in = variant(&[]);
+    let own = with_shop_file(&[
+        ("/program/extension", json!("eia")),
+        ("/words/rapid", json!("G00")),
+        ("/words/linear", json!("G01")),
+        ("/comments/characters", json!("+-/=.")),
+    ]);
+    let [built_in, own] = [&built_in, &own].map(|job| plan(job, false));
+    assert!(own.is_clean() && own.report.verified && own.report.findings.is_empty(), "{:?}", own.report.findings);
+    let [before, after] = [text_of(&built_in, "program.nc"), text_of(&own, "program.eia")];
+    let count = |text: &str, word: &str| text.split_whitespace().filter(|w| *w == word).count();
+    assert!(count(&before, "G1") > 5 && count(&before, "G01") == 0);
+    assert_eq!((count(&after, "G01"), count(&after, "G1")), (count(&before, "G1"), 0));
+    let motions = |text: &str| -> Vec<String> {
+        let words = text.lines().filter(|l| l.contains('X') && !l.contains('(')).flat_map(str::split_whitespace);
+        words.filter(|w| !w.starts_with(['G', 'N'])).map(str::to_owned).collect()
+    };
+    assert_eq!(motions(&before), motions(&after));
+}
+
+#[test]
+fn a_dialect_file_that_is_not_read_as_it_is_meant_is_refused_before_planning() {
+    for (changes, wanted) in [
+        (
+            ("/words/linear", json!("G0")),
+            &["post.dialect_file: shop.json", "should be a feed move with F432.5 of g94"][..],
+        ),
+        (("/words/linear", json!("G1 &")), &["post.dialect_file: shop.json", "line"]),
+        (("/words/rapid", json!("G1")), &["should be a rapid"]),
+        (("/words/coolant/flood", json!("M52")), &["should be the coolant's word"]),
+        (("/words/spindle_on", json!(["S{rpm} M4"])), &["should be the start of the spindle"]),
+        (("/words/absolute", json!("G91")), &["should be"]),
+        (("/words/rapidd", json!("G0")), &["shop.json", "rapidd", "rapid"]),
+        (("/program/extension", json!("apt")), &["shop.json", "program.extension"]),
+        (("/lines/max_length", json!(7)), &["shop.json", "lines.max_length"]),
+        (("/feeds/g94", Value::Null), &["post.feed_mode", "g94"]),
+    ] {
+        let job = with_shop_file(std::slice::from_ref(&changes));
+        let told = job.try_plan().err().unwrap_or_else(|| panic!("{changes:?}")).to_string();
+        assert!(wanted.iter().all(|w| told.contains(w)), "{changes:?}: {told}");
+    }
+    let missing = variant(&[("/post/dialect_file", json!("none.json"))]).try_plan().err().unwrap().to_string();
+    assert!(missing.contains("none.json"), "{missing}");
+}
+
+/// Under the machine's law the tool vector turns in a plane; a dialect that wants vectors in all blocks cannot say what is
+/// near the pole.
+#[test]
+fn near_the_pole_rotary_words_stand_between_vectors_or_the_plan_is_refused() {
+    let upright =
+        [("/operations/0/search/tilt_deg", json!([0.0, 20.0])), ("/operations/0/search/mode", json!("smallest"))];
+    let job = with_vectors("siemens_840d", "tip_linear_vector_turned");
+    job.set("job.json", &upright);
+    let planned = plan(&job, false);
+    // What the planner takes for clear is so for the virtual machine, too.
+    let open = planned.report.findings.iter().filter(|f| f.kind == FindingKind::UnknownPosition);
+    assert_eq!(open.count(), 0, "{:?}", planned.report.findings);
+    let text = text_with(&planned, ".mpf");
+    let lines = motion_lines(&text, ["A3=", "B3=", "C3="]);
+    let feeds: Vec<&Line> = lines.iter().filter(|l| !l.is_rapid).collect();
+    let with_words = feeds.iter().filter(|l| l.axis.is_none()).count();
+    assert!(with_words > 0, "{} blocks", feeds.len());
+    let nearest = feeds.iter().filter_map(|l| l.axis).map(|[x, y, _]| x.hypot(y)).fold(f64::INFINITY, f64::min);
+    assert!(nearest >= facemill::inverse_kinematics::POLE_CONE.sin() - 1e-6, "{nearest}");
+    job.set("shop.json", &[("/motion/rtcp/vectors/between_rotary_words", json!(false))]);
+    let told = job.try_plan().err().unwrap().to_string();
+    assert!(told.contains("operation \"") && told.contains("at (") && told.contains("post.orientation"), "{told}");
 }
