@@ -74,7 +74,7 @@ pub(crate) fn check_heads(job: &JobFile, n_heads: usize) -> Result<(), String> {
         );
     }
     if n_heads >= 2 {
-        check_one_spindle_speed(job)?;
+        check_one_coolant(job)?;
         if job.post.feed_mode == FeedMode::Rtcp {
             return Err(
                 "post.feed_mode: rtcp can follow the tip of one head; take g94 or g93 on a machine with two".to_owned()
@@ -84,19 +84,11 @@ pub(crate) fn check_heads(job: &JobFile, n_heads: usize) -> Result<(), String> {
     job.pairs.iter().enumerate().try_for_each(|(k, pair)| check_pair(job, k, pair))
 }
 
-/// A program of two heads sets each spindle and the coolant once: its operations must agree on them.
-fn check_one_spindle_speed(job: &JobFile) -> Result<(), String> {
+/// A program of two heads switches the coolant once: its operations must agree on it.
+fn check_one_coolant(job: &JobFile) -> Result<(), String> {
     for (k, operation) in job.operations.iter().enumerate() {
         for (j, before) in job.operations[..k].iter().enumerate().filter(|(_, o)| o.setup == operation.setup) {
-            let (now, then) = (&operation.feeds, &before.feeds);
-            if before.head == operation.head && now.spindle_rpm != then.spindle_rpm {
-                return Err(format!(
-                    "operations[{k}].feeds.spindle_rpm: is {}, operations[{j}] of the same head and setup has {}; a program of \
-                     two heads sets each spindle once: give both the same, or put them into setups of their own",
-                    now.spindle_rpm, then.spindle_rpm
-                ));
-            }
-            if now.coolant != then.coolant {
+            if operation.feeds.coolant != before.feeds.coolant {
                 return Err(format!(
                     "operations[{k}].feeds.coolant: differs from that of operations[{j}] in the same setup; a program of two \
                      heads switches the coolant once: give both the same, or put them into setups of their own"

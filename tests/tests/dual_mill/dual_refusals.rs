@@ -15,14 +15,6 @@ fn refusal(job: &JobFolder, pointer: &str, value: Value) -> String {
     refused
 }
 
-/// The first operation once more, with another speed of the same spindle.
-fn third(job: &JobFolder) -> Value {
-    let mut operation = job.json("job.json")["operations"][0].clone();
-    set(&mut operation, "/name", json!("again"));
-    set(&mut operation, "/feeds/spindle_rpm", json!(300.0));
-    operation
-}
-
 #[test]
 fn jobs_that_two_heads_cannot_mean_are_refused_by_field() {
     let job = JobFolder::new(&NewJob::DualPropeller { diameter_mm: 1000.0 });
@@ -41,7 +33,6 @@ fn jobs_that_two_heads_cannot_mean_are_refused_by_field() {
         ("/pairs", pair("suction side", "back"), &["pairs[0].second", "0 operations are named \"back\""]),
         ("/pairs", twice, &["pairs[1].first", "in a pair already"]),
         ("/operations/1/feeds/coolant", json!("off"), &["operations[1].feeds.coolant", "switches the coolant once"]),
-        ("/operations/1", third(&job), &["operations[1].feeds.spindle_rpm", "sets each spindle once"]),
         ("/post/feed_mode", json!("rtcp"), &["post.feed_mode", "the tip of one head"]),
         ("/pairs", leaning, &["pairs[0].lean_back_deg", "181"]),
     ] {

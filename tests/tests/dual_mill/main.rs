@@ -118,6 +118,42 @@ fn both_sides_of_a_blade_are_planned_run_and_certified_at_once() {
     separate_times_are_those_of_the_sides_one_after_the_other(&alone, &read);
 }
 
+/// Three operations one after the other, the first head's second one slower: the program says so before it, for its spindle.
+#[test]
+fn operations_of_one_head_have_spindle_speeds_of_their_own() {
+    let job = job(444.0);
+    let mut again = job.json("job.json")["operations"][0].clone();
+    let other = job.json("job.json")["operations"][1]["feeds"]["spindle_rpm"].clone();
+    (again["name"], again["feeds"]["spindle_rpm"]) = (json!("again"), json!(300.0));
+    job.set("job.json", &[("/pairs", Value::Null)]);
+    let mut operations = job.json("job.json")["operations"].as_array().unwrap().clone();
+    operations.push(again);
+    job.set("job.json", &[("/operations", json!(operations))]);
+    let planned = job.plan();
+    assert!(planned.is_clean() && planned.report.verified, "{:?}", planned.report.findings);
+    let spindles = |name: &str| -> Vec<String> {
+        let text = text_of(&planned, name);
+        let code = |l: &str| l.split(' ').filter(|w| !w.starts_with('N')).collect::<Vec<_>>().join(" ");
+        let lines = text.lines().filter(|l| !l.contains(['(', ';'])).map(code);
+        lines.filter(|l| l.starts_with('S') && !l.starts_with("SETAL")).collect()
+    };
+    let first = number(&job.json("job.json")["operations"][0]["feeds"]["spindle_rpm"]);
+    let [first, other] = [first, number(&other)].map(|rpm| format!("S{rpm}"));
+    let all = spindles("program.nc");
+    assert!(all.len() == 3 && all[2].starts_with("S300 M") && all[2].ends_with(" P1"), "{all:?}");
+    let channels = [1, 2].map(|n| spindles(&format!("program-channel-{n}.mpf")));
+    assert!(channels[0].len() == 2 && channels[0][0].starts_with(&first), "{channels:?}");
+    assert!(channels[0][1].starts_with("S300 M"), "{channels:?}");
+    assert!(channels[1].len() == 1 && channels[1][0].starts_with(&other), "{channels:?}");
+    let text = text_of(&planned, "program.nc");
+    let line = |what: &str| text.lines().position(|l| l.contains(what)).unwrap_or_else(|| panic!("{what}"));
+    // Behind all cuts of the operations before, before those of its own.
+    let (start, name) = (line("S300 M"), line("(AGAIN)"));
+    assert!(start == name + 1 && text.lines().skip(start).any(|l| l.contains("G1 ")), "{name} {start}");
+    let texts = [1, 2].map(|n| text_of(&planned, &format!("program-channel-{n}.mpf")));
+    assert!(facemill::nc_program::read_siemens_pair([&texts[0], &texts[1]]).is_ok());
+}
+
 /// The committed job, both sides of three blades, as a whole: minutes, so by
 /// `cargo test --release -p facemill-tests --test dual_mill -- --ignored`.
 #[test]

@@ -248,7 +248,7 @@ impl Reading {
                 self.push(s, line, false, if is_per_minute { 60.0 * length / feed } else { 60.0 / feed })?;
             } else if let Some((line, seconds)) = s.take(dwell) {
                 self.push(s, line, false, seconds)?;
-            } else {
+            } else if s.take(|s| (*s == Statement::SpindleOn).then_some(())).is_none() {
                 return Ok(());
             }
         }

@@ -26,7 +26,7 @@ const DWELL_DECIMALS: u8 = 6;
 ///
 /// # Errors
 /// When there are not two heads or they share something, an axis has the number of neither, a setting is out of its
-/// range, the program does not start with a rapid that names every axis, holds blocks other than comments, rapids and
+/// range, the program does not start with a rapid that names every axis, holds blocks other than comments, starts of spindles, rapids and
 /// cuts, or a number fits no word.
 pub fn write_siemens_pair(
     spec: &ProgramSpec,
@@ -195,11 +195,25 @@ impl PairWriter<'_> {
             }
             Block::Rapid { words } => self.rapid(words, &place),
             Block::Linear { words, feed } => self.cut(words, *feed, &place),
+            Block::SpindleOn { rpm, clockwise, spindle } => self.spindle(*rpm, *clockwise, *spindle, place),
             _ => {
-                let why = "two channel programs hold comments, rapids and cutting moves alone";
+                let why = "two channel programs hold comments, starts of spindles, rapids and cutting moves alone";
                 Err(WriteError::NotInChannels { place, why })
             }
         }
+    }
+
+    /// In the channel of its head; both wait before, so that none cuts with the speed of what follows.
+    fn spindle(&mut self, rpm: f64, clockwise: bool, spindle: Option<u32>, place: String) -> Result<(), WriteError> {
+        if self.since_mark > 0 {
+            self.wait();
+        }
+        let speed = spindle_speed(rpm, &place)?;
+        let own = self.channels.iter().position(|c| Some(c.head.spindle_number) == spindle);
+        let why = "a spindle must be told by the number of one head's";
+        let own = own.ok_or(WriteError::NotInChannels { place, why })?;
+        self.texts[own].block(&format!("S{speed} {}", spindle_code(clockwise)));
+        Ok(())
     }
 
     fn rapid(&mut self, words: &AxisWords, place: &str) -> Result<(), WriteError> {

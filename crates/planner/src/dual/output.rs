@@ -67,11 +67,19 @@ pub(crate) fn write_dual_texts(
     if !verify {
         writer.comment(NOT_VERIFIED.to_owned());
     }
+    let first = parts.first().ok_or_else(|| Failure::Internal("no operation".to_owned()))?;
+    let feeds = spindle_feeds(parts, first)?;
+    let mut speeds = feeds.map(|f| f.feeds.spindle_rpm);
     let mut places = Vec::new();
     let mut times = Vec::new();
     for (k, part) in parts.iter().enumerate() {
         let name = part_name(part);
         writer.part(&name);
+        for (h, file) in part.files.iter().enumerate() {
+            let Some(rpm) = file.map(|f| f.feeds.spindle_rpm).filter(|rpm| *rpm != speeds[h]) else { continue };
+            writer.spindle(h, rpm);
+            speeds[h] = rpm;
+        }
         let files = files_of(part)?;
         let feeds = PartFeeds { name: &name, feeds: files.map(|f| &f.feeds) };
         let mut of_part = DualTimes::default();
@@ -87,8 +95,6 @@ pub(crate) fn write_dual_texts(
         times.push(of_part);
     }
     let mut timed = writer.finish();
-    let first = parts.first().ok_or_else(|| Failure::Internal("no operation".to_owned()))?;
-    let feeds = spindle_feeds(parts, first)?;
     let (spec, heads) = dual_spec(jobs, ground.setups[0], feeds.map(|f| &f.feeds), words, &mut timed)?;
     let post = ground.setups[0].post(jobs[0]);
     let written = write_program_of_heads(&spec, &heads, &post).map_err(|e| jobs[0].wrong(format!("post: {e}")))?;
@@ -130,7 +136,7 @@ fn files_of<'a>(part: &Part<'a>) -> Result<[&'a OperationFile; 2], Failure> {
     }
 }
 
-/// The first operation of each head: spindle speeds and coolant of the program are theirs.
+/// The first operation of each head: the spindle speeds that the program starts with, and its coolant, are theirs.
 fn spindle_feeds<'a>(parts: &[Part<'a>], first: &Part<'a>) -> Result<[&'a OperationFile; 2], Failure> {
     let fallback = files_of(first)?;
     Ok([0, 1].map(|h| parts.iter().find_map(|p| p.files[h]).unwrap_or(fallback[h])))

@@ -114,6 +114,14 @@ impl<'a> DualWriter<'a> {
         self.comment(name.to_owned());
     }
 
+    /// Sets the spindle of a head (0 or 1).
+    pub(crate) fn spindle(&mut self, head: usize, rpm: f64) {
+        let job = self.jobs[head];
+        let clockwise = job.tool.spindle_rotation() == SpindleRotation::Clockwise;
+        let spindle = Some(job.machine.channel());
+        self.timed.program.blocks.push(Block::SpindleOn { rpm, clockwise, spindle });
+    }
+
     /// Appends a move.
     ///
     /// # Errors
