@@ -1,10 +1,12 @@
 use std::ops::Range;
 
-use crate::{AxisLengths, AxisWords, Coolant, FeedMode, FeedPlace, ReadPosition, RtcpRapids, WorkOffset};
+use crate::{AxisLengths, AxisWords, Coolant, Dialect, FeedMode, FeedPlace, ReadPosition, RtcpRapids, WorkOffset};
 
 /// An NC program as its text says it: modal state resolved, nothing executed.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ReadProgram {
+    /// Control whose language it was read in.
+    pub dialect: Dialect,
     /// Every line that says something, in order.
     pub blocks: Vec<ReadBlock>,
     /// Tool lengths the program was computed with, from its `(TOOL LENGTH …)` comments.

@@ -25,7 +25,6 @@
 mod cell;
 mod check;
 mod chips;
-mod counted_axes;
 mod dual;
 mod enclosure;
 mod failure;

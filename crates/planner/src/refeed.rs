@@ -10,8 +10,8 @@ use nalgebra::Point3;
 use serde::Serialize;
 
 use crate::Failure;
-use crate::counted_axes::CountedAxes;
 use crate::program::letter;
+use facemill_virtual_machine::CountedAxes;
 
 /// What a program is run on.
 pub struct RefeedSettings<'a> {

@@ -66,10 +66,12 @@ extern crate self as facemill_virtual_machine;
 mod certificate;
 mod chunk_result;
 mod control;
+mod counted_axes;
 mod cutter_depth;
 mod dead_core;
 mod doubts;
 mod episodes;
+mod feeds;
 mod finding;
 mod moves;
 mod proof;
@@ -91,6 +93,7 @@ mod verify;
 mod walker;
 
 pub use certificate::{Certificate, Certificates, certify};
+pub use counted_axes::CountedAxes;
 pub use finding::{
     AxisReading, ClearancePlace, Finding, FindingKind, GougePlace, Measure, Pose, SectionGouge, Verification,
 };

@@ -9,6 +9,7 @@ use facemill_nc_program::{
 use crate::{
     FindingKind, VerifySettings, VirtualSetup,
     control::{Control, own_head},
+    feeds::Feeds,
     tool_vectors::{Unturned, turned_to},
 };
 
@@ -58,7 +59,7 @@ pub(crate) struct Moves {
 
 /// Resolves every block. At the start all axes are at home.
 pub(crate) fn resolve(program: &ReadProgram, setup: &VirtualSetup<'_>, settings: &VerifySettings) -> Moves {
-    let mut state = State::new(setup, program.rtcp_rapids);
+    let mut state = State::new(setup, program);
     let mut control = Control::new(setup);
     control.tool_lengths(program);
     for (index, block) in program.blocks.iter().enumerate() {
@@ -92,6 +93,8 @@ struct State<'a> {
     compensation: Compensation,
     /// The same by axis, of several heads.
     lengths: AxisLengths,
+    /// What F counts.
+    feeds: Feeds,
     /// Index of the axis along the spindle of the setup's head; `None` on a machine of one head.
     spindle_axis: Option<usize>,
     section: usize,
@@ -109,7 +112,7 @@ enum NoEnd {
 }
 
 impl<'a> State<'a> {
-    fn new(setup: &'a VirtualSetup<'a>, rtcp_rapids: RtcpRapids) -> Self {
+    fn new(setup: &'a VirtualSetup<'a>, program: &ReadProgram) -> Self {
         let own = own_head(setup).map(|head| head.spindle_axis);
         let zeros = AxisWords::from_words(setup.words.axes().iter().map(|a| (a.letter, 0.0))).unwrap_or_default();
         Self {
@@ -117,11 +120,12 @@ impl<'a> State<'a> {
             // Words of all axes and of no others are always joint values; the setup has been checked.
             compensated_zero: setup.words.joints(&zeros).unwrap_or_default(),
             law: setup.machine.motion_law(),
-            rtcp_rapids,
+            rtcp_rapids: program.rtcp_rapids,
             axes: setup.machine.home(),
             is_known: vec![true; setup.machine.axes().len()],
             compensation: Compensation::Off,
             lengths: AxisLengths::default(),
+            feeds: Feeds::new(program.dialect),
             spindle_axis: setup.words.axes().iter().position(|a| Some(a.letter) == own),
             section: 0,
             out: Moves::default(),
@@ -134,6 +138,7 @@ impl<'a> State<'a> {
                 self.fault(FindingKind::UnknownBlock, index, None, note);
             }
         }
+        self.feeds.read(block);
         self.start_rtcp(index, block);
         self.cancel(index, block);
         let Some(motion) = &block.motion else { return };
@@ -375,9 +380,12 @@ impl<'a> State<'a> {
         } else if is_simulated && start != end {
             let (law, is_rapid) = (self.law(motion), motion.kind.is_rapid());
             let section = self.section;
+            let feed = motion.feed.and_then(|feed| {
+                let found = self.feeds.over_all_axes(self.setup.machine, feed, [&start, &end]);
+                found.map_err(|why| why.map(|note| self.fault(FindingKind::NoFeed, index, None, note))).ok()
+            });
             // A motion of no axis is as it always was: one of the tool.
             let moves_tool = start == end || moves_tool(self.setup.machine, &start, &end);
-            let feed = motion.feed;
             self.out.moves.push(Move { block: index, section, law, is_rapid, start, end, feed, moves_tool });
         }
     }
@@ -407,7 +415,8 @@ impl<'a> State<'a> {
         for (k, axis) in self.setup.words.axes().iter().enumerate() {
             // Every word is taken as lost, because a word that stays may be of another frame.
             let is_turned = matches!(why, NoEnd::Unturned(_)) && axis.letter.kind() == AxisKind::Rotary;
-            let is_lost = motion.position.get(axis.letter).is_some() || is_sent_anywhere(motion, axis.letter) || is_turned;
+            let is_lost =
+                motion.position.get(axis.letter).is_some() || is_sent_anywhere(motion, axis.letter) || is_turned;
             self.is_known[k] &= !is_lost;
         }
     }

@@ -4,7 +4,7 @@ mod kit;
 
 use facemill_cl_data::Silent;
 use facemill_nc_program::{Dialect, read_program};
-use facemill_virtual_machine::{FindingKind, VerifySettings, verify};
+use facemill_virtual_machine::{FindingKind, VerifySettings, VirtualSetup, verify};
 use kit::{HEAD, Shop, Text};
 
 /// Kind, first and last line of every finding.
@@ -294,4 +294,46 @@ fn an_axis_with_a_word_of_unknown_value_is_lost_and_not_taken_to_stay() {
     // Where a cycle leaves the tool is not known, either: at its height or at where it came from.
     let cycle = "G21 G90 G94 G49\nG0 X0. Y0. Z0. B0. C0.\nG81 X5. Z-10. R2. F100.\nG80\nG0 X20.\nM30\n";
     assert_eq!(lost(cycle, Dialect::Fanuc), [(FindingKind::UnknownPosition, 3, Some("Z".to_owned()))]);
+}
+
+/// What F counts: all axes with 1 deg as 1 mm, as FANUC does and FGROUP says it; or the linear axes alone, as Siemens and
+/// LinuxCNC do without it.
+#[test]
+fn blocks_take_the_time_of_the_axes_that_the_control_counts() {
+    let shop = Shop::new();
+    let run = |dialect: Dialect, group: &str, mode: &str| {
+        let start = match dialect {
+            Dialect::Siemens840d => "G710 G90 G94\nT7 M6\nS2000 M3\nD1\n",
+            _ => "G21 G90 G94\nT7 M6\nS2000 M3\nG0 G43 H7 Z400.\n",
+        };
+        let text = format!("{start}G0 X0. Y0. Z400. B0. C0.\n{mode}{group}G1 X8. C0.6 F60.\nX16. C1.2\n");
+        let length_register = if dialect == Dialect::Siemens840d { 1 } else { 7 };
+        let setup = VirtualSetup { length_register, ..shop.setup() };
+        verify(&read_program(&text, dialect).unwrap(), &setup, &VerifySettings::default(), &Silent).unwrap()
+    };
+    let all = |axes: &str| format!("FGROUP({axes})\nFGREF[B]=57.29578\nFGREF[C]=57.29578\n");
+    let (norm, linear) = (16.0_f64.hypot(1.2), 16.0);
+    for (dialect, group, way) in [
+        (Dialect::Fanuc, String::new(), norm),
+        (Dialect::LinuxCnc, String::new(), linear),
+        (Dialect::Siemens840d, String::new(), linear),
+        (Dialect::Siemens840d, all("X,Y,Z,B,C"), norm),
+        (Dialect::Siemens840d, "FGROUP(X,Y,Z)\n".to_owned(), linear),
+        (Dialect::Siemens840d, format!("{}FGROUP()\n", all("X,Y,Z,B,C")), linear),
+    ] {
+        let found = run(dialect, &group, "");
+        assert!((found.cutting_time_s - way).abs() < 1e-9, "{dialect:?} {group}: {} s", found.cutting_time_s);
+        assert_eq!(found.findings, [], "{dialect:?} {group}");
+    }
+    let not_known = [all("X,Y,Z,C"), "FGROUP(X,Y,Z,B,C)\n".to_owned(), "OVR=50\n".to_owned()];
+    for group in not_known {
+        let found = run(Dialect::Siemens840d, &group, "");
+        let told = found.findings.iter().filter(|f| f.kind == FindingKind::NoFeed && !f.note.is_empty()).count();
+        assert!(told == 1 && found.faults().count() > 0, "{group}: {:?}", found.findings);
+    }
+    // Under TRAORI F is the tip's where FGROUP has no rotary axes.
+    let is_clear = |group: &str| {
+        run(Dialect::Siemens840d, group, "TRAORI\n").findings.iter().all(|f| f.kind != FindingKind::NoFeed)
+    };
+    assert!(is_clear("") && is_clear("FGROUP(X,Y,Z)\n") && !is_clear(&all("X,Y,Z,B,C")));
 }

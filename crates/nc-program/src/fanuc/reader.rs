@@ -84,8 +84,9 @@ impl FanucReader {
             blocks.extend(self.read_line(line)?);
         }
         let rtcp_rapids = if self.variant == Variant::LinuxCnc { RtcpRapids::TipLinear } else { RtcpRapids::BySetting };
+        let dialect = self.variant.dialect();
         let (tool_lengths, notes) = self.finish();
-        Ok(ReadProgram { blocks, tool_lengths, notes, rtcp_rapids })
+        Ok(ReadProgram { dialect, blocks, tool_lengths, notes, rtcp_rapids })
     }
 
     /// Reads the next line (with or without its line end): its block, or `None` where it is empty, a `%`, or behind the

@@ -1,3 +1,5 @@
+use crate::Dialect;
+
 /// Controls whose programs are read as FANUC's but for some codes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Variant {
@@ -6,4 +8,15 @@ pub(crate) enum Variant {
     Haas,
     Mazak,
     LinuxCnc,
+}
+
+impl Variant {
+    pub(crate) fn dialect(self) -> Dialect {
+        match self {
+            Self::Fanuc => Dialect::Fanuc,
+            Self::Haas => Dialect::Haas,
+            Self::Mazak => Dialect::Mazak,
+            Self::LinuxCnc => Dialect::LinuxCnc,
+        }
+    }
 }

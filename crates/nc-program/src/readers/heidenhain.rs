@@ -17,8 +17,8 @@ use super::{
     variables::Variables,
 };
 use crate::{
-    Compensation, MacroKind, NoteKind, Plane, ReadBlock, ReadCommand, ReadError, ReadFault, ReadNote, ReadProgram,
-    ToolLengthNote,
+    Compensation, Dialect, MacroKind, NoteKind, Plane, ReadBlock, ReadCommand, ReadError, ReadFault, ReadNote,
+    ReadProgram, ToolLengthNote,
 };
 
 /// Reads a Heidenhain program in dialogue format (Klartext): what it says, with modal state resolved and nothing executed.
@@ -38,7 +38,9 @@ use crate::{
 /// # Errors
 /// When a word is not understood or has no meaning in its block, with line, column and text.
 pub fn read_heidenhain(text: impl AsRef<[u8]>) -> Result<ReadProgram, ReadError> {
-    source::read_all(text.as_ref(), HeidenhainReader::new(), HeidenhainReader::read_line, HeidenhainReader::finish)
+    let read =
+        source::read_all(text.as_ref(), HeidenhainReader::new(), HeidenhainReader::read_line, HeidenhainReader::finish);
+    read.map(|program| ReadProgram { dialect: Dialect::Heidenhain, ..program })
 }
 
 /// [`read_heidenhain`] line by line, for programs that are not held in memory.

@@ -16,8 +16,8 @@ use super::{
     variables::Variables,
 };
 use crate::{
-    CallKind, Compensation, MacroKind, NoteKind, ReadBlock, ReadCommand, ReadError, ReadFault, ReadNote, ReadProgram,
-    ToolLengthNote,
+    CallKind, Compensation, Dialect, MacroKind, NoteKind, ReadBlock, ReadCommand, ReadError, ReadFault, ReadNote,
+    ReadProgram, ToolLengthNote,
 };
 
 /// Reads a Siemens 840D part program: what it says, with modal state resolved and nothing executed.
@@ -34,7 +34,8 @@ use crate::{
 /// # Errors
 /// When a word is not understood or has no meaning in its block, with line, column and text.
 pub fn read_siemens(text: impl AsRef<[u8]>) -> Result<ReadProgram, ReadError> {
-    source::read_all(text.as_ref(), SiemensReader::new(), SiemensReader::read_line, SiemensReader::finish)
+    let read = source::read_all(text.as_ref(), SiemensReader::new(), SiemensReader::read_line, SiemensReader::finish);
+    read.map(|program| ReadProgram { dialect: Dialect::Siemens840d, ..program })
 }
 
 /// [`read_siemens`] line by line, for programs that are not held in memory.

@@ -72,5 +72,6 @@ pub(crate) fn read_all<R>(
     }
     let (tool_lengths, notes) = finish(reader);
     // So do both controls that are read line by line here.
-    Ok(ReadProgram { blocks, tool_lengths, notes, rtcp_rapids: RtcpRapids::TipLinear })
+    let rtcp_rapids = RtcpRapids::TipLinear;
+    Ok(ReadProgram { blocks, tool_lengths, notes, rtcp_rapids, ..ReadProgram::default() })
 }

@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use facemill_feedrate::g94_length;
 use facemill_inverse_kinematics::{AxisKind, AxisValues, Machine};
 use facemill_nc_program::{Compensation, Dialect, ReadBlock, ReadCommand};
 
@@ -14,7 +13,7 @@ const RADIUS_ROUNDING: f64 = 1e-4;
 
 /// Axes whose way F counts, as far as a program has said.
 #[derive(Debug, Default)]
-pub(crate) struct CountedAxes {
+pub struct CountedAxes {
     /// FGROUP of a Siemens control; `None`: the geometry axes.
     group: Option<Vec<String>>,
     /// FGREF by axis.
@@ -26,7 +25,7 @@ impl CountedAxes {
     ///
     /// # Errors
     /// When it changes what F means in a way that is not followed.
-    pub(crate) fn read(&mut self, dialect: Dialect, block: &ReadBlock) -> Result<(), String> {
+    pub fn read(&mut self, dialect: Dialect, block: &ReadBlock) -> Result<(), String> {
         if dialect == Dialect::LinuxCnc && matches!(block.compensation, Compensation::Rtcp(_)) {
             return Err("M428 switches the kinematics, and words are no longer those of the axes".to_owned());
         }
@@ -56,14 +55,14 @@ impl CountedAxes {
     ///
     /// # Errors
     /// When nothing moves that F counts, or it counts axes in a way that is not known.
-    pub(crate) fn length(
+    pub fn length(
         &self,
         dialect: Dialect,
         machine: &Machine,
         from: &AxisValues,
         to: &AxisValues,
     ) -> Result<(f64, bool), String> {
-        let all = g94_length(machine.axes(), from, to);
+        let all = norm_of_all(machine, from, to);
         let counts_all = match dialect {
             Dialect::LinuxCnc => false,
             Dialect::Siemens840d => self.is_all(machine)?,
@@ -85,6 +84,17 @@ impl CountedAxes {
         }
     }
 
+    /// Whether F is the speed of the tip under TRAORI of a Siemens control, where FGROUP has the linear axes alone.
+    ///
+    /// # Errors
+    /// When FGROUP has other axes, too.
+    pub fn check_tip(&self, machine: &Machine) -> Result<(), String> {
+        match self.is_all(machine)? {
+            false => Ok(()),
+            true => Err("FGROUP counts rotary axes, too, and F is not the speed of the tip".to_owned()),
+        }
+    }
+
     /// Whether FGROUP has all axes, 1 deg as 1 mm, and not the linear ones alone.
     fn is_all(&self, machine: &Machine) -> Result<bool, String> {
         let Some(group) = &self.group else { return Ok(false) };
@@ -102,4 +112,10 @@ impl CountedAxes {
             )),
         }
     }
+}
+
+/// Euclidean norm over all axes, mm and deg (FEED (1)).
+pub(crate) fn norm_of_all(machine: &Machine, from: &AxisValues, to: &AxisValues) -> f64 {
+    let way = |k: usize| machine.axes()[k].in_word_unit(to.get_or_zero(k) - from.get_or_zero(k));
+    (0..machine.axes().len()).map(way).fold(0.0, f64::hypot)
 }
