@@ -19,6 +19,8 @@ pub struct ProgramLaw {
     block_ends: Vec<f64>,
     /// Largest ṙ by the tip feed of each block; infinite without a cap.
     caps: Vec<f64>,
+    /// Time of each block at the largest ṙ that is proven for it, s; 0 without motion.
+    peak_times: Vec<f64>,
 }
 
 /// The motion of a block from rest to rest.
@@ -82,6 +84,7 @@ impl ProgramLaw {
             sections: Vec::with_capacity(planned.len()),
             block_ends: vec![f64::NAN; n_blocks],
             caps: vec![f64::INFINITY; n_blocks],
+            peak_times: vec![0.0; n_blocks],
         };
         for motion in planned {
             match motion {
@@ -109,6 +112,7 @@ impl ProgramLaw {
         let start = self.total_time();
         self.block_ends[block] = start + curve.duration();
         self.caps[block] = cap;
+        self.peak_times[block] = curve.length() / curve.speed();
         self.sections.push(Timed::Line { block, curve, start });
     }
 
@@ -123,6 +127,9 @@ impl ProgramLaw {
             }
             self.block_ends[block] = starts[span] + section.paces[span].time_to(path.s_at(span, r));
             self.caps[block] = polyline.caps[line];
+        }
+        for ((&block, peak), r) in polyline.blocks.iter().zip(section.peaks()).zip(polyline.r.windows(2)) {
+            self.peak_times[block] = (r[1] - r[0]) / peak;
         }
         // The end of the last one is that of the section, to the last bit.
         if let Some(&block) = polyline.blocks.last() {
@@ -150,10 +157,19 @@ impl ProgramLaw {
         &self.block_ends
     }
 
-    /// The least time in which each block can be run within this motion, s: what G93 asks for, as 60/time.
+    /// Time of each block in this motion, s.
     pub fn block_times(&self) -> Vec<f64> {
         let starts = std::iter::once(0.0).chain(self.block_ends.iter().copied());
         self.block_ends.iter().zip(starts).map(|(end, start)| end - start).collect()
+    }
+
+    /// Time in which each block would be run at the largest speed that it has in this motion, s: proven to be no more than its
+    /// time, and 0 without motion. A block of which a feed asks no less time than this can be run as here: what is asked
+    /// for beyond its largest speed the machine cannot do.
+    ///
+    /// A block counts with the blends at its ends, where its neighbours take part, as far as they reach.
+    pub fn block_peak_times(&self) -> &[f64] {
+        &self.peak_times
     }
 
     /// The axes at time `t`, s; before the start and after the end they stand.

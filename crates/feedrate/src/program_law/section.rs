@@ -6,7 +6,7 @@ use super::polyline::Polyline;
 use super::spans::Spans;
 use super::spline::Quartic;
 use crate::time_law::barrier::{Part, Pinned, Problem, Scaled, end_weights};
-use crate::time_law::certify::stretch;
+use crate::time_law::certify::{speed_bound, stretch};
 use crate::time_law::descent::{Effort, lower};
 use crate::time_law::law::Pace;
 
@@ -60,6 +60,22 @@ impl Section {
 
     pub(crate) fn duration(&self) -> f64 {
         self.paces.iter().map(Pace::duration).sum()
+    }
+
+    /// A bound of ṙ on each line of the polyline and wherever else the line takes part.
+    pub(crate) fn peaks(&self) -> Vec<f64> {
+        let most: Vec<f64> = (0..self.paces.len())
+            .into_par_iter()
+            .map(|span| speed_bound(&self.path.advance(span), &self.paces[span]))
+            .collect();
+        let lines = self.path.len().checked_sub(1).map_or(0, |last| self.path.lines(last).end() + 1);
+        let mut peaks = vec![0.0_f64; lines];
+        for (span, &most) in most.iter().enumerate() {
+            for peak in &mut peaks[self.path.lines(span)] {
+                *peak = peak.max(most);
+            }
+        }
+        peaks
     }
 }
 

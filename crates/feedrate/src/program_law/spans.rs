@@ -74,7 +74,7 @@ impl Spans {
     }
 
     /// r over a span, less the start of its piece.
-    fn advance(&self, span: usize) -> Quartic {
+    pub(crate) fn advance(&self, span: usize) -> Quartic {
         let place = self.places[span];
         let (a, b) = self.spline.range(place.piece as usize);
         let whole = self.ramp(place.piece as usize).map_or([0.0, b - a, 0.0, 0.0, 0.0], |c| c.map(|c| c * (b - a)));

@@ -51,3 +51,10 @@ pub(crate) fn stretch<const K: usize>(
     }
     most
 }
+
+/// A bound of ṙ over a span on which r is this polynomial of s: at most the share [`ACCURACY`] above its largest value.
+pub(crate) fn speed_bound<const K: usize>(r: &[f64; K], pace: &Pace) -> f64 {
+    let rate = derivative(r, 1);
+    let speed_sq = rate.times(&rate).times(&Bernstein::from_coefficients(&pace.0));
+    speed_sq.upper_bound(0.0, ACCURACY).sqrt()
+}
