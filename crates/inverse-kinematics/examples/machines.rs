@@ -160,10 +160,7 @@ const XYZ: [&str; 3] = ["X", "Y", "Z"];
 fn head_b_table_c() -> Result<MachineFile, MachineError> {
     let mut file = Machine::head_b_table_c()?.to_file();
     file.source = Some("structure of FEED (9); all sizes typical of a propeller mill with a table of 4 m".to_owned());
-    let mut file = assuming(file, &UNKNOWN, &[]);
-    // It has no jerks that could be assumed.
-    file.assumed.retain(|a| a.value != AssumedValue::MaxJerk);
-    Ok(file)
+    Ok(assuming(file, &UNKNOWN, &[]))
 }
 
 /// X, Y, Z carried by the head; a ram with this nose on Z.

@@ -4,7 +4,7 @@ use crate::{Machine, MachineError};
 ///
 /// C vertical, table 4 m in diameter; X and Y ±2.6 m, Z 3.6 m, B ±110°, C endless; the B axis lies 350 mm above the
 /// spindle nose. With all axes at 0 the nose stands in the centre of the table's top, where the table frame has its
-/// origin.
+/// origin. Jerks are assumed: full acceleration is reached in 0.1 s.
 pub fn preset_head_b_table_c() -> &'static str {
     include_str!("../presets/head-b-table-c.json")
 }

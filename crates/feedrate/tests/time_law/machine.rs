@@ -15,12 +15,10 @@ fn blocks() -> (AxisValues, Vec<FeedBlock>) {
 fn a_machines_program_keeps_its_axes_limits_and_takes_no_less_than_its_feeds_say() {
     let machine = Machine::head_b_table_c().unwrap();
     let (start, feeds) = blocks();
-    // The machine's file gives no jerk.
-    let with_jerk = |axis: &Axis| Axis { max_jerk: axis.max_acceleration.map(|a| 15.0 * a), ..axis.clone() };
-    let bounds: Vec<_> = machine.axes().iter().map(|axis| AxisBounds::of_axis(&with_jerk(axis)).unwrap()).collect();
+    let bounds = machine_bounds(&machine).unwrap();
     for (axis, b) in machine.axes().iter().zip(&bounds) {
-        assert_eq!((b.velocity, Some(b.acceleration)), (axis.max_velocity, axis.max_acceleration));
-        assert_eq!(b.jerk, 15.0 * b.acceleration);
+        let limits = (b.velocity, Some(b.acceleration), Some(b.jerk));
+        assert_eq!(limits, (axis.max_velocity, axis.max_acceleration, axis.max_jerk));
     }
     let blocks = program_blocks(&machine, 250.0, &start, &feeds).unwrap();
     let tolerance = AxisValues::from([0.01, 0.01, 0.01, 1e-4, 1e-4]);
@@ -59,7 +57,8 @@ fn bad_feeds_are_refused_by_block() {
 
 #[test]
 fn an_axis_without_jerk_is_named() {
-    let error = machine_bounds(&Machine::head_b_table_c().unwrap()).unwrap_err();
+    let text = preset_head_b_table_c().replace(",\n              \"max_jerk_mm_s3\": 5000", "");
+    let error = machine_bounds(&Machine::from_json(text.as_bytes()).unwrap()).unwrap_err();
     assert_eq!(error.to_string(), "the machine gives no jerk for axis X: add it to the machine file to time programs");
     let file = include_str!("../../../../assets/machines/bridge-head-head-a-b.json");
     let bridge = Machine::from_json(file.as_bytes()).unwrap();
