@@ -35,6 +35,21 @@ pub struct JobFile {
     pub pairs: Vec<PairFile>,
     /// How the program is written.
     pub post: PostFile,
+    /// What the feeds of cutting moves ask of the axes at most.
+    #[serde(default)]
+    pub feeds_within: FeedsWithin,
+}
+
+/// What feeds ask of the axes at most.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum FeedsWithin {
+    /// Each axis' largest velocity; the control slows down where axes cannot be accelerated so fast.
+    Velocity,
+    /// Velocity, acceleration and jerk of each axis: each block asks for the largest speed that the axes reach in it. Where the
+    /// machine file lacks a limit, as `velocity`.
+    #[default]
+    Acceleration,
 }
 
 /// One clamping of the part.

@@ -62,6 +62,7 @@ pub mod solution_space_file;
 mod solution_svg;
 mod stock;
 mod summary;
+mod timing;
 mod turning;
 mod validate;
 mod vector_blocks;

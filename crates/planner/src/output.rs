@@ -22,6 +22,7 @@ use crate::post_load::probe;
 use crate::program::{BlockWriter, Timed, programmed_feed, table_from_rtcp_words};
 use crate::program_spec::program_spec;
 use crate::report::{CERTIFICATES_FORMAT, CertificatesFile};
+use crate::timing::{Written, time_program};
 use crate::{Failure, Stages};
 
 /// What a program says of itself that was not run on the virtual machine.
@@ -65,6 +66,9 @@ pub(crate) fn write_texts(
         writer.operation(o.operation, &o.moves)?;
     }
     let mut timed = writer.finish();
+    let written = Written { job, words, table_from_rtcp_words: table_from_rtcp_words(job, words)? };
+    let slower = time_program(&[(&job.machine, job.tool.gauge_length())], &written, &mut timed)?;
+    timed.slow_down(&slower);
     let first = operations.first().map(|o| o.operation).ok_or_else(|| Failure::Internal("no operation".to_owned()))?;
     let spec = program_spec(job, setup, first, words, &mut timed)?;
     let written = write_program_with_lines(&spec, &setup.post(job)).map_err(|e| job.wrong(format!("post: {e}")))?;

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use facemill_cl_data::CuttingLaw;
-use facemill_feedrate::{feed_for_block, rapid_time};
+use facemill_feedrate::{BlockFeed, feed_for_block, rapid_time};
 use facemill_inverse_kinematics::{Axis, AxisKind, AxisValues, BlockLaw, Machine};
 use facemill_nc_program::{AxisLetter, AxisWords, Block, CutVectors, FeedMode, MappedAxis, NcProgram, WordMap};
 use facemill_tool_model::SpindleRotation;
@@ -16,6 +16,8 @@ use crate::mending::CutBlock;
 use crate::moves::{Move, MoveKind, OperationMoves};
 use crate::program_spec::coolant;
 use crate::vector_blocks::VectorBlocks;
+use crate::report::TimeLawReport;
+use crate::timing::TimedMove;
 
 /// How joint values become words in a setup.
 ///
@@ -130,6 +132,31 @@ pub(crate) struct Timed {
     pub cut_blocks: Vec<CutBlock>,
     /// Index among the program's blocks of every move.
     pub move_blocks: Vec<usize>,
+    /// Every move with its time at constant speeds.
+    pub moves: Vec<TimedMove>,
+    /// Times by the law of motion, where the machine has one.
+    pub time_law: Option<TimeLawReport>,
+    /// Limits that it lacks.
+    pub no_time_law: Vec<String>,
+}
+
+impl Timed {
+    /// Takes the times of moves at constant speeds so much longer, and tip feeds so much slower.
+    pub(crate) fn slow_down(&mut self, factors: &[f64]) {
+        let mut tip_feeds = self.tip_feeds.iter_mut();
+        for (m, factor) in self.moves.iter_mut().zip(factors) {
+            let longer = m.time * (factor - 1.0);
+            m.time += longer;
+            match m.kind {
+                MoveKind::Cut => {
+                    self.cutting_time += longer;
+                    tip_feeds.by_ref().take(1).for_each(|feed| *feed /= factor);
+                }
+                MoveKind::Approach | MoveKind::Engage => self.approach_time += longer,
+                MoveKind::Rapid => self.rapid_time += longer,
+            }
+        }
+    }
 }
 
 /// Times moves by FEED and turns them into blocks.
@@ -235,25 +262,28 @@ impl<'a> BlockWriter<'a> {
         normal: Option<&Unit<Vector3<f64>>>,
     ) -> Result<(), Failure> {
         let words = self.words_of(&m.axes)?;
-        let block = match m.kind {
+        let (block, time, limit) = match m.kind {
             MoveKind::Rapid => {
                 if self.at.is_none() {
                     self.turn_at_pole(&m.axes)?;
                 }
-                if let Some(from) = self.at {
-                    self.timed.rapid_time +=
-                        rapid_time(self.machine, self.rapid_law, &from.axes, &m.axes, self.tool_length);
-                }
-                Block::Rapid { words }
+                let time = self.at.map_or(0.0, |from| {
+                    rapid_time(self.machine, self.rapid_law, &from.axes, &m.axes, self.tool_length)
+                });
+                self.timed.rapid_time += time;
+                (Block::Rapid { words }, time, None)
             }
             MoveKind::Approach | MoveKind::Engage | MoveKind::Cut => {
-                let feed = self.timed(operation, m)?;
-                match self.vectors_of(operation, m, normal)? {
+                let (feed, told) = self.timed(operation, m)?;
+                let block = match self.vectors_of(operation, m, normal)? {
                     Some(vectors) => Block::LinearVectors { words, feed, vectors: Box::new(vectors) },
                     None => Block::Linear { words, feed },
-                }
+                };
+                (block, told.time, Some(told.limit))
             }
         };
+        let at = self.timed.program.blocks.len();
+        self.timed.moves.push(TimedMove { block: at, axes: m.axes, kind: m.kind, time, limit });
         self.timed.move_blocks.push(self.timed.program.blocks.len());
         self.timed.program.blocks.push(block);
         self.timed.n_blocks += 1;
@@ -301,8 +331,8 @@ impl<'a> BlockWriter<'a> {
         }
     }
 
-    /// Adds the time of a feed block; its F.
-    fn timed(&mut self, operation: &OperationFile, m: &Move) -> Result<f64, Failure> {
+    /// Adds the time of a feed block; its F, and the rest of its timing.
+    fn timed(&mut self, operation: &OperationFile, m: &Move) -> Result<(f64, BlockFeed), Failure> {
         let from = self.at.ok_or_else(|| Failure::Internal("a program starts with a cut".to_owned()))?;
         let tip_distance = (m.cl.tip - from.cl.tip).norm();
         let tip_feed = programmed_feed(&operation.feeds, m.kind);
@@ -317,12 +347,13 @@ impl<'a> BlockWriter<'a> {
         } else {
             self.timed.approach_time += feed.time;
         }
-        Ok(match self.feed_mode {
+        let value = match self.feed_mode {
             FeedMode::G94 => feed.f_word,
             // A block without motion is over at once; any rate says so.
             FeedMode::G93 => feed.inverse_time().unwrap_or(1.0),
             FeedMode::Rtcp => feed.tip_feed.max(range.min),
-        })
+        };
+        Ok((value, feed))
     }
 
     fn words_of(&self, axes: &AxisValues) -> Result<AxisWords, Failure> {

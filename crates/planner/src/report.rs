@@ -44,6 +44,10 @@ pub struct Report {
     pub certified: Option<CertifiedReport>,
     /// Sums over the program.
     pub totals: Totals,
+    /// Times of the program within velocity, acceleration and jerk of every axis; `null` where the machine file lacks a limit.
+    pub time_law: Option<TimeLawReport>,
+    /// The limits that it lacks. All times then are lower bounds, at constant speeds.
+    pub no_time_law: Vec<String>,
     /// Extreme values, each with its place.
     pub worst: Worst,
     /// How the postures of each operation were chosen, and how the rotary axes move with them.
@@ -149,6 +153,33 @@ pub struct Totals {
     pub approach_time_s: f64,
     /// Time in rapids at the axes' largest velocities, without acceleration.
     pub rapid_time_s: f64,
+}
+
+/// Times of a motion from rest to rest that no axis exceeds a limit in, corners blended within the control's tolerance. A stop
+/// stands between rapids and cutting moves, and where spindle or coolant change.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
+pub struct TimeLawReport {
+    /// The whole program, without tool change, spindle and coolant.
+    pub total_time_s: f64,
+    /// Passes.
+    pub cutting_time_s: f64,
+    /// Entries and exits.
+    pub approach_time_s: f64,
+    /// Rapids.
+    pub rapid_time_s: f64,
+    /// Blocks whose feed was lowered to what the axes reach in them.
+    pub lowered_blocks: usize,
+    /// What holds the passes back, the largest share of their time first.
+    pub held_back_by: Vec<HeldBackReport>,
+}
+
+/// A limit that is used most in some of the blocks.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct HeldBackReport {
+    /// `tip feed`, `range of F`, or `velocity`, `acceleration` or `jerk` of an axis.
+    pub limit: String,
+    /// Share of the cutting time in these blocks.
+    pub share: f64,
 }
 
 /// Extreme values. `null` where there is none.

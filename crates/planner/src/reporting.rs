@@ -91,6 +91,8 @@ pub(crate) fn report(
         verified: verification.is_some(),
         certified: certificates.map(CertifiedReport::new),
         totals,
+        time_law: timed.time_law.clone(),
+        no_time_law: timed.no_time_law.clone(),
         worst,
         postures: operations.iter().zip(jobs).map(|(o, job)| postures_report(job, o)).collect(),
         pairs: Vec::new(),

@@ -1,7 +1,7 @@
 //! What the command line says at the end.
 
 use crate::PairReport;
-use crate::report::{CertifiedReport, PosturesReport, Report};
+use crate::report::{CertifiedReport, HeldBackReport, PosturesReport, Report};
 
 /// A few lines for a person.
 pub fn summary(report: &Report) -> String {
@@ -18,9 +18,8 @@ pub fn summary(report: &Report) -> String {
             t.trimmed_points
         ),
         format!("  blocks            {}, cutting length {:.1} m", t.blocks, t.cutting_length_mm / 1000.0),
-        format!("  cutting time      {} (entries and exits {})", clock(t.cutting_time_s), clock(t.approach_time_s)),
-        format!("  rapid time        {}", clock(t.rapid_time_s)),
     ];
+    lines.extend(times(report));
     lines.extend(report.pairs.iter().map(pair));
     if report.verified {
         lines.push(format!(
@@ -83,6 +82,37 @@ pub fn summary(report: &Report) -> String {
     }
     lines.join("\n")
 }
+
+/// The program's times: by the law where there is one, with those at constant speeds beside them.
+fn times(report: &Report) -> Vec<String> {
+    let t = &report.totals;
+    let constant = [t.cutting_time_s, t.approach_time_s, t.rapid_time_s].map(clock);
+    let Some(law) = &report.time_law else {
+        let [cutting, approach, rapid] = constant;
+        let mut lines = vec![
+            format!("  cutting time      {cutting} (entries and exits {approach})"),
+            format!("  rapid time        {rapid}"),
+        ];
+        lines.extend(report.no_time_law.iter().map(|missing| format!("  least times       {missing}")));
+        return lines;
+    };
+    let [cutting, approach, rapid] = [law.cutting_time_s, law.approach_time_s, law.rapid_time_s].map(clock);
+    let mut lines = vec![
+        format!("  cutting time      {cutting} (at constant speed {})", constant[0]),
+        format!("  entries and exits {approach} (at constant speed {})", constant[1]),
+        format!("  rapid time        {rapid} (at constant speed {})", constant[2]),
+    ];
+    let held = |h: &HeldBackReport| format!("{} {:.0} %", h.limit, 100.0 * h.share);
+    let held: Vec<String> = law.held_back_by.iter().filter(|h| h.share >= TOLD_SHARE).map(held).collect();
+    lines.push(format!("  held back by      {}", held.join(", ")));
+    if law.lowered_blocks > 0 {
+        lines.push(format!("  lowered feeds     {} blocks, to what the axes reach in them", law.lowered_blocks));
+    }
+    lines
+}
+
+/// Share of the cutting time from which on a limit is told.
+const TOLD_SHARE: f64 = 0.01;
 
 /// How much of a pair is cut at once, and what that is worth.
 fn pair(p: &PairReport) -> String {

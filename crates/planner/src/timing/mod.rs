@@ -1,0 +1,201 @@
+//! A planned program in time: within velocity, acceleration and jerk of every axis, with feeds that ask for no more.
+
+mod run;
+mod tolerance;
+
+use std::collections::BTreeMap;
+
+use facemill_feedrate::{FeedLimit, MotionLimit, ProgramBlock};
+use facemill_inverse_kinematics::{AxisValues, Machine};
+use facemill_nc_program::{AxisWords, Block, FeedMode, WordMap};
+use nalgebra::Isometry3;
+use rayon::prelude::*;
+
+pub(crate) use run::{Run, RunLaw, Timer, missing_limits};
+pub(crate) use tolerance::View;
+
+use crate::Failure;
+use crate::job_file::FeedsWithin;
+use crate::load::Job;
+use crate::moves::MoveKind;
+use crate::program::Timed;
+use crate::report::{HeldBackReport, TimeLawReport};
+
+/// Feeds may ask for so much more than the largest speed of a block before they are lowered, and are lowered to it: the law
+/// stays some tenths of a percent off its limits, and a feed that asks for a little more costs nothing.
+pub(crate) const ROOM: f64 = 1.01;
+
+/// A motion block with its time at constant speeds.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct TimedMove {
+    /// Its index among the program's blocks.
+    pub block: usize,
+    /// Axis values at its end, as planned.
+    pub axes: AxisValues,
+    /// What kind of move it is.
+    pub kind: MoveKind,
+    /// Time, s.
+    pub time: f64,
+    /// What sets it; `None` for rapids.
+    pub limit: Option<FeedLimit>,
+}
+
+/// How axis values are written.
+pub(crate) struct Written<'a> {
+    pub job: &'a Job,
+    pub words: &'a WordMap,
+    pub table_from_rtcp_words: Isometry3<f64>,
+}
+
+impl Written<'_> {
+    /// Axis values of the rounded words: where the control goes. Under RTCP by rotary words, also where vectors are written.
+    fn values(&self, axes: &AxisValues) -> Option<AxisValues> {
+        let (machine, length) = (&self.job.machine, self.job.tool.gauge_length());
+        if self.job.post.feed_mode() != FeedMode::Rtcp {
+            let words = self.rounded(&self.words.words(axes.as_slice()).ok()?)?;
+            return AxisValues::from_slice(&self.words.joints(&words).ok()?);
+        }
+        let tip = self.table_from_rtcp_words.inverse_transform_point(&machine.cl_point(axes, length).tip);
+        let words = self.rounded(&self.words.rtcp_words(&tip, axes.as_slice()).ok()?)?;
+        let mut tip = tip;
+        for word in words.iter() {
+            if let Some(k) = "XYZ".find(word.letter.letter()) {
+                tip[k] = word.value;
+            }
+        }
+        let turned = AxisValues::from_slice(&self.words.joints(&words).ok()?)?;
+        machine.with_tip_at(&turned, &(self.table_from_rtcp_words * tip), length)
+    }
+
+    fn rounded(&self, words: &AxisWords) -> Option<AxisWords> {
+        let decimals = self.job.post.decimals();
+        let mut out = AxisWords::new();
+        for word in words.iter() {
+            let scale = 10f64.powi(decimals.of(word.letter.kind()).into());
+            out.set(word.letter, (word.value * scale).round() / scale).ok()?;
+        }
+        Some(out)
+    }
+}
+
+/// Times all moves of a program by the law, and lowers the feeds of cutting blocks to what the machine reaches in them, if the
+/// job says so. Where the machine file lacks a limit, this is said and nothing else is done.
+///
+/// `views` are the machine as each head sees it, with the lengths of its tool. Returns by what each move's time has grown
+/// at the new feeds, as a factor.
+///
+/// # Errors
+/// None but for a fault in here.
+pub(crate) fn time_program(views: &[View<'_>], written: &Written<'_>, timed: &mut Timed) -> Result<Vec<f64>, Failure> {
+    let job = written.job;
+    let mut slower = vec![1.0; timed.moves.len()];
+    let Some((machine, _)) = views.first() else { return Ok(slower) };
+    let tolerance = machine.motion_law().control_tolerance;
+    let Ok(timer) = Timer::new(views, tolerance) else {
+        timed.no_time_law = missing_limits(machine).iter().map(ToString::to_string).collect();
+        return Ok(slower);
+    };
+    let runs = runs(machine, written, timed);
+    let laws: Result<Vec<RunLaw>, String> = runs.par_iter().map(|run| timer.time(run)).collect();
+    let laws = laws.map_err(|e| Failure::Internal(format!("time law: {e}")))?;
+    let mut report = Tally::default();
+    let flat = laws.iter().flat_map(|law| (0..law.times.len()).map(move |k| (law, k)));
+    for (at, (law, k)) in (0..timed.moves.len()).zip(flat) {
+        let m = timed.moves[at];
+        report.count(machine, &m, law.times[k], law.limits.get(k).copied().flatten());
+        if job.file.feeds_within == FeedsWithin::Acceleration && m.limit.is_some() {
+            slower[at] = lowered(job, timed, &m, law.peak_times[k] / ROOM);
+            report.told.lowered_blocks += usize::from(slower[at] > 1.0);
+        }
+    }
+    timed.time_law = Some(report.finish());
+    Ok(slower)
+}
+
+/// The runs of a program: moves of one kind with nothing between them that the axes stand for. The first move of the program
+/// is in the first run, without a way: it is not known where it starts.
+fn runs(machine: &Machine, written: &Written<'_>, timed: &Timed) -> Vec<Run> {
+    let mut runs: Vec<Run> = Vec::new();
+    let mut before: Option<(usize, AxisValues)> = None;
+    for m in &timed.moves {
+        let end = written.values(&m.axes).unwrap_or(m.axes);
+        let (from, start) = before.map_or((m.block, end), |(block, at)| (block + 1, at));
+        let stops = timed.program.blocks[from..m.block].iter().any(|b| !matches!(b, Block::Comment(_)));
+        let is_rapid = m.kind == MoveKind::Rapid;
+        if stops || runs.last().is_none_or(|run| run.is_rapid != is_rapid) {
+            runs.push(Run { start, blocks: Vec::new(), is_rapid });
+        }
+        // By the axes' speeds the law knows better; a rapid feed of the control caps as a tip feed does.
+        let capped = !is_rapid || machine.feed_range().rapid.is_some();
+        let tip_time = if capped { m.time } else { 0.0 };
+        if let Some(run) = runs.last_mut() {
+            run.blocks.push(ProgramBlock { end, tip_time, exact_stop: false });
+        }
+        before = Some((m.block, end));
+    }
+    runs
+}
+
+/// Lowers the feed of a block to that with which it takes this long; says by what factor its time has grown.
+fn lowered(job: &Job, timed: &mut Timed, m: &TimedMove, time: f64) -> f64 {
+    let (Block::Linear { feed, .. } | Block::LinearVectors { feed, .. }) = &mut timed.program.blocks[m.block] else {
+        return 1.0;
+    };
+    let least = match job.post.feed_mode() {
+        FeedMode::G94 | FeedMode::Rtcp => job.machine.feed_range().min,
+        // What a word can say.
+        FeedMode::G93 => 10f64.powi(-i32::from(job.post.decimals().inverse_time)),
+    };
+    if !(m.time > 0.0 && time > m.time) {
+        return 1.0;
+    }
+    let new = (*feed * m.time / time).max(least);
+    if new >= *feed {
+        return 1.0;
+    }
+    let factor = *feed / new;
+    *feed = new;
+    factor
+}
+
+/// Sums of a program's times.
+#[derive(Default)]
+struct Tally {
+    told: TimeLawReport,
+    held_back: BTreeMap<String, f64>,
+}
+
+impl Tally {
+    fn count(&mut self, machine: &Machine, m: &TimedMove, time: f64, limit: Option<MotionLimit>) {
+        let sum = match m.kind {
+            MoveKind::Cut => &mut self.told.cutting_time_s,
+            MoveKind::Approach | MoveKind::Engage => &mut self.told.approach_time_s,
+            MoveKind::Rapid => &mut self.told.rapid_time_s,
+        };
+        *sum += time;
+        if let (MoveKind::Cut, Some(limit)) = (m.kind, limit) {
+            *self.held_back.entry(limit_name(machine, limit, m.limit)).or_default() += time;
+        }
+    }
+
+    fn finish(mut self) -> TimeLawReport {
+        let all = self.told.cutting_time_s.max(f64::MIN_POSITIVE);
+        let held_back = self.held_back.into_iter();
+        self.told.held_back_by = held_back.map(|(limit, time)| HeldBackReport { limit, share: time / all }).collect();
+        self.told.held_back_by.sort_by(|a, b| b.share.total_cmp(&a.share).then_with(|| a.limit.cmp(&b.limit)));
+        self.told.total_time_s = self.told.cutting_time_s + self.told.approach_time_s + self.told.rapid_time_s;
+        self.told
+    }
+}
+
+/// A limit in words. What the law takes for the tip feed's cap may be that of FEED by an axis or by the control.
+pub(crate) fn limit_name(machine: &Machine, limit: MotionLimit, feed: Option<FeedLimit>) -> String {
+    let axis = |what: &str, k: usize| format!("{what} of axis {}", machine.axes()[k].letter);
+    match (limit, feed) {
+        (MotionLimit::Velocity(k), _) | (MotionLimit::TipFeed, Some(FeedLimit::Axis(k))) => axis("velocity", k),
+        (MotionLimit::Acceleration(k), _) => axis("acceleration", k),
+        (MotionLimit::Jerk(k), _) => axis("jerk", k),
+        (MotionLimit::TipFeed, Some(FeedLimit::ControlMax | FeedLimit::ControlMin)) => "range of F".to_owned(),
+        (MotionLimit::TipFeed, _) => "tip feed".to_owned(),
+    }
+}

@@ -1,0 +1,102 @@
+//! Moves between two stops that are known, and their law.
+
+use facemill_cl_data::{ControlTolerance, RapidLaw};
+use facemill_feedrate::{
+    AxisBounds, MissingLimit, MotionLimit, ProgramBlock, ProgramSettings, machine_bounds, program_law,
+};
+use facemill_inverse_kinematics::{AxisValues, Machine};
+
+use super::tolerance::{Levers, View, blend_tolerance};
+
+/// Moves of one kind, between which the axes need not stand.
+pub(crate) struct Run {
+    /// Where the first one starts.
+    pub start: AxisValues,
+    /// The moves; their least times are those of their feeds.
+    pub blocks: Vec<ProgramBlock>,
+    /// Whether they are rapids.
+    pub is_rapid: bool,
+}
+
+/// The law of a run, move by move.
+pub(crate) struct RunLaw {
+    /// Times, s.
+    pub times: Vec<f64>,
+    /// Times at the largest speed of each move, s.
+    pub peak_times: Vec<f64>,
+    /// What each is held back by; `None` without motion, and in rapids.
+    pub limits: Vec<Option<MotionLimit>>,
+}
+
+/// Times runs on a machine.
+pub(crate) struct Timer<'a> {
+    views: &'a [View<'a>],
+    bounds: Vec<AxisBounds>,
+    tolerance: ControlTolerance,
+    rapid: RapidLaw,
+}
+
+/// Limits of axes that a machine file does not give, without which there is no law.
+pub(crate) fn missing_limits(machine: &Machine) -> Vec<MissingLimit> {
+    let missing = |axis: &facemill_inverse_kinematics::Axis| {
+        let limits = [("acceleration", axis.max_acceleration), ("jerk", axis.max_jerk)];
+        let letter = axis.letter;
+        limits.into_iter().filter(|(_, limit)| limit.is_none()).map(move |(what, _)| MissingLimit { letter, what })
+    };
+    machine.axes().iter().flat_map(missing).collect()
+}
+
+impl<'a> Timer<'a> {
+    /// A machine as each of its heads sees it, with the length of its tool; corners are blended within `tolerance`.
+    ///
+    /// # Errors
+    /// The first axis without a limit.
+    pub(crate) fn new(views: &'a [View<'a>], tolerance: ControlTolerance) -> Result<Self, MissingLimit> {
+        let bounds = views.first().map_or_else(|| Ok(Vec::new()), |(machine, _)| machine_bounds(machine))?;
+        let rapid = views.first().map_or(RapidLaw::Linear, |(machine, _)| machine.motion_law().rapid);
+        Ok(Self { views, bounds, tolerance, rapid })
+    }
+
+    /// The law of a run, from rest to rest.
+    ///
+    /// # Errors
+    /// What is wrong with its blocks.
+    pub(crate) fn time(&self, run: &Run) -> Result<RunLaw, String> {
+        if run.is_rapid && self.rapid == RapidLaw::PerAxis {
+            return self.each_axis_on_its_own(run);
+        }
+        let settings = match self.blend(run) {
+            Some(tolerance) => ProgramSettings::blended(tolerance),
+            None => ProgramSettings::stopping(),
+        };
+        let law = program_law(&run.start, &run.blocks, &self.bounds, &settings).map_err(|e| e.to_string())?;
+        let limits = if run.is_rapid { Vec::new() } else { law.block_limits(&self.bounds) };
+        let limits = limits.into_iter().map(|held| held.map(|(limit, _)| limit)).collect();
+        Ok(RunLaw { times: law.block_times(), peak_times: law.block_peak_times().to_vec(), limits })
+    }
+
+    /// What every axis may leave the lines of a run by; `None`: nothing.
+    fn blend(&self, run: &Run) -> Option<AxisValues> {
+        let positions: Vec<AxisValues> = [run.start].into_iter().chain(run.blocks.iter().map(|b| b.end)).collect();
+        let levers: Vec<Levers> = self.views.iter().map(|view| Levers::over(*view, &positions)).collect();
+        blend_tolerance(self.tolerance, self.views, &levers)
+    }
+
+    /// Rapids in which every axis goes from stop to stop as fast as it can; the slowest one's time counts.
+    fn each_axis_on_its_own(&self, run: &Run) -> Result<RunLaw, String> {
+        let mut at = run.start;
+        let mut times = Vec::with_capacity(run.blocks.len());
+        for block in &run.blocks {
+            let mut time = 0.0_f64;
+            for (k, bounds) in self.bounds.iter().enumerate() {
+                let [start, end] = [at[k], block.end[k]].map(|q| AxisValues::from([q]));
+                let alone = [ProgramBlock { end, tip_time: 0.0, exact_stop: true }];
+                let law = program_law(&start, &alone, &[*bounds], &ProgramSettings::stopping());
+                time = time.max(law.map_err(|e| e.to_string())?.total_time());
+            }
+            times.push(time);
+            at = block.end;
+        }
+        Ok(RunLaw { peak_times: times.clone(), times, limits: Vec::new() })
+    }
+}

@@ -1,0 +1,160 @@
+//! How far each axis may leave a program's lines so that the tip stays within the control's tolerance.
+
+use facemill_cl_data::ControlTolerance;
+use facemill_inverse_kinematics::{AxisKind, AxisValues, Machine};
+use nalgebra::Vector3;
+use rayon::prelude::*;
+
+/// A machine as one head sees it, and the length of its tool, mm.
+pub(crate) type View<'a> = (&'a Machine, f64);
+
+/// Turn of all rotary axes between two places at which levers are measured, rad: a hundredth of a lever is what they
+/// may grow in between. Smaller places cost more of them in long moves.
+const TURN: f64 = 0.02;
+
+/// Way of all linear axes between two such places, mm.
+const WAY: f64 = 20.0;
+
+/// Places of one move at most: longer ones are blended a little more tightly.
+const MOST_PLACES: f64 = 256.0;
+
+/// Least tolerance that corners are blended with, mm or rad: below it the law's rounding would count.
+const LEAST: f64 = 1e-9;
+
+/// Moves whose levers are measured one after the other.
+const CHUNK: usize = 1024;
+
+/// Largest levers of the rotary axes that move a head's tool, mm: what the tip moves by per rad. 0 for all others.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Levers(AxisValues);
+
+impl Levers {
+    /// Levers over moves on straight lines of the axes through all these positions: nowhere larger than told.
+    ///
+    /// The lever of a rotary axis is the distance of the tip from it, half of the way that half a turn moves the tip by.
+    /// Between the places at which it is measured it grows by no more than the tip moves.
+    pub(crate) fn over(view: View<'_>, positions: &[AxisValues]) -> Self {
+        let starts: Vec<usize> = (0..positions.len()).step_by(CHUNK).collect();
+        let of_chunk = |start: usize| chunk_levers(view, &positions[start..positions.len().min(start + CHUNK + 1)]);
+        let chunks: Vec<AxisValues> = starts.into_par_iter().map(of_chunk).collect();
+        let n = view.0.axes().len();
+        Self(chunks.iter().fold(AxisValues::zeros(n), |most, next| larger(&most, next)))
+    }
+}
+
+fn larger(a: &AxisValues, b: &AxisValues) -> AxisValues {
+    AxisValues::from_fn(a.len(), |k| a[k].max(b[k]))
+}
+
+fn chunk_levers(view: View<'_>, positions: &[AxisValues]) -> AxisValues {
+    let n = view.0.axes().len();
+    let Some(first) = positions.first() else { return AxisValues::zeros(n) };
+    let mut at = levers_at(view, first);
+    let mut levers = at;
+    for pair in positions.windows(2) {
+        let (way, turn) = ways(view.0, &pair[0], &pair[1]);
+        let places = (way / WAY).max(turn / TURN).ceil().clamp(1.0, MOST_PLACES);
+        let (way, turn) = (0.5 * way / places, 0.5 * turn / places);
+        for k in 1..=places as usize {
+            let next = levers_at(view, &pair[0].lerp(&pair[1], k as f64 / places));
+            let near = larger(&at, &next);
+            let most = near.iter().fold(0.0, f64::max);
+            // The tip moves by `way` and by `turn` times the largest lever on the way, which itself grows by as much.
+            let growth = if turn < 1.0 { way + turn * (most + way) / (1.0 - turn) } else { f64::INFINITY };
+            for k in (0..n).filter(|&k| has_lever(view.0, k)) {
+                levers[k] = levers[k].max(near[k] + growth);
+            }
+            at = next;
+        }
+    }
+    levers
+}
+
+fn has_lever(machine: &Machine, axis: usize) -> bool {
+    machine.axes()[axis].kind == AxisKind::Rotary && machine.moves_tool(axis)
+}
+
+/// Sums of the ways of linear and of rotary axes, mm and rad.
+fn ways(machine: &Machine, from: &AxisValues, to: &AxisValues) -> (f64, f64) {
+    let of = |kind: AxisKind| {
+        let axes = machine.axes().iter().enumerate().filter(move |(_, a)| a.kind == kind);
+        axes.map(|(k, _)| (to.get_or_zero(k) - from.get_or_zero(k)).abs()).sum()
+    };
+    (of(AxisKind::Linear), of(AxisKind::Rotary))
+}
+
+fn levers_at((machine, tool_length): View<'_>, q: &AxisValues) -> AxisValues {
+    let tip = machine.cl_point(q, tool_length).tip;
+    let axes = machine.axes();
+    AxisValues::from_fn(axes.len(), |k| {
+        if !has_lever(machine, k) {
+            return 0.0;
+        }
+        let mut turned = *q;
+        turned[k] += std::f64::consts::PI;
+        0.5 * (machine.cl_point(&turned, tool_length).tip - tip).norm()
+    })
+}
+
+/// What every axis may leave its lines by, mm or rad, so that no head's tip strays by more than `path` and no tool axis turns by
+/// more than `orientation`: half of the path for the linear axes together, half for the rotary ones by their levers.
+/// `None` where that is nothing: the axes then stop at every corner.
+///
+/// `levers` are those of each view over the program.
+pub(crate) fn blend_tolerance(
+    tolerance: ControlTolerance,
+    views: &[View<'_>],
+    levers: &[Levers],
+) -> Option<AxisValues> {
+    let axes = views.first()?.0.axes();
+    let mut all = AxisValues::from_fn(axes.len(), |_| f64::INFINITY);
+    for ((machine, _), Levers(levers)) in views.iter().zip(levers) {
+        let of = |kind: AxisKind| (0..axes.len()).filter(move |&k| axes[k].kind == kind && machine.moves_tool(k));
+        let half = 0.5 * tolerance.path;
+        let linears: Vec<usize> = of(AxisKind::Linear).collect();
+        for &k in &linears {
+            all[k] = all[k].min(half / linear_reach(machine, &linears));
+        }
+        let n = of(AxisKind::Rotary).count() as f64;
+        for k in of(AxisKind::Rotary) {
+            // The lever itself may be longer by what the tip has strayed.
+            let by_path = half / (n * (levers[k] + tolerance.path));
+            all[k] = all[k].min(by_path).min(tolerance.orientation / n);
+        }
+    }
+    // An axis that moves no tip may stray as the freest one does.
+    let most = all.iter().filter(|t| t.is_finite()).fold(0.0, f64::max);
+    let all = AxisValues::from_fn(all.len(), |k| if all[k].is_finite() { all[k] } else { most });
+    all.iter().all(|t| t >= LEAST).then_some(all)
+}
+
+/// How far the tip may be displaced by linear axes that are each displaced by 1: √n where they are at right angles whatever the
+/// rotary axes do, else n.
+fn linear_reach(machine: &Machine, linears: &[usize]) -> f64 {
+    let axes = machine.axes();
+    let n = linears.len() as f64;
+    let directions = |q: &AxisValues| -> Vec<Vector3<f64>> {
+        let tip = machine.cl_point(q, 0.0).tip;
+        let moved = |&k: &usize| {
+            let mut q = *q;
+            q[k] += 1.0;
+            machine.cl_point(&q, 0.0).tip - tip
+        };
+        linears.iter().map(moved).collect()
+    };
+    // The cosine between two of them is a + b·cos θ + c·sin θ in every rotary axis: 0 at three places of each, 0 everywhere.
+    let places = 3_usize.pow(axes.iter().filter(|a| a.kind == AxisKind::Rotary).count() as u32);
+    let square = (0..places).all(|mut place| {
+        let turned = AxisValues::from_fn(axes.len(), |k| {
+            if axes[k].kind == AxisKind::Linear {
+                return 0.0;
+            }
+            let third = place % 3;
+            place /= 3;
+            third as f64 * std::f64::consts::TAU / 3.0
+        });
+        let d = directions(&turned);
+        (0..d.len()).all(|i| (0..i).all(|j| d[i].dot(&d[j]).abs() < 1e-9))
+    });
+    if square { n.sqrt().max(1.0) } else { n.max(1.0) }
+}
