@@ -61,7 +61,8 @@ fn check_times(w: &Written, job: &JobFolder) {
 
 #[test]
 fn g94_and_g93_move_alike_and_their_blocks_take_the_time_that_tip_feed_and_axes_want() {
-    let (job, inverse) = (tiny_patch(), variant(&[("/post/feed_mode", json!("g93"))]));
+    let quick = ("/feeds_within", json!("velocity"));
+    let (job, inverse) = (variant(&[quick.clone()]), variant(&[quick, ("/post/feed_mode", json!("g93"))]));
     let (g94, g93) = (planned(&job), planned(&inverse));
     g94.check();
     check_times(&g94, &job);
@@ -85,7 +86,8 @@ fn g94_and_g93_move_alike_and_their_blocks_take_the_time_that_tip_feed_and_axes_
 /// workpiece's.
 fn straight_tip(feed_mode: &str) -> JobFolder {
     let offset = json!({ "linear_mm": { "X": 41.5, "Y": -27.0, "Z": 260.0 } });
-    let job = variant(&[("/post/feed_mode", json!(feed_mode)), ("/setups/0/work_offset", offset)]);
+    let quick = ("/feeds_within", json!("velocity"));
+    let job = variant(&[("/post/feed_mode", json!(feed_mode)), ("/setups/0/work_offset", offset), quick]);
     if feed_mode == "rtcp" {
         let tolerance = json!({ "path_mm": 0.0, "orientation_deg": 0.0 });
         let motion = json!({ "cutting": "tip_and_rotaries_linear", "rapid": "linear", "control_tolerance": tolerance });

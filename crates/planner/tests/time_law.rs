@@ -1,0 +1,237 @@
+//! Planned programs under the law of motion, read back from their text.
+
+use std::path::Path;
+
+use facemill::feedrate::{AxisBounds, ProgramBlock, ProgramSettings, machine_bounds, program_law};
+use facemill::inverse_kinematics::{AxisValues, Machine};
+use facemill::new_job::{NewJob, new_job};
+use facemill::{Job, PlanSettings, Planned, SilentStages, plan_setup, summary};
+use serde_json::{Value, json};
+
+/// The example patch with two passes, and values of job and machine set; `null` removes.
+fn planned(job: &[(&str, Value)], machine: &[(&str, Value)]) -> Planned {
+    let folder = tempfile::tempdir().unwrap();
+    let planes = "/operations/0/path/strategy/strategy/parallel_planes";
+    let small = [
+        ("/operations/0/tolerances/max_step_mm", json!(3.0)),
+        ("/operations/0/search/tilt_deg", json!([14.0, 20.0])),
+        (&format!("{planes}/from_mm"), json!(-1.0)),
+        (&format!("{planes}/to_mm"), json!(1.0)),
+    ];
+    let of_job: Vec<(&str, Value)> = small.into_iter().chain(job.iter().cloned()).collect();
+    for (name, bytes) in new_job(&NewJob::Patch { size_mm: 60.0 }).unwrap() {
+        let values: &[(&str, Value)] = match name.as_str() {
+            "job.json" => &of_job,
+            "machine.json" => machine,
+            _ => &[],
+        };
+        let bytes = if values.is_empty() { bytes } else { with(&bytes, values) };
+        std::fs::write(folder.path().join(name), bytes).unwrap();
+    }
+    plan(&folder.path().join("job.json"))
+}
+
+fn plan(job: &Path) -> Planned {
+    let settings = PlanSettings { verify: false, certificates: false };
+    plan_setup(&Job::read(job).unwrap(), 0, settings, &SilentStages).unwrap_or_else(|e| panic!("{e}"))
+}
+
+fn with(bytes: &[u8], values: &[(&str, Value)]) -> Vec<u8> {
+    let mut file: Value = serde_json::from_slice(bytes).unwrap();
+    for (pointer, value) in values {
+        let (parent, key) = pointer.rsplit_once('/').unwrap();
+        match file.pointer_mut(parent).unwrap() {
+            Value::Object(map) if value.is_null() => drop(map.remove(key)),
+            at => at[key] = value.clone(),
+        }
+    }
+    serde_json::to_vec(&file).unwrap()
+}
+
+fn text(planned: &Planned) -> String {
+    let file = planned.files.iter().find(|(name, _)| name == "program.nc").expect("a program");
+    String::from_utf8(file.1.clone()).unwrap()
+}
+
+/// A motion of the text: where it ends, mm and rad, and its F; `None` in rapids.
+struct Motion {
+    end: AxisValues,
+    feed: Option<f64>,
+}
+
+/// G0, G1, X, Y, Z, B, C and F behind the length compensation, which stay until they are given again.
+fn motions(text: &str) -> Vec<Motion> {
+    let body = text.lines().skip_while(|l| !l.contains("G43")).skip(1).take_while(|l| !l.contains("G91"));
+    let (mut at, mut rapid, mut feed) = (AxisValues::zeros(5), true, 0.0);
+    let mut out = Vec::new();
+    for line in body.filter(|l| !l.starts_with('(')) {
+        let mut moves = false;
+        for word in line.split(' ') {
+            let (letter, number) = word.split_at(1);
+            let value: f64 = number.parse().unwrap();
+            match "XYZBC".find(letter) {
+                Some(k) => {
+                    at[k] = if k > 2 { value.to_radians() } else { value };
+                    moves = true;
+                }
+                None if letter == "F" => feed = value,
+                None if word == "G0" || word == "G1" => rapid = word == "G0",
+                None => {}
+            }
+        }
+        if moves {
+            out.push(Motion { end: at, feed: (!rapid).then_some(feed) });
+        }
+    }
+    out
+}
+
+/// Length of a block as F counts it: the norm over all axes with 1 deg as 1 mm.
+fn f_length(a: &AxisValues, b: &AxisValues) -> f64 {
+    (0..5).map(|k| (b[k] - a[k]) * if k > 2 { 1f64.to_degrees() } else { 1.0 }).fold(0.0, f64::hypot)
+}
+
+/// Cutting moves in a row: where they start, and each with the time that its F asks for.
+fn cutting_runs(motions: &[Motion]) -> Vec<(AxisValues, Vec<ProgramBlock>)> {
+    let mut runs: Vec<(AxisValues, Vec<ProgramBlock>)> = Vec::new();
+    for pair in motions.windows(2) {
+        let Some(feed) = pair[1].feed else { continue };
+        if pair[0].feed.is_none() {
+            runs.push((pair[0].end, Vec::new()));
+        }
+        let tip_time = 60.0 * f_length(&pair[0].end, &pair[1].end) / feed;
+        runs.last_mut().unwrap().1.push(ProgramBlock { end: pair[1].end, tip_time, exact_stop: false });
+    }
+    runs
+}
+
+/// Largest share of any limit by first, second and third differences of positions over steps of `time`/`n`: averages of
+/// derivatives, which in a motion within its limits no difference exceeds.
+fn worst_share(bounds: &[AxisBounds], time: f64, n: usize, position: impl Fn(f64) -> AxisValues) -> f64 {
+    let h = time / n as f64;
+    let q: Vec<AxisValues> = (0..n + 7).map(|k| position((k as f64 - 3.0) * h)).collect();
+    let mut worst = 0.0_f64;
+    for w in q.windows(4) {
+        for (k, b) in bounds.iter().enumerate() {
+            let [p0, p1, p2, p3] = [0, 1, 2, 3].map(|i| w[i][k]);
+            let velocity = (p1 - p0) / (h * b.velocity);
+            let acceleration = ((p2 - p1) - (p1 - p0)) / (h * h * b.acceleration);
+            let jerk = ((p3 - p2) - 2.0 * (p2 - p1) + (p1 - p0)) / (h * h * h * b.jerk);
+            worst = [velocity, acceleration, jerk].iter().fold(worst, |most, share| most.max(share.abs()));
+        }
+    }
+    worst
+}
+
+fn bounds() -> Vec<AxisBounds> {
+    machine_bounds(&Machine::head_b_table_c().unwrap()).unwrap()
+}
+
+/// About what the control's 0.01 mm leave each axis of the example.
+fn tolerance() -> ProgramSettings {
+    ProgramSettings::blended(AxisValues::from([0.0029, 0.0029, 0.0029, 5e-6, 2e-5]))
+}
+
+#[test]
+fn feeds_are_lowered_to_what_the_axes_reach_and_no_limit_is_exceeded_at_them() {
+    let (quick, lowered) = (planned(&[("/feeds_within", json!("velocity"))], &[]), planned(&[], &[]));
+    let (before, after) = (motions(&text(&quick)), motions(&text(&lowered)));
+    assert_eq!(before.len(), after.len());
+    let mut changed = 0;
+    for (a, b) in before.iter().zip(&after) {
+        assert_eq!((a.end, a.feed.is_some()), (b.end, b.feed.is_some()));
+        assert!(b.feed <= a.feed, "{:?} {:?}", a.feed, b.feed);
+        changed += usize::from(b.feed < a.feed);
+    }
+    let law = lowered.report.time_law.as_ref().unwrap();
+    assert!(changed > after.len() / 4 && law.lowered_blocks.abs_diff(changed) <= changed / 20, "{changed} {law:?}");
+    assert_eq!(quick.report.time_law.as_ref().unwrap().lowered_blocks, 0);
+    // The program as it is written, by differences of positions.
+    let bounds = bounds();
+    let (mut time, mut hot) = (0.0, [0, 0]);
+    for (start, blocks) in cutting_runs(&after) {
+        let law = program_law(&start, &blocks, &bounds, &tolerance()).unwrap();
+        // Steps of about 2 ms: rounding in third differences then is 1e-3 of the jerks.
+        let steps = (law.total_time() / 2e-3) as usize;
+        let share = worst_share(&bounds, law.total_time(), steps, |t| law.at(t).position);
+        assert!(share <= 1.0 + 2e-3, "{share}");
+        for (block, peak) in blocks.iter().zip(law.block_peak_times()) {
+            hot[usize::from(block.tip_time >= 0.9 * peak)] += 1;
+        }
+        time += law.total_time();
+    }
+    let told = law.cutting_time_s + law.approach_time_s;
+    assert!((time / told - 1.0).abs() < 0.05, "{time} {told}");
+    // Few blocks ask for a tenth more than they reach: the tolerance here is not quite the planner's.
+    assert!(hot[0] * 10 < hot[1], "{hot:?}");
+    let at_f: f64 = cutting_runs(&after).iter().flat_map(|r| &r.1).map(|b| b.tip_time).sum();
+    let totals = &lowered.report.totals;
+    assert!((totals.cutting_time_s + totals.approach_time_s - at_f).abs() < 2e-3 * at_f && at_f < told);
+    let shares: f64 = law.held_back_by.iter().map(|h| h.share).sum();
+    assert!((shares - 1.0).abs() < 1e-9 && law.held_back_by.windows(2).all(|h| h[0].share >= h[1].share));
+}
+
+#[test]
+fn without_jerk_a_machine_plans_as_without_the_law_and_says_so() {
+    let jerk = "/tool_chains/0/rows/1/joint/prismatic/max_jerk_mm_s3";
+    let without = planned(&[], &[(jerk, Value::Null)]);
+    let quick = planned(&[("/feeds_within", json!("velocity"))], &[]);
+    assert_eq!(text(&without), text(&quick));
+    assert!(without.report.time_law.is_none() && quick.report.no_time_law.is_empty());
+    assert_eq!(without.report.no_time_law.len(), 1);
+    let told = summary(&without.report);
+    assert!(told.contains("no jerk for axis X") && !told.contains("at constant speed"), "{told}");
+    assert!(summary(&quick.report).contains("at constant speed"));
+}
+
+#[test]
+fn timed_programs_do_not_depend_on_the_number_of_threads() {
+    let on = |n: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(n).build().unwrap();
+        pool.install(|| planned(&[("/post/feed_mode", json!("g93"))], &[])).files
+    };
+    assert!(on(1) == on(2));
+}
+
+/// Time from rest to rest of an axis alone: its largest speed by bisection.
+fn rest_to_rest(way: f64, b: &AxisBounds) -> f64 {
+    let change = |u: f64| {
+        if u * b.jerk >= b.acceleration.powi(2) {
+            u / b.acceleration + b.acceleration / b.jerk
+        } else {
+            2.0 * (u / b.jerk).sqrt()
+        }
+    };
+    let (mut low, mut high) = (0.0, b.velocity);
+    for _ in 0..200 {
+        let u = 0.5 * (low + high);
+        if u * change(u) <= way { low = u } else { high = u }
+    }
+    if way > 0.0 { 2.0 * change(low) + (way - low * change(low)) / low } else { 0.0 }
+}
+
+#[test]
+fn rapids_of_axes_on_their_own_take_the_slowest_axis_time_from_stop_to_stop() {
+    let motion = json!({
+        "cutting": "axes_linear",
+        "rapid": "per_axis",
+        "control_tolerance": { "path_mm": 0.0, "orientation_deg": 0.0 },
+    });
+    let planned = planned(&[], &[("/motion", motion)]);
+    let bounds = bounds();
+    let read = motions(&text(&planned));
+    let rapid = |pair: &[Motion]| {
+        let times = bounds.iter().enumerate().map(|(k, b)| rest_to_rest((pair[1].end[k] - pair[0].end[k]).abs(), b));
+        if pair[1].feed.is_none() { times.fold(0.0, f64::max) } else { 0.0 }
+    };
+    let least: f64 = read.windows(2).map(rapid).sum();
+    let law = planned.report.time_law.unwrap();
+    assert!(least > 1.0 && (law.rapid_time_s - least).abs() < 1e-6 * least, "{} {least}", law.rapid_time_s);
+    // Without a tolerance the axes stop at every corner.
+    let stopping: f64 = cutting_runs(&read)
+        .iter()
+        .map(|(start, blocks)| program_law(start, blocks, &bounds, &ProgramSettings::stopping()).unwrap().total_time())
+        .sum();
+    let told = law.cutting_time_s + law.approach_time_s;
+    assert!((told / stopping - 1.0).abs() < 0.01, "{told} {stopping}");
+}
