@@ -137,6 +137,7 @@ fn nothing_but_f_words_changes_and_the_tip_keeps_to_its_feed() {
                 tip_feed: asked,
                 work_offset: Vec::new(),
                 dialect,
+                time_law: None,
             };
             let new = refeed(text.as_bytes(), &settings).unwrap_or_else(|why| panic!("{dialect:?}: {why}\n{text}"));
             let summary = new.summary;
@@ -232,7 +233,14 @@ fn programs_that_cannot_be_trusted_are_refused_by_line() {
 
 /// Why a program gets no new feeds.
 fn refused(machine: &Machine, dialect: Dialect, text: &str) -> String {
-    let settings = RefeedSettings { machine, tool_length: LENGTH, tip_feed: None, work_offset: Vec::new(), dialect };
+    let settings = RefeedSettings {
+        machine,
+        tool_length: LENGTH,
+        tip_feed: None,
+        work_offset: Vec::new(),
+        dialect,
+        time_law: None,
+    };
     refeed(text.as_bytes(), &settings).expect_err(text)
 }
 

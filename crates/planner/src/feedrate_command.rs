@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use clap::Args;
 use facemill::nc_program::Dialect;
-use facemill::{Failure, RefeedSettings, RefeedSummary, files, read_machine, refeed};
+use facemill::{Failure, RefeedLaw, RefeedLawTimes, RefeedSettings, RefeedSummary, files, read_machine, refeed};
 
 use crate::cli::{say, say_bytes};
 
@@ -29,6 +29,13 @@ pub(crate) struct FeedrateArguments {
     /// not given (ngc, mpf, h, else fanuc)
     #[arg(long, value_name = "NAME", value_parser = dialect)]
     dialect: Option<Dialect>,
+    /// Time the program within acceleration and jerk of every axis, too, and lower feeds to what the axes reach in each block
+    #[arg(long)]
+    time_law: bool,
+    /// How far the control may take the tip off the program's lines at corners, 0: it stops there; as the machine file says where it
+    /// is not given
+    #[arg(long, value_name = "MM", requires = "time_law", allow_negative_numbers = true)]
+    blend_tolerance_mm: Option<f64>,
     /// File to write; standard output where it is not given
     #[arg(short, long, value_name = "FILE")]
     out: Option<PathBuf>,
@@ -65,6 +72,7 @@ pub(crate) fn run(arguments: &FeedrateArguments) -> Result<ExitCode, Failure> {
         tip_feed: arguments.tip_feed,
         work_offset: arguments.work_offset.clone(),
         dialect: arguments.dialect.unwrap_or_else(|| dialect_of(&arguments.program)),
+        time_law: arguments.time_law.then_some(RefeedLaw { blend_tolerance: arguments.blend_tolerance_mm }),
     };
     let refed = refeed(&text, &settings).map_err(|why| Failure::input(&arguments.program, why))?;
     let told = told(&refed.summary);
@@ -83,9 +91,14 @@ fn told(s: &RefeedSummary) -> String {
         let s = s.round() as u64;
         format!("{}:{:02}:{:02}", s / 3600, s / 60 % 60, s % 60)
     };
+    let by_law = s.time_law.map_or_else(String::new, |_| format!(", acceleration and jerk {}", s.by_law));
+    let timed = |law: RefeedLawTimes| {
+        let [cutting, rapid] = [law.cutting_time_s, law.rapid_time_s].map(clock);
+        format!("  within acceleration and jerk: cutting time {cutting}, rapid time {rapid}\n")
+    };
     format!(
-        "  cutting blocks    {}, {} with another F\n  limited by        tip feed {}, axes {}, control {}\n  kept as they are  {} \
-         (arcs, cycles, blocks before every axis is known)\n  cutting time      {} before, {} after\n  rapid time        {}\n",
+        "  cutting blocks    {}, {} with another F\n  limited by        tip feed {}, axes {}, control {}{by_law}\n  kept as they are  {} \
+         (arcs, cycles, blocks before every axis is known)\n  cutting time      {} before, {} after\n  rapid time        {}\n{}",
         s.blocks,
         s.changed,
         s.by_tip_feed,
@@ -94,6 +107,7 @@ fn told(s: &RefeedSummary) -> String {
         s.kept,
         clock(s.time_before_s),
         clock(s.time_after_s),
-        clock(s.rapid_time_s)
+        clock(s.rapid_time_s),
+        s.time_law.map_or_else(String::new, timed)
     )
 }

@@ -52,6 +52,7 @@ mod post_load;
 mod program;
 mod program_spec;
 mod refeed;
+mod refeed_law;
 pub mod report;
 mod report_turning;
 mod reporting;
@@ -78,6 +79,7 @@ pub use machine_check::{MachineCheck, describe_heads, describe_hulls, describe_m
 pub use machine_load::{BodyHull, ReadMachine, read_machine};
 pub use plan::{PlanSettings, Planned, REJECTED, plan_setup};
 pub use refeed::{Refed, RefeedSettings, RefeedSummary, refeed};
+pub use refeed_law::{RefeedLaw, RefeedLawTimes};
 pub use solution_space::{SolutionSpace, SolutionSpaceRequest, solution_space};
 pub use summary::summary;
 

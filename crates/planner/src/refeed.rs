@@ -11,6 +11,7 @@ use serde::Serialize;
 
 use crate::Failure;
 use crate::program::letter;
+use crate::refeed_law::{Law, Moves, RefeedLaw, RefeedLawTimes, blending, stands, timed};
 use facemill_virtual_machine::CountedAxes;
 
 /// What a program is run on.
@@ -25,6 +26,8 @@ pub struct RefeedSettings<'a> {
     pub work_offset: Vec<(String, f64)>,
     /// Control that the program is for.
     pub dialect: Dialect,
+    /// Within acceleration and jerk of every axis, too; `None`: within their velocities.
+    pub time_law: Option<RefeedLaw>,
 }
 
 /// A program with new feeds.
@@ -49,6 +52,8 @@ pub struct RefeedSummary {
     pub by_axis: usize,
     /// Of them at the largest or smallest F of the control.
     pub by_control: usize,
+    /// Of them lowered to what the axes reach by their accelerations and jerks.
+    pub by_law: usize,
     /// Moves that keep their feed: arcs, cycles, and blocks before every axis is known.
     pub kept: usize,
     /// Time of the cutting blocks at their old F, s; of those that had one.
@@ -57,6 +62,8 @@ pub struct RefeedSummary {
     pub time_after_s: f64,
     /// Time of the rapids, s.
     pub rapid_time_s: f64,
+    /// Times within acceleration and jerk, where these were asked for.
+    pub time_law: Option<RefeedLawTimes>,
 }
 
 /// Gives every straight cutting block of a program the F with which the tip moves at its speed (FEED (3) to (8)); all else is
@@ -64,22 +71,42 @@ pub struct RefeedSummary {
 /// LinuxCNC and without FGROUP of a Siemens control the linear ones alone. Under RTCP and with inverse time the axes' speeds
 /// alone lower it. F has at least four digits and is rounded down, never to zero.
 ///
-/// The program is read line by line; besides its text the new one is all that is held.
+/// With a time law the tip never is asked for more than the axes reach in a block: the program is read twice, all its straight moves
+/// are timed between, and each F is lowered to what the largest speed in its block asks for.
+///
+/// The program is read line by line; besides its text the new one is all that is held, and with a time law the ends of the moves.
 ///
 /// # Errors
 /// With the line: what is not understood, or not evaluated and may move axes or skip blocks; an axis that the machine does not
 /// have; another work offset than the first; words in inches; motions and feeds that a switch skips (`/`); a feed of zero, or none; an axis beyond its limits (of linear axes where the work
 /// offset is told); F below the control's smallest.
 pub fn refeed(text: &[u8], settings: &RefeedSettings<'_>) -> Result<Refed, String> {
-    let mut run = Refeeder::new(settings)?;
-    let mut reader = ProgramReader::new(settings.dialect);
+    let Some(law) = &settings.time_law else {
+        let mut out = Vec::with_capacity(text.len() + text.len() / 8);
+        let run = read(text, Refeeder::new(settings, Law::Off)?, Some(&mut out))?;
+        return Ok(Refed { text: out, summary: run.summary });
+    };
+    let run = Refeeder::new(settings, Law::Collecting(Moves::default()))?;
+    let tolerance = blending(settings.machine, law)?;
+    let Law::Collecting(moves) = read(text, run, None)?.law else { return Err("no moves were collected".to_owned()) };
+    let (peak_times, times) = timed(settings.machine, settings.tool_length, tolerance, moves)?;
     let mut out = Vec::with_capacity(text.len() + text.len() / 8);
+    let mut summary = read(text, Refeeder::new(settings, Law::Known(peak_times, 0))?, Some(&mut out))?.summary;
+    summary.time_law = Some(RefeedLawTimes { lowered_blocks: summary.by_law, ..times });
+    Ok(Refed { text: out, summary })
+}
+
+/// Reads a program line by line, and writes it with its new feeds where it is to be written.
+fn read<'s>(text: &[u8], mut run: Refeeder<'s>, mut out: Option<&mut Vec<u8>>) -> Result<Refeeder<'s>, String> {
+    let settings = run.settings;
+    let mut reader = ProgramReader::new(settings.dialect);
     for line in text.split_inclusive(|byte| *byte == b'\n') {
         let block = reader.read_line(line).map_err(|e| e.to_string())?;
-        match block.map(|block| run.block(&block).map(|edit| (block, edit))) {
-            None => out.extend_from_slice(line),
-            Some(Ok((block, edit))) => edit.apply(line, &block, &mut out),
-            Some(Err(why)) => {
+        match (block.map(|block| run.block(&block).map(|edit| (block, edit))), &mut out) {
+            (None, Some(out)) => out.extend_from_slice(line),
+            (Some(Ok((block, edit))), Some(out)) => edit.apply(line, &block, out),
+            (None | Some(Ok(_)), None) => {}
+            (Some(Err(why)), _) => {
                 let shown = String::from_utf8_lossy(line.trim_ascii()).into_owned();
                 return Err(format!("{why}: {shown}"));
             }
@@ -91,7 +118,7 @@ pub fn refeed(text: &[u8], settings: &RefeedSettings<'_>) -> Result<Refed, Strin
             "is not evaluated and may move axes, change offsets or skip blocks, so speeds behind it are not known";
         return Err(format!("line {}: {} {what}", note.line, note.text));
     }
-    Ok(Refed { text: out, summary: run.summary })
+    Ok(run)
 }
 
 /// What is done to a line.
@@ -141,11 +168,12 @@ struct Refeeder<'s> {
     counted: CountedAxes,
     /// How the control's numbers look.
     numbers: NumberRule,
+    law: Law,
     summary: RefeedSummary,
 }
 
 impl<'s> Refeeder<'s> {
-    fn new(settings: &'s RefeedSettings<'s>) -> Result<Self, String> {
+    fn new(settings: &'s RefeedSettings<'s>, law: Law) -> Result<Self, String> {
         let machine = settings.machine;
         if machine.head_count() > 1 {
             return Err("the machine has several heads; feeds are planned again for one".to_owned());
@@ -174,6 +202,7 @@ impl<'s> Refeeder<'s> {
             in_force: None,
             counted: CountedAxes::default(),
             numbers: settings.dialect.file().numbers,
+            law,
             summary: RefeedSummary::default(),
         })
     }
@@ -187,30 +216,47 @@ impl<'s> Refeeder<'s> {
                 "a switch decides whether it is run, and so which feed and place the next has".to_owned(),
             ));
         }
+        let stands = stands(block);
+        if stands {
+            self.law.stop();
+        }
         let Some(motion) = &block.motion else {
             self.forget_feed(is_named);
             return Ok(Edit::Keep);
         };
+        let edit = self.motion(block, motion, is_named);
+        if stands {
+            self.law.stop();
+        }
+        edit.map_err(at_line)
+    }
+
+    fn motion(&mut self, block: &ReadBlock, motion: &ReadMotion, is_named: bool) -> Result<Edit, String> {
         let from = self.at;
-        let to = self.end(motion).map_err(&at_line)?;
+        let to = self.end(motion)?;
         self.at = to;
         if let Some(axes) = &to {
-            self.within_limits(axes).map_err(&at_line)?;
+            self.within_limits(axes)?;
         }
         match (motion.kind, from, to) {
-            (MotionKind::Linear, Some(from), Some(to)) => self.cut(block, motion, &from, &to).map_err(&at_line),
+            (MotionKind::Linear, Some(from), Some(to)) => self.cut(block, motion, &from, &to),
             (MotionKind::Rapid | MotionKind::ReferenceReturn, from, to) => {
                 if let (Some(from), Some(to)) = (from, to) {
                     let (machine, length) = (self.settings.machine, self.settings.tool_length);
                     // Where the tip goes straight this is a lower bound all the more.
                     self.summary.rapid_time_s += rapid_time(machine, machine.motion_law().rapid, &from, &to, length);
+                    self.law.rapid(self.settings.machine, &from, &to);
+                }
+                if motion.kind == MotionKind::ReferenceReturn {
+                    self.law.stop();
                 }
                 self.forget_feed(is_named);
                 Ok(Edit::Keep)
             }
             _ => {
+                self.law.stop();
                 self.summary.kept += 1;
-                self.keep(block, motion).map_err(&at_line)
+                self.keep(block, motion)
             }
         }
     }
@@ -339,12 +385,13 @@ impl<'s> Refeeder<'s> {
             // The range is of F in mm/min over all axes.
             (range.min, range.max) = (0.0, f64::INFINITY);
         }
-        let fed = feed_for_block(machine.axes(), from, to, way, asked, &range).map_err(|e| e.to_string())?;
+        let mut fed = feed_for_block(machine.axes(), from, to, way, asked, &range).map_err(|e| e.to_string())?;
         if fed.limit == FeedLimit::NoMotion {
             self.summary.kept += 1;
             return self.keep(block, motion);
         }
-        self.count(&fed, before);
+        let is_lowered = self.law.cut(from, to, &mut fed, &range);
+        self.count(&fed, before, is_lowered);
         let value = match mode {
             FeedMode::G93 => 60.0 / fed.time,
             FeedMode::G94 if is_norm => fed.f_word,
@@ -366,10 +413,11 @@ impl<'s> Refeeder<'s> {
         })
     }
 
-    fn count(&mut self, fed: &BlockFeed, before: Option<f64>) {
+    fn count(&mut self, fed: &BlockFeed, before: Option<f64>, is_lowered: bool) {
         let summary = &mut self.summary;
         summary.blocks += 1;
         match fed.limit {
+            _ if is_lowered => summary.by_law += 1,
             FeedLimit::TipFeed | FeedLimit::NoMotion => summary.by_tip_feed += 1,
             FeedLimit::Axis(_) => summary.by_axis += 1,
             FeedLimit::ControlMax | FeedLimit::ControlMin => summary.by_control += 1,

@@ -24,7 +24,7 @@ pub(crate) struct RunLaw {
     pub times: Vec<f64>,
     /// Times at the largest speed of each move, s.
     pub peak_times: Vec<f64>,
-    /// What each is held back by; `None` without motion, and in rapids.
+    /// What each is held back by; `None` without motion. Empty where it is not told, and in rapids.
     pub limits: Vec<Option<MotionLimit>>,
 }
 
@@ -34,6 +34,8 @@ pub(crate) struct Timer<'a> {
     bounds: Vec<AxisBounds>,
     tolerance: ControlTolerance,
     rapid: RapidLaw,
+    /// Whether it is told what holds each move back.
+    tells_limits: bool,
 }
 
 /// Limits of axes that a machine file does not give, without which there is no law.
@@ -54,7 +56,12 @@ impl<'a> Timer<'a> {
     pub(crate) fn new(views: &'a [View<'a>], tolerance: ControlTolerance) -> Result<Self, MissingLimit> {
         let bounds = views.first().map_or_else(|| Ok(Vec::new()), |(machine, _)| machine_bounds(machine))?;
         let rapid = views.first().map_or(RapidLaw::Linear, |(machine, _)| machine.motion_law().rapid);
-        Ok(Self { views, bounds, tolerance, rapid })
+        Ok(Self { views, bounds, tolerance, rapid, tells_limits: true })
+    }
+
+    /// The same without what each move is held back by, which takes as long as half of the law.
+    pub(crate) fn without_limits(self) -> Self {
+        Self { tells_limits: false, ..self }
     }
 
     /// The law of a run, from rest to rest.
@@ -70,7 +77,7 @@ impl<'a> Timer<'a> {
             None => ProgramSettings::stopping(),
         };
         let law = program_law(&run.start, &run.blocks, &self.bounds, &settings).map_err(|e| e.to_string())?;
-        let limits = if run.is_rapid { Vec::new() } else { law.block_limits(&self.bounds) };
+        let limits = if run.is_rapid || !self.tells_limits { Vec::new() } else { law.block_limits(&self.bounds) };
         let limits = limits.into_iter().map(|held| held.map(|(limit, _)| limit)).collect();
         Ok(RunLaw { times: law.block_times(), peak_times: law.block_peak_times().to_vec(), limits })
     }

@@ -1,0 +1,170 @@
+//! The law of motion of a program that exists: its moves from one reading, its feeds for the next.
+
+use facemill_cl_data::ControlTolerance;
+use facemill_feedrate::{BlockFeed, ProgramBlock, rapid_time};
+use facemill_inverse_kinematics::{AxisValues, FeedRange, Machine};
+use facemill_nc_program::{ReadBlock, ReadCommand};
+use rayon::prelude::*;
+use serde::Serialize;
+
+use crate::timing::{ROOM, Run, Timer, missing_limits};
+
+/// How a program is timed with new feeds.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct RefeedLaw {
+    /// How far the control may take the tip off the program's lines, mm; 0 stops at every corner. `None`: as the machine file
+    /// says.
+    pub blend_tolerance: Option<f64>,
+}
+
+/// Times of a program with new feeds within velocity, acceleration and jerk of every axis.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct RefeedLawTimes {
+    /// Straight cutting blocks, s.
+    pub cutting_time_s: f64,
+    /// Rapids, s.
+    pub rapid_time_s: f64,
+    /// Cutting blocks whose F was lowered to what the axes reach in them.
+    pub lowered_blocks: usize,
+}
+
+/// What is known of the law while a program is read.
+pub(crate) enum Law {
+    /// It is not asked for.
+    Off,
+    /// Moves are collected.
+    Collecting(Moves),
+    /// The time of each cutting move at its largest speed, in their order; how many have been used.
+    Known(Vec<f64>, usize),
+}
+
+/// Moves of a program in runs between stops.
+#[derive(Default)]
+pub(crate) struct Moves {
+    runs: Vec<Run>,
+    is_open: bool,
+}
+
+impl Moves {
+    fn push(&mut self, from: &AxisValues, end: &AxisValues, tip_time: f64, is_rapid: bool) {
+        if !self.is_open || self.runs.last().is_none_or(|run| run.is_rapid != is_rapid) {
+            self.runs.push(Run { start: *from, blocks: Vec::new(), is_rapid });
+            self.is_open = true;
+        }
+        if let Some(run) = self.runs.last_mut() {
+            run.blocks.push(ProgramBlock { end: *end, tip_time, exact_stop: false });
+        }
+    }
+}
+
+/// Whether the axes stand for something that a block says.
+pub(crate) fn stands(block: &ReadBlock) -> bool {
+    use ReadCommand::{Call, Coolant, Dwell, End, Function, Macro, SpindleOff, SpindleOn, Stop, ToolChange};
+    block.commands.iter().any(|command| {
+        matches!(
+            command,
+            Call(_)
+                | Coolant(_)
+                | Dwell(_)
+                | End
+                | Function(_)
+                | Macro { .. }
+                | SpindleOff
+                | SpindleOn { .. }
+                | Stop { .. }
+                | ToolChange
+        )
+    })
+}
+
+impl Law {
+    /// The axes stand.
+    pub(crate) fn stop(&mut self) {
+        if let Self::Collecting(moves) = self {
+            moves.is_open = false;
+        }
+    }
+
+    pub(crate) fn rapid(&mut self, machine: &Machine, from: &AxisValues, to: &AxisValues) {
+        if let Self::Collecting(moves) = self {
+            // By the axes' speeds the law knows better; a rapid feed of the control caps as a tip feed does.
+            let time = if machine.feed_range().rapid.is_some() { rapid_time(machine, from, to) } else { 0.0 };
+            moves.push(from, to, time, true);
+        }
+    }
+
+    /// A cutting move with its feed at constant speed; lowers that to what the axes reach, and says whether.
+    pub(crate) fn cut(&mut self, from: &AxisValues, to: &AxisValues, fed: &mut BlockFeed, range: &FeedRange) -> bool {
+        match self {
+            Self::Off => false,
+            Self::Collecting(moves) => {
+                moves.push(from, to, fed.time, false);
+                false
+            }
+            Self::Known(peak_times, used) => {
+                let time = peak_times.get(*used).copied().unwrap_or(0.0) / ROOM;
+                *used += 1;
+                let f_word = (fed.f_word * fed.time / time).max(range.min);
+                if !(time > fed.time && f_word < fed.f_word) {
+                    return false;
+                }
+                let factor = fed.f_word / f_word;
+                *fed = BlockFeed { f_word, time: fed.time * factor, tip_feed: fed.tip_feed / factor, ..*fed };
+                true
+            }
+        }
+    }
+}
+
+/// The tolerance that a program's corners are blended with.
+///
+/// # Errors
+/// When the machine lacks a limit, or the tolerance is none.
+pub(crate) fn blending(machine: &Machine, law: &RefeedLaw) -> Result<ControlTolerance, String> {
+    let missing: Vec<String> = missing_limits(machine).iter().map(|m| format!("{} {}", m.what, m.letter)).collect();
+    if !missing.is_empty() {
+        return Err(format!(
+            "--time-law: the machine \"{}\" gives no {}: add it to the machine file to time programs",
+            machine.name(),
+            missing.join(", ")
+        ));
+    }
+    let own = machine.motion_law().control_tolerance;
+    match law.blend_tolerance {
+        None => Ok(own),
+        Some(path) if path >= 0.0 && path.is_finite() => {
+            // Where the machine file says nothing of the tool's direction the tip alone counts.
+            let orientation = if own.orientation > 0.0 { own.orientation } else { std::f64::consts::PI };
+            Ok(ControlTolerance { path, orientation })
+        }
+        Some(_) => Err("--blend-tolerance-mm: must be a length of at least 0".to_owned()),
+    }
+}
+
+/// Times all moves, and says how long each cutting move takes at its largest speed.
+///
+/// # Errors
+/// What is wrong with them.
+pub(crate) fn timed(
+    machine: &Machine,
+    tool_length: f64,
+    tolerance: ControlTolerance,
+    moves: Moves,
+) -> Result<(Vec<f64>, RefeedLawTimes), String> {
+    let views = [(machine, tool_length)];
+    let timer = Timer::new(&views, tolerance).map_err(|e| e.to_string())?.without_limits();
+    let laws: Result<Vec<_>, String> =
+        moves.runs.into_par_iter().map(|run| Ok((run.is_rapid, timer.time(&run)?))).collect();
+    let mut times = RefeedLawTimes::default();
+    let mut peak_times = Vec::new();
+    for (is_rapid, law) in laws? {
+        let sum: f64 = law.times.iter().sum();
+        if is_rapid {
+            times.rapid_time_s += sum;
+        } else {
+            times.cutting_time_s += sum;
+            peak_times.extend(law.peak_times);
+        }
+    }
+    Ok((peak_times, times))
+}
