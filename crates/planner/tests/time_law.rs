@@ -4,8 +4,9 @@ use std::path::Path;
 
 use facemill::feedrate::{AxisBounds, ProgramBlock, ProgramSettings, machine_bounds, program_law};
 use facemill::inverse_kinematics::{AxisValues, Machine};
+use facemill::nc_program::Dialect;
 use facemill::new_job::{NewJob, new_job};
-use facemill::{Job, PlanSettings, Planned, SilentStages, plan_setup, summary};
+use facemill::{Job, PlanSettings, Planned, RefeedLaw, RefeedSettings, SilentStages, plan_setup, refeed, summary};
 use serde_json::{Value, json};
 
 /// The example patch with two passes, and values of job and machine set; `null` removes.
@@ -234,4 +235,76 @@ fn rapids_of_axes_on_their_own_take_the_slowest_axis_time_from_stop_to_stop() {
         .sum();
     let told = law.cutting_time_s + law.approach_time_s;
     assert!((told / stopping - 1.0).abs() < 0.01, "{told} {stopping}");
+}
+
+/// The example's machine, and its tool from the gauge line to the tip, mm.
+fn shop() -> (Machine, f64) {
+    let files = new_job(&NewJob::Patch { size_mm: 60.0 }).unwrap();
+    let tool = files.iter().find(|(name, _)| name == "tool.json").unwrap();
+    let tool: Value = serde_json::from_slice(&tool.1).unwrap();
+    (Machine::head_b_table_c().unwrap(), tool["gauge_length_mm"].as_f64().unwrap())
+}
+
+fn within_the_law(machine: &Machine, tool_length: f64, blend_tolerance: Option<f64>) -> RefeedSettings<'_> {
+    RefeedSettings {
+        machine,
+        tool_length,
+        tip_feed: None,
+        work_offset: Vec::new(),
+        dialect: Dialect::Fanuc,
+        time_law: Some(RefeedLaw { blend_tolerance }),
+    }
+}
+
+#[test]
+fn new_feeds_within_the_law_are_those_that_a_plan_has_within_it() {
+    let mode = ("/post/feed_mode", json!("g93"));
+    let decimals = ("/post/decimals/inverse_time", json!(5));
+    let quick = planned(&[mode.clone(), decimals.clone(), ("/feeds_within", json!("velocity"))], &[]);
+    let lowered = planned(&[mode, decimals], &[]);
+    let (machine, tool_length) = shop();
+    let new = refeed(text(&quick).as_bytes(), &within_the_law(&machine, tool_length, None)).unwrap();
+    let told = new.summary.time_law.unwrap();
+    let law = lowered.report.time_law.as_ref().unwrap();
+    let time = law.cutting_time_s + law.approach_time_s;
+    assert!((told.cutting_time_s / time - 1.0).abs() < 0.01, "{told:?} {law:?}");
+    // The text has the ways from and to the reference position, too.
+    assert!(told.rapid_time_s > law.rapid_time_s, "{told:?} {law:?}");
+    assert!(told.lowered_blocks.abs_diff(law.lowered_blocks) <= law.lowered_blocks / 10, "{told:?} {law:?}");
+    let new = String::from_utf8(new.text).unwrap();
+    let all = [motions(&text(&quick)), motions(&new), motions(&text(&lowered))];
+    assert!(all.iter().all(|m| m.len() == all[0].len()));
+    let mut apart = 0;
+    for ((before, new), planned) in all[0].iter().zip(&all[1]).zip(&all[2]) {
+        assert!(new.end == before.end && new.feed <= before.feed, "{:?} {:?}", new.feed, before.feed);
+        let ratio = new.feed.zip(planned.feed).map_or(1.0, |(a, b)| a / b);
+        apart += usize::from((ratio - 1.0).abs() > 0.02);
+    }
+    assert!(apart * 20 < all[0].len(), "{apart} of {}", all[0].len());
+    let is_f = |word: &&str| !word.starts_with('F');
+    let bare = |text: &str| text.split([' ', '\n']).filter(is_f).collect::<Vec<_>>().join(" ");
+    assert_eq!(bare(&new), bare(&text(&quick)));
+    // Wider blends are not slower, stops at every corner are.
+    let time = |blend_tolerance: Option<f64>| {
+        let settings = within_the_law(&machine, tool_length, blend_tolerance);
+        refeed(text(&quick).as_bytes(), &settings).map(|new| new.summary.time_law.unwrap().cutting_time_s)
+    };
+    let [wide, own, stops] = [Some(0.5), None, Some(0.0)].map(|tolerance| time(tolerance).unwrap());
+    assert!(wide < own && own < 0.9 * stops, "{wide} {own} {stops}");
+    assert!(time(Some(-0.1)).unwrap_err().contains("--blend-tolerance-mm"));
+}
+
+#[test]
+fn machines_without_limits_are_refused_by_axis() {
+    let (machine, tool_length) = shop();
+    let file = facemill::file_format::to_json(&machine.to_file());
+    let file: Vec<&str> = file.lines().collect();
+    // The last line of the first joint, C, is its jerk.
+    let at = file.iter().position(|l| l.contains("max_jerk_deg_s3")).unwrap();
+    let mut kept: Vec<String> = file.iter().map(|l| (*l).to_owned()).collect();
+    kept[at - 1] = kept[at - 1].trim_end_matches(',').to_owned();
+    kept.remove(at);
+    let machine = Machine::from_json(kept.join("\n").as_bytes()).unwrap();
+    let why = refeed(b"%\nO1\nM30\n%\n", &within_the_law(&machine, tool_length, None)).unwrap_err();
+    assert!(why.contains("--time-law") && why.contains("jerk C") && why.contains(machine.name()), "{why}");
 }

@@ -22,6 +22,7 @@ use crate::moves::MoveKind;
 use crate::operation::PlannedOperation;
 use crate::output::{NOT_VERIFIED, certificates_json, name_obstacles, not_verified, virtual_obstacles};
 use crate::program::{Timed, programmed_feed};
+use crate::timing::{View, Written, time_program};
 use crate::{Failure, Stages};
 
 /// Where a block comes from.
@@ -71,7 +72,7 @@ pub(crate) fn write_dual_texts(
     let feeds = spindle_feeds(parts, first)?;
     let mut speeds = feeds.map(|f| f.feeds.spindle_rpm);
     let mut places = Vec::new();
-    let mut times = Vec::new();
+    let mut part_times = Vec::new();
     for (k, part) in parts.iter().enumerate() {
         let name = part_name(part);
         writer.part(&name);
@@ -82,19 +83,30 @@ pub(crate) fn write_dual_texts(
         }
         let files = files_of(part)?;
         let feeds = PartFeeds { name: &name, feeds: files.map(|f| &f.feeds) };
-        let mut of_part = DualTimes::default();
+        let mut of_part = Vec::new();
         for (section, s) in part.sections.iter().enumerate() {
             if !s.comment.is_empty() {
                 writer.comment(s.comment.clone());
             }
             for (at, m) in s.moves.iter().enumerate() {
                 places.push((writer.n_blocks(), BlockPlace { part: k, section, at }));
-                writer.push(m, &feeds, &mut of_part)?;
+                of_part.push(writer.push(m, &feeds)?);
             }
         }
-        times.push(of_part);
+        part_times.push(of_part);
     }
     let mut timed = writer.finish();
+    let views: [View<'_>; 2] = std::array::from_fn(|h| (&jobs[h].machine, jobs[h].tool.gauge_length()));
+    let written = Written { job: jobs[0], words, table_from_rtcp_words: nalgebra::Isometry3::identity() };
+    let slower = time_program(&views, &written, &mut timed)?;
+    timed.slow_down(&slower);
+    let mut factors = slower.into_iter();
+    let mut times = Vec::with_capacity(part_times.len());
+    for moves in &part_times {
+        let mut of_part = DualTimes::default();
+        moves.iter().zip(factors.by_ref()).for_each(|(m, slower)| of_part.add(m, slower));
+        times.push(of_part);
+    }
     let (spec, heads) = dual_spec(jobs, ground.setups[0], feeds.map(|f| &f.feeds), words, &mut timed)?;
     let post = ground.setups[0].post(jobs[0]);
     let written = write_program_of_heads(&spec, &heads, &post).map_err(|e| jobs[0].wrong(format!("post: {e}")))?;

@@ -1,6 +1,6 @@
 //! Moves of two heads as blocks, each with one time.
 
-use facemill_feedrate::{feed_for_pair, rapid_time};
+use facemill_feedrate::{FeedLimit, PairFeed, PairLimit, feed_for_pair, rapid_time};
 use facemill_inverse_kinematics::AxisValues;
 use facemill_nc_program::{Block, FeedMode, HeadSpec, MappedAxis, NcProgram, ProgramSpec, SpindleSpec, WordMap};
 use facemill_tool_model::SpindleRotation;
@@ -12,6 +12,7 @@ use crate::load::{Job, Setup};
 use crate::moves::MoveKind;
 use crate::program::{Timed, axis_offset, check_offset_axes, letter, programmed_feed};
 use crate::program_spec::tool_spec;
+use crate::timing::TimedMove;
 
 /// How joint values become words: one length for each head, along its spindle's axis.
 ///
@@ -69,7 +70,7 @@ pub(crate) struct PartFeeds<'a> {
 /// Times and lengths of moves of two heads.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct DualTimes {
-    /// All moves, s.
+    /// All moves, s; at the feeds that axis velocities allow, with which those one after the other are compared.
     pub time: f64,
     /// Way of each tip in cuts of both heads at once, mm.
     pub paired: [f64; 2],
@@ -81,6 +82,45 @@ pub(crate) struct DualTimes {
     pub paired_feeds: [Option<[f64; 2]>; 2],
     /// Largest speed of the shared axis in cuts of both heads, rad/s or mm/s.
     pub shared_speed: f64,
+}
+
+/// A move of two heads with its time at constant speeds.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct DualTime {
+    kind: MoveKind,
+    working: [bool; 2],
+    /// s.
+    time: f64,
+    /// Ways of the tips, mm.
+    ways: [f64; 2],
+    /// Way of the shared axis, rad or mm.
+    shared_way: f64,
+}
+
+impl DualTimes {
+    /// Takes a move in: its time as it was, and speeds with `slower` times that time.
+    pub(crate) fn add(&mut self, m: &DualTime, slower: f64) {
+        self.time += m.time;
+        if m.kind != MoveKind::Cut {
+            return;
+        }
+        let time = m.time * slower;
+        let speed = |way: f64| if time > 0.0 { way / time } else { 0.0 };
+        let both = m.working == [true; 2];
+        for h in (0..2).filter(|&h| m.working[h]) {
+            let tip_feed = 60.0 * speed(m.ways[h]);
+            self.cut[h] += m.ways[h];
+            self.tip_feeds[h].push(tip_feed);
+            if both {
+                self.paired[h] += m.ways[h];
+                let [low, high] = self.paired_feeds[h].unwrap_or([tip_feed; 2]);
+                self.paired_feeds[h] = Some([low.min(tip_feed), high.max(tip_feed)]);
+            }
+        }
+        if both {
+            self.shared_speed = self.shared_speed.max(speed(m.shared_way));
+        }
+    }
 }
 
 /// Turns moves into blocks.
@@ -122,32 +162,39 @@ impl<'a> DualWriter<'a> {
         self.timed.program.blocks.push(Block::SpindleOn { rpm, clockwise, spindle });
     }
 
-    /// Appends a move.
+    /// Appends a move, and tells its time.
     ///
     /// # Errors
     /// When it has no feed that axes and control allow.
-    pub(crate) fn push(&mut self, m: &DualMove, part: &PartFeeds<'_>, times: &mut DualTimes) -> Result<(), Failure> {
+    pub(crate) fn push(&mut self, m: &DualMove, part: &PartFeeds<'_>) -> Result<DualTime, Failure> {
         let words = self.words.words(m.axes.as_slice()).map_err(|e| Failure::Internal(e.to_string()))?;
+        let mut told = DualTime { kind: m.kind, working: m.working, time: 0.0, ways: [0.0; 2], shared_way: 0.0 };
+        let mut limit = None;
         let block = match (m.kind, self.at) {
             (MoveKind::Rapid, from) => {
-                if let Some(from) = from {
+                told.time = from.map_or(0.0, |from| {
                     let machine = &self.jobs[0].machine;
-                    let time = rapid_time(machine, machine.motion_law().rapid, &from, &m.axes, 0.0);
-                    self.timed.rapid_time += time;
-                    times.time += time;
-                }
+                    rapid_time(machine, machine.motion_law().rapid, &from, &m.axes, 0.0)
+                });
+                self.timed.rapid_time += told.time;
                 Block::Rapid { words }
             }
             (_, None) => return Err(Failure::Internal("a program starts with a cut".to_owned())),
             (_, Some(from)) => {
-                let value = self.timed_feed(&from, m, part, times)?;
+                let (value, feed) = self.timed_feed(&from, m, part, &mut told)?;
+                limit = Some(match feed.limit {
+                    PairLimit::TipFeed(_) => FeedLimit::TipFeed,
+                    PairLimit::Other(limit) => limit,
+                });
                 Block::Linear { words, feed: value }
             }
         };
+        let at = self.timed.program.blocks.len();
+        self.timed.moves.push(TimedMove { block: at, axes: m.axes, kind: m.kind, time: told.time, limit });
         self.timed.program.blocks.push(block);
         self.timed.n_blocks += 1;
         self.at = Some(m.axes);
-        Ok(())
+        Ok(told)
     }
 
     fn timed_feed(
@@ -155,8 +202,8 @@ impl<'a> DualWriter<'a> {
         from: &AxisValues,
         m: &DualMove,
         part: &PartFeeds<'_>,
-        times: &mut DualTimes,
-    ) -> Result<f64, Failure> {
+        told: &mut DualTime,
+    ) -> Result<(f64, PairFeed), Failure> {
         let tip =
             |h: usize, axes: &AxisValues| self.jobs[h].machine.cl_point(axes, self.jobs[h].tool.gauge_length()).tip;
         let ways: [f64; 2] = std::array::from_fn(|h| (tip(h, &m.axes) - tip(h, from)).norm());
@@ -164,32 +211,19 @@ impl<'a> DualWriter<'a> {
         let machine = &self.jobs[0].machine;
         let feed = feed_for_pair(machine.axes(), from, &m.axes, ways, asked, &machine.feed_range())
             .map_err(|e| Failure::Infeasible(format!("{}: {e}", part.name)))?;
-        times.time += feed.time;
+        let shared_way = (m.axes.get_or_zero(self.shared) - from.get_or_zero(self.shared)).abs();
+        *told = DualTime { time: feed.time, ways, shared_way, ..*told };
         if m.kind == MoveKind::Cut {
             self.timed.cutting_time += feed.time;
-            let both = m.working == [true; 2];
-            for h in (0..2).filter(|&h| m.working[h]) {
-                self.timed.cutting_length += ways[h];
-                let tip_feed = feed.tip_feeds[h];
-                times.cut[h] += ways[h];
-                times.tip_feeds[h].push(tip_feed);
-                if both {
-                    times.paired[h] += ways[h];
-                    let [low, high] = times.paired_feeds[h].unwrap_or([tip_feed; 2]);
-                    times.paired_feeds[h] = Some([low.min(tip_feed), high.max(tip_feed)]);
-                }
-            }
-            if both && feed.time > 0.0 {
-                let way = (m.axes.get_or_zero(self.shared) - from.get_or_zero(self.shared)).abs();
-                times.shared_speed = times.shared_speed.max(way / feed.time);
-            }
+            self.timed.cutting_length += (0..2).filter(|&h| m.working[h]).map(|h| ways[h]).sum::<f64>();
         } else {
             self.timed.approach_time += feed.time;
         }
-        Ok(match self.feed_mode {
+        let value = match self.feed_mode {
             FeedMode::G93 => feed.inverse_time().unwrap_or(1.0),
             FeedMode::G94 | FeedMode::Rtcp => feed.f_word,
-        })
+        };
+        Ok((value, feed))
     }
 
     pub(crate) fn finish(self) -> Timed {
