@@ -7,7 +7,7 @@ use facemill_nc_program::{ReadBlock, ReadCommand};
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::timing::{ROOM, Run, Timer, missing_limits};
+use crate::timing::{ROOM, Run, Timer, missing_limits, stops_at_corners};
 
 /// How a program is timed with new feeds.
 #[derive(Clone, Copy, Debug, Default)]
@@ -26,6 +26,8 @@ pub struct RefeedLawTimes {
     pub rapid_time_s: f64,
     /// Cutting blocks whose F was lowered to what the axes reach in them.
     pub lowered_blocks: usize,
+    /// Whether the axes stop at every corner, because there is no tolerance to blend them within.
+    pub stops_at_corners: bool,
 }
 
 /// What is known of the law while a program is read.
@@ -155,7 +157,7 @@ pub(crate) fn timed(
     let timer = Timer::new(&views, tolerance).map_err(|e| e.to_string())?.without_limits();
     let laws: Result<Vec<_>, String> =
         moves.runs.into_par_iter().map(|run| Ok((run.is_rapid, timer.time(&run)?))).collect();
-    let mut times = RefeedLawTimes::default();
+    let mut times = RefeedLawTimes { stops_at_corners: stops_at_corners(tolerance), ..RefeedLawTimes::default() };
     let mut peak_times = Vec::new();
     for (is_rapid, law) in laws? {
         let sum: f64 = law.times.iter().sum();

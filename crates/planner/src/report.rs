@@ -167,6 +167,8 @@ pub struct TimeLawReport {
     pub approach_time_s: f64,
     /// Rapids.
     pub rapid_time_s: f64,
+    /// Whether the axes stop at every corner, because the machine file gives the control no tolerance to blend them within.
+    pub stops_at_corners: bool,
     /// Blocks whose feed was lowered to what the axes reach in them.
     pub lowered_blocks: usize,
     /// What holds the passes back, the largest share of their time first.

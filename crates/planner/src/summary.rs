@@ -105,6 +105,9 @@ fn times(report: &Report) -> Vec<String> {
     let held = |h: &HeldBackReport| format!("{} {:.0} %", h.limit, 100.0 * h.share);
     let held: Vec<String> = law.held_back_by.iter().filter(|h| h.share >= TOLD_SHARE).map(held).collect();
     lines.push(format!("  held back by      {}", held.join(", ")));
+    if law.stops_at_corners {
+        lines.push("  stops             at every corner: motion.control_tolerance of the machine file is 0".to_owned());
+    }
     if law.lowered_blocks > 0 {
         lines.push(format!("  lowered feeds     {} blocks, to what the axes reach in them", law.lowered_blocks));
     }

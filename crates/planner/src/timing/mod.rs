@@ -12,7 +12,7 @@ use nalgebra::Isometry3;
 use rayon::prelude::*;
 
 pub(crate) use run::{Run, RunLaw, Timer, missing_limits};
-pub(crate) use tolerance::View;
+pub(crate) use tolerance::{View, stops_at_corners};
 
 use crate::Failure;
 use crate::job_file::FeedsWithin;
@@ -99,6 +99,7 @@ pub(crate) fn time_program(views: &[View<'_>], written: &Written<'_>, timed: &mu
     let laws: Result<Vec<RunLaw>, String> = runs.par_iter().map(|run| timer.time(run)).collect();
     let laws = laws.map_err(|e| Failure::Internal(format!("time law: {e}")))?;
     let mut report = Tally::default();
+    report.told.stops_at_corners = stops_at_corners(tolerance);
     let flat = laws.iter().flat_map(|law| (0..law.times.len()).map(move |k| (law, k)));
     for (at, (law, k)) in (0..timed.moves.len()).zip(flat) {
         let m = timed.moves[at];

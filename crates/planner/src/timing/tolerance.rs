@@ -96,6 +96,11 @@ fn levers_at((machine, tool_length): View<'_>, q: &AxisValues) -> AxisValues {
     })
 }
 
+/// Whether a control with this tolerance blends no corner.
+pub(crate) fn stops_at_corners(tolerance: ControlTolerance) -> bool {
+    tolerance.path <= 0.0 || tolerance.orientation <= 0.0
+}
+
 /// What every axis may leave its lines by, mm or rad, so that no head's tip strays by more than `path` and no tool axis turns by
 /// more than `orientation`: half of the path for the linear axes together, half for the rotary ones by their levers.
 /// `None` where that is nothing: the axes then stop at every corner.
