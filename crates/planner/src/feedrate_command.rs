@@ -93,9 +93,11 @@ fn told(s: &RefeedSummary) -> String {
     };
     let by_law = s.time_law.map_or_else(String::new, |_| format!(", acceleration and jerk {}", s.by_law));
     let timed = |law: RefeedLawTimes| {
-        let [cutting, rapid] = [law.cutting_time_s, law.rapid_time_s].map(clock);
+        let [before, after, rapid] = [law.cutting_time_before_s, law.cutting_time_s, law.rapid_time_s].map(clock);
         let stops = if law.stops_at_corners { ", with a stop at every corner" } else { "" };
-        format!("  within acceleration and jerk: cutting time {cutting}, rapid time {rapid}{stops}\n")
+        format!(
+            "  within acceleration and jerk: cutting time {before} before, {after} after; rapid time {rapid}{stops}\n"
+        )
     };
     format!(
         "  cutting blocks    {}, {} with another F\n  limited by        tip feed {}, axes {}, control {}{by_law}\n  kept as they are  {} \

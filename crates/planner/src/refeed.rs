@@ -390,7 +390,7 @@ impl<'s> Refeeder<'s> {
             self.summary.kept += 1;
             return self.keep(block, motion);
         }
-        let is_lowered = self.law.cut(from, to, &mut fed, &range);
+        let is_lowered = self.law.cut([from, to], &mut fed, before, &range);
         self.count(&fed, before, is_lowered);
         let value = match mode {
             FeedMode::G93 => 60.0 / fed.time,

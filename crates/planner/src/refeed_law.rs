@@ -7,7 +7,7 @@ use facemill_nc_program::{ReadBlock, ReadCommand};
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::timing::{ROOM, Run, Timer, missing_limits, stops_at_corners};
+use crate::timing::{Run, Timer, missing_limits, reachable, stops_at_corners};
 
 /// How a program is timed with new feeds.
 #[derive(Clone, Copy, Debug, Default)]
@@ -22,6 +22,8 @@ pub struct RefeedLaw {
 pub struct RefeedLawTimes {
     /// Straight cutting blocks, s.
     pub cutting_time_s: f64,
+    /// The same with the feeds of the program as it was; of blocks without a feed with the new ones.
+    pub cutting_time_before_s: f64,
     /// Rapids, s.
     pub rapid_time_s: f64,
     /// Cutting blocks whose F was lowered to what the axes reach in them.
@@ -45,6 +47,8 @@ pub(crate) enum Law {
 pub(crate) struct Moves {
     runs: Vec<Run>,
     is_open: bool,
+    /// Time of each cutting move at the feed that it had, s.
+    before: Vec<f64>,
 }
 
 impl Moves {
@@ -96,18 +100,28 @@ impl Law {
     }
 
     /// A cutting move with its feed at constant speed; lowers that to what the axes reach, and says whether.
-    pub(crate) fn cut(&mut self, from: &AxisValues, to: &AxisValues, fed: &mut BlockFeed, range: &FeedRange) -> bool {
+    ///
+    /// `before` is the time at the feed that it had, s.
+    pub(crate) fn cut(
+        &mut self,
+        [from, to]: [&AxisValues; 2],
+        fed: &mut BlockFeed,
+        before: Option<f64>,
+        range: &FeedRange,
+    ) -> bool {
         match self {
             Self::Off => false,
             Self::Collecting(moves) => {
                 moves.push(from, to, fed.time, false);
+                moves.before.push(before.unwrap_or(fed.time));
                 false
             }
             Self::Known(peak_times, used) => {
-                let time = peak_times.get(*used).copied().unwrap_or(0.0) / ROOM;
+                let peak_time = peak_times.get(*used).copied().unwrap_or(0.0);
                 *used += 1;
+                let Some(time) = reachable(fed.time, peak_time) else { return false };
                 let f_word = (fed.f_word * fed.time / time).max(range.min);
-                if !(time > fed.time && f_word < fed.f_word) {
+                if f_word >= fed.f_word {
                     return false;
                 }
                 let factor = fed.f_word / f_word;
@@ -151,12 +165,11 @@ pub(crate) fn timed(
     machine: &Machine,
     tool_length: f64,
     tolerance: ControlTolerance,
-    moves: Moves,
+    mut moves: Moves,
 ) -> Result<(Vec<f64>, RefeedLawTimes), String> {
     let views = [(machine, tool_length)];
     let timer = Timer::new(&views, tolerance).map_err(|e| e.to_string())?.without_limits();
-    let laws: Result<Vec<_>, String> =
-        moves.runs.into_par_iter().map(|run| Ok((run.is_rapid, timer.time(&run)?))).collect();
+    let laws: Result<Vec<_>, String> = moves.runs.par_iter().map(|run| Ok((run.is_rapid, timer.time(run)?))).collect();
     let mut times = RefeedLawTimes { stops_at_corners: stops_at_corners(tolerance), ..RefeedLawTimes::default() };
     let mut peak_times = Vec::new();
     for (is_rapid, law) in laws? {
@@ -168,5 +181,13 @@ pub(crate) fn timed(
             peak_times.extend(law.peak_times);
         }
     }
+    // Once more at the feeds that there were.
+    let mut before = moves.before.iter();
+    moves.runs.retain(|run| !run.is_rapid);
+    let blocks = moves.runs.iter_mut().flat_map(|run| &mut run.blocks);
+    blocks.zip(before.by_ref()).for_each(|(block, before)| block.tip_time = *before);
+    let sum = |run: &Run| Ok(timer.time(run)?.times.iter().sum());
+    let sums: Result<Vec<f64>, String> = moves.runs.par_iter().map(sum).collect();
+    times.cutting_time_before_s = sums?.iter().sum();
     Ok((peak_times, times))
 }

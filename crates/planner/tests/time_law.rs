@@ -273,6 +273,8 @@ fn new_feeds_within_the_law_are_those_that_a_plan_has_within_it() {
     let law = lowered.report.time_law.as_ref().unwrap();
     let time = law.cutting_time_s + law.approach_time_s;
     assert!((told.cutting_time_s / time - 1.0).abs() < 0.01, "{told:?} {law:?}");
+    // Here the feeds that there were are those of FEED.
+    assert!((told.cutting_time_before_s / time - 1.0).abs() < 0.01, "{told:?} {law:?}");
     // The text has the ways from and to the reference position, too.
     assert!(told.rapid_time_s > law.rapid_time_s, "{told:?} {law:?}");
     assert!(told.lowered_blocks.abs_diff(law.lowered_blocks) <= law.lowered_blocks / 10, "{told:?} {law:?}");

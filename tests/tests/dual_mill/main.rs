@@ -30,6 +30,8 @@ fn job(from_radius: f64) -> JobFolder {
         .collect();
     let values: Vec<(&str, Value)> = of_operations.iter().map(|(p, v)| (p.as_str(), v.clone())).collect();
     job.set("job.json", &values);
+    // One tip or axis velocity sets each block's time.
+    job.set("job.json", &[("/feeds_within", json!("velocity"))]);
     job
 }
 
@@ -354,6 +356,9 @@ fn the_report_tells_the_ways_and_times_of_the_text(read: &ReadPlan) {
     near(&pair["paired_fraction"], fraction);
     near(&pair["time_ratio"], time / number(&pair["separate_time_s"]));
     assert_eq!(pair["shared_axis"], "C");
+    // All axes of both heads in one law: no quicker than the constant speeds.
+    let law = &read.report["time_law"];
+    assert!(number(&law["total_time_s"]) > time && law["lowered_blocks"] == 0, "{law} {time}");
 }
 
 fn tools_are_apart_and_no_deeper_than_allowed(read: &ReadPlan) {

@@ -21,9 +21,18 @@ use crate::moves::MoveKind;
 use crate::program::Timed;
 use crate::report::{HeldBackReport, TimeLawReport};
 
-/// Feeds may ask for so much more than the largest speed of a block before they are lowered, and are lowered to it: the law
-/// stays some tenths of a percent off its limits, and a feed that asks for a little more costs nothing.
-pub(crate) const ROOM: f64 = 1.01;
+/// Feeds that ask for more than so many times the largest speed of a block are lowered. In dense programs the law holds a block to the
+/// least tip feed of those around it, which takes 2 % off where rounded words make feeds uneven: that is no limit of the machine.
+const BEYOND: f64 = 1.03;
+
+/// They are lowered to so many times that speed: the law stays some tenths of a percent off its limits, and a feed that asks for a
+/// little more costs nothing.
+const ROOM: f64 = 1.01;
+
+/// The time that a block's feed is to ask for instead of `time`, where the largest speed in it takes `peak_time`; `None`: it stays.
+pub(crate) fn reachable(time: f64, peak_time: f64) -> Option<f64> {
+    (peak_time > BEYOND * time).then_some(peak_time / ROOM)
+}
 
 /// A motion block with its time at constant speeds.
 #[derive(Clone, Copy, Debug)]
@@ -105,7 +114,7 @@ pub(crate) fn time_program(views: &[View<'_>], written: &Written<'_>, timed: &mu
         let m = timed.moves[at];
         report.count(machine, &m, law.times[k], law.limits.get(k).copied().flatten());
         if job.file.feeds_within == FeedsWithin::Acceleration && m.limit.is_some() {
-            slower[at] = lowered(job, timed, &m, law.peak_times[k] / ROOM);
+            slower[at] = reachable(m.time, law.peak_times[k]).map_or(1.0, |time| lowered(job, timed, &m, time));
             report.told.lowered_blocks += usize::from(slower[at] > 1.0);
         }
     }
@@ -147,7 +156,7 @@ fn lowered(job: &Job, timed: &mut Timed, m: &TimedMove, time: f64) -> f64 {
         // What a word can say.
         FeedMode::G93 => 10f64.powi(-i32::from(job.post.decimals().inverse_time)),
     };
-    if !(m.time > 0.0 && time > m.time) {
+    if m.time <= 0.0 {
         return 1.0;
     }
     let new = (*feed * m.time / time).max(least);

@@ -84,8 +84,7 @@ impl<'a> Timer<'a> {
 
     /// What every axis may leave the lines of a run by; `None`: nothing.
     fn blend(&self, run: &Run) -> Option<AxisValues> {
-        let positions: Vec<AxisValues> = [run.start].into_iter().chain(run.blocks.iter().map(|b| b.end)).collect();
-        let levers: Vec<Levers> = self.views.iter().map(|view| Levers::over(*view, &positions)).collect();
+        let levers: Vec<Levers> = self.views.iter().map(|view| Levers::over(*view, run)).collect();
         blend_tolerance(self.tolerance, self.views, &levers)
     }
 

@@ -1,9 +1,12 @@
 //! How far each axis may leave a program's lines so that the tip stays within the control's tolerance.
 
 use facemill_cl_data::ControlTolerance;
+use facemill_feedrate::ProgramBlock;
 use facemill_inverse_kinematics::{AxisKind, AxisValues, Machine};
 use nalgebra::Vector3;
 use rayon::prelude::*;
+
+use super::run::Run;
 
 /// A machine as one head sees it, and the length of its tool, mm.
 pub(crate) type View<'a> = (&'a Machine, f64);
@@ -29,14 +32,16 @@ const CHUNK: usize = 1024;
 pub(crate) struct Levers(AxisValues);
 
 impl Levers {
-    /// Levers over moves on straight lines of the axes through all these positions: nowhere larger than told.
+    /// Levers over the moves of a run, on straight lines of the axes: nowhere larger than told.
     ///
     /// The lever of a rotary axis is the distance of the tip from it, half of the way that half a turn moves the tip by.
     /// Between the places at which it is measured it grows by no more than the tip moves.
-    pub(crate) fn over(view: View<'_>, positions: &[AxisValues]) -> Self {
-        let starts: Vec<usize> = (0..positions.len()).step_by(CHUNK).collect();
-        let of_chunk = |start: usize| chunk_levers(view, &positions[start..positions.len().min(start + CHUNK + 1)]);
-        let chunks: Vec<AxisValues> = starts.into_par_iter().map(of_chunk).collect();
+    pub(crate) fn over(view: View<'_>, run: &Run) -> Self {
+        let of_chunk = |(k, moves): (usize, &[ProgramBlock])| {
+            let start = (k * CHUNK).checked_sub(1).map_or(run.start, |before| run.blocks[before].end);
+            chunk_levers(view, start, moves)
+        };
+        let chunks: Vec<AxisValues> = run.blocks.par_chunks(CHUNK).enumerate().map(of_chunk).collect();
         let n = view.0.axes().len();
         Self(chunks.iter().fold(AxisValues::zeros(n), |most, next| larger(&most, next)))
     }
@@ -46,17 +51,17 @@ fn larger(a: &AxisValues, b: &AxisValues) -> AxisValues {
     AxisValues::from_fn(a.len(), |k| a[k].max(b[k]))
 }
 
-fn chunk_levers(view: View<'_>, positions: &[AxisValues]) -> AxisValues {
+fn chunk_levers(view: View<'_>, start: AxisValues, moves: &[ProgramBlock]) -> AxisValues {
     let n = view.0.axes().len();
-    let Some(first) = positions.first() else { return AxisValues::zeros(n) };
-    let mut at = levers_at(view, first);
+    let mut from = start;
+    let mut at = levers_at(view, &from);
     let mut levers = at;
-    for pair in positions.windows(2) {
-        let (way, turn) = ways(view.0, &pair[0], &pair[1]);
+    for to in moves.iter().map(|m| m.end) {
+        let (way, turn) = ways(view.0, &from, &to);
         let places = (way / WAY).max(turn / TURN).ceil().clamp(1.0, MOST_PLACES);
         let (way, turn) = (0.5 * way / places, 0.5 * turn / places);
         for k in 1..=places as usize {
-            let next = levers_at(view, &pair[0].lerp(&pair[1], k as f64 / places));
+            let next = levers_at(view, &from.lerp(&to, k as f64 / places));
             let near = larger(&at, &next);
             let most = near.iter().fold(0.0, f64::max);
             // The tip moves by `way` and by `turn` times the largest lever on the way, which itself grows by as much.
@@ -66,6 +71,7 @@ fn chunk_levers(view: View<'_>, positions: &[AxisValues]) -> AxisValues {
             }
             at = next;
         }
+        from = to;
     }
     levers
 }
@@ -195,6 +201,11 @@ mod tests {
         })
     }
 
+    fn run(positions: &[AxisValues]) -> Run {
+        let block = |end: &AxisValues| ProgramBlock { end: *end, tip_time: 0.0, exact_stop: false };
+        Run { start: positions[0], blocks: positions[1..].iter().map(block).collect(), is_rapid: false }
+    }
+
     #[test]
     fn axes_within_the_tolerance_take_no_tip_and_no_tool_axis_farther_than_the_control_may() {
         let mut random = Random(11);
@@ -203,7 +214,7 @@ mod tests {
             let axes = heads[0].axes();
             let views: Vec<View<'_>> = heads.iter().map(|m| (m, 180.0)).collect();
             let positions: Vec<AxisValues> = (0..4).map(|_| position(&mut random, axes)).collect();
-            let levers: Vec<Levers> = views.iter().map(|view| Levers::over(*view, &positions)).collect();
+            let levers: Vec<Levers> = views.iter().map(|view| Levers::over(*view, &run(&positions))).collect();
             let most = blend_tolerance(given, &views, &levers).unwrap();
             let mut worst = [0.0_f64; 2];
             for _ in 0..4000 {
@@ -230,7 +241,7 @@ mod tests {
         for heads in machines() {
             let view = (&heads[0], 180.0);
             let ends = [position(&mut random, heads[0].axes()), position(&mut random, heads[0].axes())];
-            let Levers(told) = Levers::over(view, &ends);
+            let Levers(told) = Levers::over(view, &run(&ends));
             for k in 0..=2000 {
                 let at = levers_at(view, &ends[0].lerp(&ends[1], f64::from(k) / 2000.0));
                 for axis in 0..at.len() {
@@ -244,7 +255,7 @@ mod tests {
     fn no_tolerance_is_a_stop_at_every_corner() {
         let machine = Machine::head_b_table_c().unwrap();
         let views = [(&machine, 100.0)];
-        let levers = [Levers::over(views[0], &[machine.home()])];
+        let levers = [Levers::over(views[0], &run(&[machine.home(), machine.home()]))];
         for (path, orientation) in [(0.0, 0.0), (0.01, 0.0), (0.0, 1e-3)] {
             assert!(blend_tolerance(ControlTolerance { path, orientation }, &views, &levers).is_none());
         }
