@@ -1,26 +1,155 @@
-//! Chip section and removal rate along a plan (CHIP, with the outline of the tilted cutter seen along the feed).
+//! Chip section at one point of a pass (CHIP, with the outline of the tilted cutter seen along the feed).
 
-use facemill_chip_area::chip_area_between_outlines;
-use facemill_cutter_location::cusp::{CutPoint, Ridge};
-use facemill_tool_model::{Cutter, Outline};
+use facemill_chip_area::{OutlineError, chip_area_between_outlines};
+use facemill_cl_data::CcPoint;
+use facemill_cutter_location::cusp::Ridge;
+use facemill_tool_model::Outline;
 
-/// Accuracy of a section area, mm²: a hundredth of the smallest chip anyone cares for with such cutters.
-const ACCURACY: f64 = 0.05;
+use crate::load::Setup;
 
-/// Section of the chip at a point, mm²: the stock of thickness `stock` above the surface that this pass takes and the
-/// neighbouring one, cut before, has not. Without a neighbour the cutter is in full stock. `None` where it cannot be
-/// computed.
-pub(crate) fn chip_area_at(cutter: &Cutter, point: &CutPoint, ridge: Option<&Ridge>, stock: f64) -> Option<f64> {
-    let own = Outline::new(cutter, point.posture);
-    let (from, to) = own.extent();
-    let curvature = ridge.map_or(0.0, |r| r.curvature);
-    let top = |y: f64| stock + circle_height(curvature, stock, y);
-    let before = |y: f64| ridge.and_then(|r| r.neighbour.height_at(y));
-    chip_area_between_outlines(before, |y| own.height_at(y), top, from..=to, ACCURACY).ok()
+/// Accuracy of a section area, as part of it.
+pub(crate) const AREA_ACCURACY: f64 = 1e-3;
+
+/// Accuracy of the areas of the thinnest chips, mm²: a millionth of a large one. Smaller, and chips of no weight take most of
+/// the time.
+pub(crate) const SMALLEST_AREA: f64 = 1e-3;
+
+/// What the cutter takes at a point of a pass, or at most on the way between two.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Chip {
+    /// Section of the chip across the feed, mm².
+    pub area: f64,
+    /// Whether it is known what the pass before has left there; where it is not, the cutter is taken to be in full stock.
+    pub is_known: bool,
 }
 
+impl Chip {
+    /// Not less than either.
+    pub(crate) fn larger(self, other: Self) -> Self {
+        Self { area: self.area.max(other.area), is_known: self.is_known && other.is_known }
+    }
+}
+
+/// Top of the stock in the section across the feed: height along the normal over the lateral coordinate y, to the left of the
+/// feed from the CC point, mm.
+#[derive(Clone, Debug)]
+pub(crate) enum StockTop {
+    /// As thick everywhere, on a surface of this curvature (1/mm, positive where the part is convex).
+    Layer { thickness: f64, curvature: f64 },
+    /// Of a solid: heights at places evenly from one y to another, none of them less than at its neighbours.
+    Solid { extent: [f64; 2], heights: Vec<f64> },
+}
+
+/// Places across the cutter at which the height of a solid stock is looked for; what is narrower than their distance may be
+/// missed.
+const SOLID_PLACES: usize = 49;
+
+impl StockTop {
+    /// The stock over a point, where the surface has this curvature across the feed.
+    pub(crate) fn over(setup: &Setup<'_>, cc: &CcPoint, curvature: f64, extent: (f64, f64)) -> Self {
+        let Some(solid) = &setup.stock_solid else {
+            return Self::Layer { thickness: setup.stock_above(cc), curvature };
+        };
+        let extent = [extent.0, extent.1];
+        let place = |k: usize| extent[0] + (extent[1] - extent[0]) * (k as f64 / (SOLID_PLACES - 1) as f64);
+        let found: Vec<f64> = (0..SOLID_PLACES)
+            .map(|k| {
+                let from = cc.position + cc.left().into_inner() * place(k);
+                let hits = solid.ray_all(&from, &cc.normal, f64::INFINITY);
+                // The last way out of it: what is empty below counts as stock.
+                let out = hits.iter().rfind(|hit| !hit.from_outside);
+                out.map_or(0.0, |hit| hit.point.distance)
+            })
+            .collect();
+        let beside = |k: usize| found[k.saturating_sub(1)..(k + 2).min(found.len())].iter().copied();
+        let heights = (0..found.len()).map(|k| beside(k).fold(0.0, f64::max)).collect();
+        Self::Solid { extent, heights }
+    }
+
+    /// Height at y; −∞ where there is none.
+    pub(crate) fn at(&self, y: f64) -> f64 {
+        match self {
+            Self::Layer { thickness, curvature } => thickness + circle_height(*curvature, *thickness, y),
+            Self::Solid { extent, heights } => {
+                let last = heights.len() - 1;
+                let place = ((y - extent[0]) / (extent[1] - extent[0]) * last as f64).clamp(0.0, last as f64);
+                let k = (place as usize).min(last - 1);
+                heights[k] + (heights[k + 1] - heights[k]) * (place - k as f64)
+            }
+        }
+    }
+}
+
+/// The section across the feed at a point of a pass.
+pub(crate) struct ChipSite<'s> {
+    /// Outline of the cutter.
+    own: Outline,
+    /// Outline of the pass before, where it is known.
+    before: Option<&'s Outline>,
+    top: StockTop,
+}
+
+impl<'s> ChipSite<'s> {
+    /// The section at a point with this outline, beside the pass that the ridge goes to.
+    pub(crate) fn new(own: Outline, ridge: Option<&'s Ridge>, top: StockTop) -> Self {
+        Self { own, before: ridge.map(|r| &r.neighbour), top }
+    }
+
+    /// Section of the chip, mm²: the stock above the surface that this pass takes and the neighbouring one, cut before, has
+    /// not. Without a neighbour the cutter is in full stock.
+    ///
+    /// The estimate of its error is not above [`AREA_ACCURACY`] of it, or [`SMALLEST_AREA`] where that is more.
+    pub(crate) fn area(&self) -> Result<f64, OutlineError> {
+        let (from, to) = self.engaged();
+        let at = |accuracy: f64| {
+            let before = |y: f64| self.before.and_then(|b| b.height_at(y));
+            let own = |y: f64| self.own.height_at(y);
+            chip_area_between_outlines(before, own, |y| self.top.at(y), from..=to, accuracy)
+        };
+        let needed = |area: f64| SMALLEST_AREA.max(AREA_ACCURACY * area);
+        let mut accuracy = FIRST_ACCURACY;
+        let mut area = at(accuracy)?;
+        while accuracy > needed(area) {
+            accuracy = needed(area - accuracy);
+            area = at(accuracy)?;
+        }
+        Ok(area)
+    }
+
+    /// The lateral range in which the outline is below the stock's top, from the first such place to the last; all of the
+    /// outline where no place that is looked at is.
+    fn engaged(&self) -> (f64, f64) {
+        let phi = |k: usize| (k as f64 / RANGE_PLACES as f64 - 0.5) * std::f64::consts::PI;
+        let is_in = |phi: f64| {
+            let p = self.own.point_at(phi);
+            p.y < self.top.at(p.x)
+        };
+        let all = || (0..=RANGE_PLACES).filter(|&k| is_in(phi(k)));
+        let (Some(first), Some(last)) = (all().next(), all().next_back()) else { return self.own.extent() };
+        let end = |inside: usize, outside: Option<usize>| {
+            let (mut inner, mut outer) = (phi(inside), outside.map_or(phi(inside), phi));
+            for _ in 0..RANGE_BISECTIONS {
+                let middle = 0.5 * (inner + outer);
+                if is_in(middle) { inner = middle } else { outer = middle }
+            }
+            self.own.point_at(outer).x
+        };
+        let behind = (last < RANGE_PLACES).then_some(last + 1);
+        (end(first, first.checked_sub(1)), end(last, behind))
+    }
+}
+
+/// Accuracy that is tried first, mm²: enough for chips of 50 mm², as face mills take them.
+const FIRST_ACCURACY: f64 = 0.05;
+
+/// Places along an outline at which it is compared with the stock's top; even, so that the contact is one of them.
+const RANGE_PLACES: usize = 64;
+
+/// Bisections for the ends of the range: what is left of a 64th of the outline's normals is rounding.
+const RANGE_BISECTIONS: u32 = 40;
+
 /// Height over the tangent of a circle of this curvature, moved outward by `offset`, at `y` from the point of contact; −∞
-/// beyond its side.
+/// beyond the side of a convex one, level beyond that of a concave one.
 fn circle_height(curvature: f64, offset: f64, y: f64) -> f64 {
     if curvature == 0.0 {
         return 0.0;
@@ -28,7 +157,7 @@ fn circle_height(curvature: f64, offset: f64, y: f64) -> f64 {
     let radius = 1.0 / curvature + offset;
     let inside = radius * radius - y * y;
     if inside < 0.0 {
-        return if curvature > 0.0 { f64::NEG_INFINITY } else { 0.0 };
+        return if curvature > 0.0 { f64::NEG_INFINITY } else { radius.abs() };
     }
     // Without the cancellation of R − √(R² − y²).
     -y * y / (radius + inside.sqrt() * radius.signum())
@@ -37,24 +166,71 @@ fn circle_height(curvature: f64, offset: f64, y: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use facemill_cl_data::{CcPoint, Posture};
-    use nalgebra::{Point3, Vector3};
+    use facemill_chip_area::{
+        Beside, CutterEnd, Engagement, NeighbourAxis, Orientation, PassSection, SectionSurface, chip_of_pass,
+    };
+    use facemill_cl_data::Posture;
+    use facemill_cutter_location::cusp::{CutPoint, ridges};
+    use facemill_tool_model::Cutter;
+    use nalgebra::{Point3, Unit, Vector3};
+
+    /// Points of a pass along x at arc length `s` to the left over a cylinder along x, whose top line is the x axis.
+    fn pass(curvature: f64, s: f64, posture: Posture) -> Vec<CutPoint> {
+        let (sin, cos) = (curvature * s).sin_cos();
+        let (y, z) = if curvature == 0.0 { (s, 0.0) } else { (sin / curvature, (cos - 1.0) / curvature) };
+        let normal = Unit::new_normalize(Vector3::new(0.0, sin, cos)).into_inner();
+        let at = |x: f64| CcPoint::new(Point3::new(x, y, z), normal, Vector3::x()).unwrap();
+        [-10.0, 0.0, 10.0].into_iter().map(|x| CutPoint { cc: at(x), posture }).collect()
+    }
 
     #[test]
-    fn a_narrow_step_takes_stock_times_step() {
-        // A flat plane, a disc tilted by 15°: a step of 1 mm takes 2 mm of stock, less what the cusps differ by.
-        let cutter = Cutter::new(80.0, 6.0, 12.0).unwrap();
-        let point = |y: f64, x: f64| CutPoint {
-            cc: CcPoint::new(Point3::new(x, y, 0.0), Vector3::z(), Vector3::x()).unwrap(),
-            posture: Posture { tilt: 0.26, rotate: 0.0 },
-        };
-        let before = [point(1.0, -10.0), point(1.0, 10.0)];
-        let own = point(0.0, 0.0);
-        let ridge = facemill_cutter_location::cusp::ridges(&cutter, &[own], &before, 10.0)[0].unwrap();
-        let area = chip_area_at(&cutter, &own, Some(&ridge), 2.0).unwrap();
-        assert!((area - 2.0).abs() < 0.1, "{area}");
-        let full = chip_area_at(&cutter, &own, None, 2.0).unwrap();
-        assert!(full > 20.0 * area, "{full}");
+    fn areas_are_those_of_the_section_of_a_pass_on_planes_and_cylinders() {
+        let mut n = 0;
+        let cutters = [(80.0, 6.0), (40.0, 8.0), (10.0, 10.0), (25.0, 0.0)];
+        let surfaces = [
+            (0.0, SectionSurface::Plane),
+            (1.0 / 900.0, SectionSurface::Convex { radius: 900.0 }),
+            (-1.0 / 2500.0, SectionSurface::Concave { radius: 2500.0 }),
+        ];
+        for (radius, corner_radius) in cutters {
+            for (curvature, surface) in surfaces {
+                for (tilt, rotate) in [(0.1, 0.0), (0.26, -0.4), (0.2, 0.9), (0.05, 1.2)] {
+                    for (depth, step) in [(2.0, 0.3 * radius), (0.5, 2.0), (2.0, f64::INFINITY)] {
+                        let posture = Posture { tilt, rotate };
+                        let cutter = Cutter::new(radius, corner_radius, 60.0).unwrap();
+                        let own = &pass(curvature, 0.0, posture)[1..2];
+                        // The neighbour is on the right.
+                        let before = if step.is_finite() { pass(curvature, -step, posture) } else { Vec::new() };
+                        let ridge = ridges(&cutter, own, &before, 300.0)[0];
+                        let top = StockTop::Layer { thickness: depth, curvature };
+                        let site = ChipSite::new(Outline::new(&cutter, posture), ridge.as_ref(), top);
+                        let right = if step.is_finite() { Beside::Cut { step_over: step } } else { Beside::Stock };
+                        let section = PassSection {
+                            cutter: CutterEnd { radius, corner_radius },
+                            surface,
+                            engagement: Engagement { depth_of_cut: depth, left: Beside::Stock, right },
+                            orientation: Orientation::from_tilt_rotate(tilt, rotate),
+                            neighbour_axis: NeighbourAxis::Turned,
+                        };
+                        let Ok(exact) = chip_of_pass(&section) else { continue };
+                        let area = site.area().unwrap();
+                        let allowed = SMALLEST_AREA.max(AREA_ACCURACY * exact.area) + exact.error_bound;
+                        assert!((area - exact.area).abs() <= allowed, "{section:?}: {area} for {exact:?}");
+                        n += 1;
+                    }
+                }
+            }
+        }
+        assert!(n > 120, "{n} cases");
+    }
+
+    #[test]
+    fn a_solid_counts_as_high_as_it_is_beside_each_place() {
+        let heights = vec![0.0, 2.0, 2.0, 4.0];
+        let top = StockTop::Solid { extent: [-3.0, 3.0], heights };
+        for (y, z) in [(-5.0, 0.0), (-3.0, 0.0), (-2.0, 1.0), (0.0, 2.0), (2.0, 3.0), (3.0, 4.0), (9.0, 4.0)] {
+            assert!((top.at(y) - z).abs() < 1e-12, "{y}");
+        }
     }
 
     #[test]

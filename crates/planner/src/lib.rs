@@ -22,6 +22,7 @@
 //!
 //! It must not know formulas: those belong to the stage crates.
 
+mod along;
 mod cell;
 mod check;
 mod chips;

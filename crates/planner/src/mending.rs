@@ -62,11 +62,13 @@ pub(crate) fn mend(
             let Some(cuts) = filler.mended(&linearity, &pair, &mut hints) else { continue };
             put_in += cuts.len();
             let mut axes = piece.moves[b.at - 1].axes;
+            // Between the same two points the cutter takes no more.
+            let chip = piece.moves[b.at].chip;
             let moves: Vec<Move> = cuts
                 .iter()
                 .map(|cut| {
                     axes = turned_near(&test, &cut.pose.configuration.axes, &axes);
-                    Move { kind: MoveKind::Cut, cl: cut.pose.cl, axes }
+                    Move { kind: MoveKind::Cut, cl: cut.pose.cl, axes, chip }
                 })
                 .collect();
             piece.moves.splice(b.at..b.at, moves);

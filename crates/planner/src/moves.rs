@@ -9,6 +9,7 @@ use facemill_tool_model::Cutter;
 use rayon::prelude::*;
 
 use crate::Failure;
+use crate::chips::Chip;
 use crate::job_file::{ApproachFile, ArcFile};
 use crate::linearity::Linearity;
 use crate::pieces::{Cut, LeftOut, Piece};
@@ -36,6 +37,8 @@ pub(crate) struct Move {
     pub cl: ClPoint,
     /// Axis values at its end.
     pub axes: AxisValues,
+    /// What the cutter takes on it, at most; `None` outside the stock, and until it is known.
+    pub chip: Option<Chip>,
 }
 
 /// The moves of one piece: the link to it, its entry, its cuts and its exit.

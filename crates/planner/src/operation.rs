@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use facemill_cl_data::{CcPoint, CuttingLaw, Pass, Posture, Silent};
-use facemill_cutter_location::cusp::{CutPoint, Ridge, Strip, ridges, strips};
+use facemill_cutter_location::cusp::strips;
 use facemill_cutter_location::link::{ClearanceSurface, LinkSettings};
 use facemill_cutter_location::{
     Hints, Optimum, Outcome, PassTask, PoseTest, Relief, SearchCurve, SearchSettings, Widened, Workcell, map::map,
@@ -15,8 +15,8 @@ use facemill_z_map::ZMap;
 use nalgebra::Point3;
 use rayon::prelude::*;
 
+use crate::along::{Along, along_passes};
 use crate::cell::{diagonal, pass_settings, search_settings, workcell};
-use crate::chips::chip_area_at;
 use crate::job_file::{ClearanceFile, InfeasibleFile, OperationFile};
 use crate::linearity::Linearity;
 use crate::load::{Job, Setup, direction};
@@ -56,17 +56,8 @@ pub(crate) struct PlannedOperation<'a> {
     pub(crate) optimum: Option<Optimum>,
     /// CC points at which the search could not prove as finely as asked.
     pub(crate) widened: Option<Widened>,
-    /// Ridge and chip at every cut of every piece of the first place.
+    /// Ridges and chips of every piece, at points of the path and at both ends.
     pub(crate) along: Vec<Vec<Along>>,
-}
-
-/// What is known along a pass besides poses.
-#[derive(Clone, Copy)]
-pub(crate) struct Along {
-    /// Toward the pass before.
-    pub(crate) ridge: Option<Ridge>,
-    /// Section of the chip, mm², where it was computed.
-    pub(crate) chip_area: Option<f64>,
 }
 
 impl<'a> PlannedOperation<'a> {
@@ -104,10 +95,10 @@ impl<'a> PlannedOperation<'a> {
         clock.lap("search");
         let picture = if picture { picture_of(&test, operation, &laid.tasks)? } else { None };
         let monitor = stages.start("entries and links", 2 * pieces.len());
-        let moves = operation_moves(&test, &settings, pieces, from, &mut left_out, &*monitor)?;
+        let mut moves = operation_moves(&test, &settings, pieces, from, &mut left_out, &*monitor)?;
         drop(monitor);
         clock.lap("moves");
-        let along = along_passes(job, setup, operation, &moves, stages)?;
+        let along = along_passes(job, setup, operation, &mut moves.pieces, stages)?;
         clock.lap("cusps and chips");
         if setup.stock_solid.is_some() {
             left_out.iter_mut().for_each(LeftOut::explain_stock);
@@ -230,7 +221,7 @@ fn place_pieces(
 
 /// How far to look for the neighbouring pass: as far as the cutter could reach if it lay flat, and beyond, so that a strip that
 /// stays uncut is seen.
-fn neighbour_reach(cutter: &Cutter, operation: &OperationFile) -> f64 {
+pub(crate) fn neighbour_reach(cutter: &Cutter, operation: &OperationFile) -> f64 {
     3.0 * operation.tolerances.max_step_over_mm.max(cutter.radius())
 }
 
@@ -248,13 +239,13 @@ fn pass_tasks(tasks: &[LaidTask], reach: f64) -> Vec<PassTask> {
 }
 
 /// Where the neighbour does not reach, what is known of the nearest point before that, else of the first one after.
-fn carried_on(mut strips: Vec<Option<Strip>>) -> Vec<Option<Strip>> {
-    let mut last = strips.iter().copied().find_map(|s| s);
-    for strip in &mut strips {
-        *strip = strip.or(last);
-        last = *strip;
+pub(crate) fn carried_on<T: Copy>(mut along: Vec<Option<T>>) -> Vec<Option<T>> {
+    let mut last = along.iter().copied().find_map(|s| s);
+    for known in &mut along {
+        *known = known.or(last);
+        last = *known;
     }
-    strips
+    along
 }
 
 /// CC points among which the picture's is sought.
@@ -334,63 +325,4 @@ pub(crate) fn clearance_surface(file: &ClearanceFile) -> ClearanceSurface {
         },
         ClearanceFile::Sphere(s) => ClearanceSurface::Sphere { center: Point3::from(s.center_mm), radius: s.radius_mm },
     }
-}
-
-/// Points of a piece at which the chip section is computed; it changes as slowly as the surface does.
-const CHIPS_PER_PIECE: usize = 32;
-
-/// Ridges and chips along the pieces of the first place; the other places are alike.
-pub(crate) fn along_passes(
-    job: &Job,
-    setup: &Setup<'_>,
-    operation: &OperationFile,
-    moves: &OperationMoves,
-    stages: &dyn Stages,
-) -> Result<Vec<Vec<Along>>, Failure> {
-    let cutter = job.tool.cutter();
-    let reach = neighbour_reach(cutter, operation);
-    let first: Vec<&Piece> = moves.pieces.iter().map(|p| &p.piece).filter(|p| p.copy == 0).collect();
-    let points = |piece: &Piece| -> Vec<CutPoint> {
-        let asked = piece.cuts.iter().filter(|c| !c.inserted);
-        asked.map(|c| CutPoint { cc: c.cc, posture: c.pose.posture }).collect()
-    };
-    let monitor = stages.start("cusps and chips", first.len());
-    first
-        .par_iter()
-        .map(|piece| {
-            monitor.checkpoint()?;
-            let own = points(piece);
-            // All pieces of the pass before, nearest ridge wins: a trimmed pass is several pieces.
-            let mut best: Vec<Option<Ridge>> = vec![None; own.len()];
-            let mut is_first = true;
-            for before in first.iter().filter(|p| p.pass + 1 == piece.pass) {
-                is_first = false;
-                for (best, found) in best.iter_mut().zip(ridges(cutter, &own, &points(before), reach)) {
-                    let nearer = match (&best, &found) {
-                        (Some(b), Some(f)) => f.step_over < b.step_over,
-                        (None, Some(_)) => true,
-                        _ => false,
-                    };
-                    if nearer {
-                        *best = found;
-                    }
-                }
-            }
-            let stride = own.len().div_ceil(CHIPS_PER_PIECE).max(1);
-            let along = own
-                .iter()
-                .zip(best)
-                .enumerate()
-                .map(|(k, (p, ridge))| {
-                    // Beyond the ends of the pass before, how much it has left is not known.
-                    let chip_area = (k % stride == 0 && (is_first || ridge.is_some()))
-                        .then(|| chip_area_at(cutter, p, ridge.as_ref(), setup.stock_above(&p.cc)))
-                        .flatten();
-                    Along { ridge, chip_area }
-                })
-                .collect();
-            monitor.advance(1);
-            Ok(along)
-        })
-        .collect()
 }

@@ -8,10 +8,11 @@ use facemill_tool_model::Cusp;
 use facemill_virtual_machine::{Certificates, Verification};
 use nalgebra::Point3;
 
+use crate::along::Along;
 use crate::cell::budget;
 use crate::load::{Job, Setup};
 use crate::moves::{MoveKind, PieceMoves};
-use crate::operation::{Along, PlannedOperation};
+use crate::operation::PlannedOperation;
 use crate::pieces::{Cut, LeftOut, Piece};
 use crate::program::Timed;
 use crate::report::{
@@ -42,9 +43,9 @@ pub(crate) fn report(
         worst.linearisation_mm = worst.linearisation_mm.max(o.moves.linearisation);
         worst.linearisation_exceeded |= o.moves.linearisation > o.operation.tolerances.linearisation_mm;
         for (k, piece) in o.moves.pieces.iter().enumerate() {
-            let along = o.along.get(k);
+            let along: Vec<Along> = o.along.get(k).into_iter().flatten().filter(|a| a.is_point).copied().collect();
             let feeds = feeds_at_cuts(piece, &mut tip_feeds);
-            let pass = pass_report(&o.operation.name, &piece.piece, along, &feeds);
+            let pass = pass_report(&o.operation.name, &piece.piece, &along, &feeds);
             worst.lift_mm = worst.lift_mm.max(pass.lift_mm);
             worst.cusp_mm = larger(worst.cusp_mm, pass.cusp_mm);
             let allowed = o.operation.tolerances.cusp_mm;
@@ -52,7 +53,7 @@ pub(crate) fn report(
             worst.step_over_mm = larger(worst.step_over_mm, pass.step_over_mm);
             let area = pass.chip_area_mm2.map(|[_, max]| max);
             worst.chip_area_mm2 = larger(worst.chip_area_mm2, area);
-            worst.removal_rate_mm3_min = larger(worst.removal_rate_mm3_min, removal_rate(along, &feeds));
+            worst.removal_rate_mm3_min = larger(worst.removal_rate_mm3_min, removal_rate(&along, &feeds));
             totals.passes += 1;
             totals.uncut_points += pass.uncut_points;
             totals.planned_points += pass.points;
@@ -155,8 +156,8 @@ fn feeds_at_cuts(piece: &PieceMoves, tip_feeds: &mut impl Iterator<Item = f64>) 
 }
 
 /// Largest product of chip section and speed of the tip along a piece, mm³/min.
-fn removal_rate(along: Option<&Vec<Along>>, feeds: &[Option<f64>]) -> Option<f64> {
-    let rates = along.into_iter().flatten().zip(feeds).filter_map(|(a, f)| Some(a.chip_area? * (*f)?));
+fn removal_rate(along: &[Along], feeds: &[Option<f64>]) -> Option<f64> {
+    let rates = along.iter().zip(feeds).filter_map(|(a, f)| Some(a.chip.area * (*f)?));
     rates.fold(None, |worst, rate| larger(worst, Some(rate)))
 }
 
@@ -167,11 +168,10 @@ fn smaller(a: Option<f64>, b: Option<f64>) -> Option<f64> {
     }
 }
 
-fn pass_report(operation: &str, piece: &Piece, along: Option<&Vec<Along>>, feeds: &[Option<f64>]) -> PassReport {
+fn pass_report(operation: &str, piece: &Piece, all: &[Along], feeds: &[Option<f64>]) -> PassReport {
     let range = |f: &dyn Fn(&Cut) -> f64| {
         piece.cuts.iter().map(f).fold([f64::INFINITY, f64::NEG_INFINITY], |[lo, hi], v| [lo.min(v), hi.max(v)])
     };
-    let all: &[Along] = along.map_or(&[], Vec::as_slice);
     let ridge_max = |f: &dyn Fn(&Ridge) -> Option<f64>| {
         all.iter().filter_map(|a| a.ridge.as_ref()).filter_map(f).fold(None, |m, v| larger(m, Some(v)))
     };
@@ -179,7 +179,7 @@ fn pass_report(operation: &str, piece: &Piece, along: Option<&Vec<Along>>, feeds
         Cusp::Height(h) => Some(h),
         Cusp::Uncut => None,
     };
-    let areas: Vec<f64> = all.iter().filter_map(|a| a.chip_area).collect();
+    let areas: Vec<f64> = all.iter().map(|a| a.chip.area).collect();
     let slowest = feeds.iter().copied().fold(None, smaller);
     let fastest = feeds.iter().copied().fold(None, larger);
     let mean = areas.iter().sum::<f64>() / areas.len().max(1) as f64;

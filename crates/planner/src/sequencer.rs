@@ -150,7 +150,7 @@ impl<'t, 'a> Sequencer<'t, 'a> {
                 blocked_way(self.test, what, &blocked)
             })?,
         };
-        moves.extend(way.iter().map(|w| Move { kind, cl: w.cl, axes: w.configuration.axes }));
+        moves.extend(way.iter().map(|w| Move { kind, cl: w.cl, axes: w.configuration.axes, chip: None }));
         self.at = Some(*to);
         Ok(())
     }
@@ -183,8 +183,9 @@ impl<'t, 'a> Sequencer<'t, 'a> {
     /// evenly, as links and approaches were tested. Cuts are close enough already. Rapid blocks are tested once more as the
     /// control drives them.
     fn reach(&mut self, kind: MoveKind, to: Waypoint, moves: &mut Vec<Move>) -> Result<(), Failure> {
-        let push =
-            |moves: &mut Vec<Move>, w: &Waypoint| moves.push(Move { kind, cl: w.cl, axes: w.configuration.axes });
+        let push = |moves: &mut Vec<Move>, w: &Waypoint| {
+            moves.push(Move { kind, cl: w.cl, axes: w.configuration.axes, chip: None })
+        };
         let Some(from) = self.at else {
             self.at = Some(to);
             push(moves, &to);

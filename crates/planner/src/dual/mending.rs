@@ -52,9 +52,11 @@ pub(crate) fn mend(ground: &DualGround<'_>, parts: &mut [Part<'_>], texts: &Dual
             let (from, to) = (&run.stops[place.at - 1], &run.stops[place.at]);
             let Some(stops) = planner.mended(&ranges, from, to, &mut hints) else { continue };
             put_in += stops.len();
+            // Between the same stops the cutters take no more.
+            let chips = section.moves[place.at].chips;
             for stop in stops.into_iter().rev() {
                 let axes = mover.turned(&stop.pose.axes, &section.moves[place.at - 1].axes);
-                section.moves.insert(place.at, DualMove { kind: MoveKind::Cut, axes, working: [true; 2] });
+                section.moves.insert(place.at, DualMove { kind: MoveKind::Cut, axes, working: [true; 2], chips });
                 run.stops.insert(place.at, stop);
             }
         }

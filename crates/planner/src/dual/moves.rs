@@ -10,6 +10,7 @@ use rayon::prelude::*;
 
 use super::runs::{Causes, Run};
 use crate::Failure;
+use crate::chips::Chip;
 use crate::linearity::turned_near;
 use crate::moves::{Move, MoveKind, MoveSettings, blocked_way};
 
@@ -22,6 +23,8 @@ pub(crate) struct DualMove {
     pub axes: AxisValues,
     /// Heads whose tips are programmed with a feed.
     pub working: [bool; 2],
+    /// What each head's cutter takes on it, at most; `None` outside the stock, and until it is known.
+    pub chips: [Option<Chip>; 2],
 }
 
 /// A run with its ways in and out.
@@ -220,7 +223,7 @@ impl DualMover<'_, '_> {
                     (true, false) => MoveKind::Approach,
                 };
                 in_stock = touches;
-                moves.push(DualMove { kind, axes, working: [true; 2] });
+                moves.push(DualMove { kind, axes, working: [true; 2], chips: [None; 2] });
             }
         }
         Ok(moves)
@@ -252,7 +255,7 @@ impl DualMover<'_, '_> {
     /// # Errors
     /// When no height is free.
     pub(crate) fn cross(&self, from: &AxisValues, to: &AxisValues) -> Result<Vec<DualMove>, Failure> {
-        let rapid = |axes: AxisValues| DualMove { kind: MoveKind::Rapid, axes, working: [true; 2] };
+        let rapid = |axes: AxisValues| DualMove { kind: MoveKind::Rapid, axes, working: [true; 2], chips: [None; 2] };
         let lifted = LIFTS.iter().filter_map(|&lift| match lift {
             0.0 => Some(vec![*to]),
             lift => self.lifted(from, to, lift),
@@ -332,7 +335,7 @@ impl DualMover<'_, '_> {
     ) -> Result<(Vec<DualMove>, Option<Move>), Failure> {
         let Some(from) = at else { return Ok((Vec::new(), None)) };
         let axes = self.parked(&from, 1 - head);
-        let start = Move { kind: MoveKind::Rapid, cl: self.cl(head, &axes), axes };
+        let start = Move { kind: MoveKind::Rapid, cl: self.cl(head, &axes), axes, chip: None };
         Ok((self.cross(&from, &axes)?, Some(start)))
     }
 

@@ -14,9 +14,10 @@ use super::plan::{DualGround, PairOutline, Part, Section, alone_sections, cells,
 use super::remains::{Remains, paired_left};
 use super::report::PairSplit;
 use super::runs::{Cause, Causes, Run, RunPlanner, Stop, left_over};
+use crate::along::along_passes;
 use crate::job_file::{OperationFile, PairFile};
 use crate::moves::{Move, MoveKind, MoveSettings, OperationMoves, PieceMoves, operation_moves};
-use crate::operation::{PlannedOperation, along_passes, move_settings};
+use crate::operation::{PlannedOperation, move_settings};
 use crate::pieces::{Cut, LeftOut, Piece};
 use crate::plan::Clock;
 use crate::program::BlockWriter;
@@ -74,19 +75,19 @@ impl<'a> PairPlanner<'_, 'a> {
         for h in 0..2 {
             let left = both.left[h].clone();
             let (mut alone, mut lost_alone) = (OperationMoves::default(), Vec::new());
-            if !left.is_empty() {
+            let is_alone = !left.is_empty();
+            if is_alone {
                 let (parking, moves, lost) = self.left_alone(&mover, h, left, *at)?;
                 sections.push(section(format!("HEAD {} ALONE", h + 1), parking));
                 lost_alone = lost;
                 alone = moves;
-                sections.extend(alone_sections(h, &alone));
                 *at = alone.last().map(|m| m.axes).or(*at);
             }
             let cut = both.runs.iter().zip(&both.passes).map(|(run, passes)| as_piece(h, run, &passes[h]));
             let mut all: Vec<PieceMoves> = cut.chain(alone.pieces).collect();
             let lost = count_once(all.iter_mut(), points_of(&pieces[h]), lost_alone);
             planned[h].2.left_out.extend(lost);
-            let moves = OperationMoves {
+            let mut moves = OperationMoves {
                 pieces: all,
                 retract: alone.retract,
                 linearisation: alone.linearisation.max(linearisation),
@@ -94,7 +95,12 @@ impl<'a> PairPlanner<'_, 'a> {
             let own = &mut planned[h].2;
             // That was of the plan for one head.
             own.optimum = None;
-            own.along = along_passes(ground.jobs[h], ground.setups[h], files[h], &moves, self.stages)?;
+            own.along = along_passes(ground.jobs[h], ground.setups[h], files[h], &mut moves.pieces, self.stages)?;
+            let (of_runs, of_alone) = moves.pieces.split_at(both.runs.len());
+            give_run_chips(&mut sections, h, of_runs);
+            if is_alone {
+                sections.extend(alone_sections(h, of_alone, &moves.retract));
+            }
             own.moves = moves;
         }
         clock.lap("moves of each");
@@ -298,7 +304,7 @@ fn run_sections(
     for (k, stop) in run.run.stops.iter().enumerate() {
         let axes = last.map_or(stop.pose.axes, |near| mover.turned(&stop.pose.axes, &near));
         let kind = if k == 0 { MoveKind::Engage } else { MoveKind::Cut };
-        cuts.push(DualMove { kind, axes, working: [true; 2] });
+        cuts.push(DualMove { kind, axes, working: [true; 2], chips: [None; 2] });
         last = Some(axes);
     }
     let mut up = Vec::new();
@@ -363,8 +369,30 @@ pub(crate) fn as_piece(head: usize, run: &Run, piece: &Piece) -> PieceMoves {
         kind: if k == 0 { MoveKind::Engage } else { MoveKind::Cut },
         cl: s.pose.poses[head].cl,
         axes: s.pose.axes,
+        chip: None,
     });
     PieceMoves { piece: Piece { cuts: run.stops.iter().map(cut).collect(), ..piece.clone() }, moves: moves.collect() }
+}
+
+/// Tells the moves of runs what a head's cutter takes on them; `pieces` are the head's parts of the runs.
+fn give_run_chips(sections: &mut [Section], head: usize, pieces: &[PieceMoves]) {
+    let mut pieces = pieces.iter();
+    for k in 0..sections.len() {
+        if sections[k].run.is_none() {
+            continue;
+        }
+        let Some(piece) = pieces.next() else { return };
+        for (m, of_piece) in sections[k].moves.iter_mut().zip(&piece.moves) {
+            m.chips[head] = of_piece.chip;
+        }
+        // Each run stands between its entry and its exit.
+        let ends = [(k.checked_sub(1), piece.moves.first()), (Some(k + 1), piece.moves.last())];
+        for (beside, end) in ends {
+            let Some(section) = beside.and_then(|beside| sections.get_mut(beside)) else { continue };
+            let engaged = section.moves.iter_mut().filter(|m| m.kind == MoveKind::Engage);
+            engaged.for_each(|m| m.chips[head] = end.and_then(|m| m.chip));
+        }
+    }
 }
 
 /// A failure with the head that it is of.

@@ -16,7 +16,7 @@ use crate::cell::{workcell, z_map};
 use crate::job_file::{OperationFile, PairFile};
 use crate::load::{Job, Setup};
 use crate::mending::ROUNDS;
-use crate::moves::{Move, MoveSettings, OperationMoves};
+use crate::moves::{Move, MoveSettings, PieceMoves};
 use crate::operation::{Ground, PlannedOperation, move_settings};
 use crate::plan::{Clock, PlanSettings, Planned, name_parts, planned_files};
 use crate::reporting::report;
@@ -178,24 +178,28 @@ fn alone<'a>(
     let ground = Ground { job, setup, map: ground.maps[head] };
     let (planned, svg) = PlannedOperation::plan(&ground, (index, operation), from, picture.is_none(), stages, clock)?;
     *picture = picture.take().or(svg);
-    sections.extend(alone_sections(head, &planned.moves));
+    sections.extend(alone_sections(head, &planned.moves.pieces, &planned.moves.retract));
     *at = planned.moves.last().map(|m| m.axes).or(*at);
     let mut files = [None; 2];
     files[head] = Some(operation);
     Ok((planned, Part { files, sections, pair: None }))
 }
 
-/// The moves of one head's pieces, piece by piece.
-pub(crate) fn alone_sections(head: usize, moves: &OperationMoves) -> Vec<Section> {
+/// The moves of one head's pieces, piece by piece, and those from the last one back.
+pub(crate) fn alone_sections(head: usize, pieces: &[PieceMoves], retract: &[Move]) -> Vec<Section> {
     let mut working = [false; 2];
     working[head] = true;
-    let dual = |m: &Move| DualMove { kind: m.kind, axes: m.axes, working };
-    let of_pieces = moves.pieces.iter().map(|p| {
+    let dual = |m: &Move| {
+        let mut chips = [None; 2];
+        chips[head] = m.chip;
+        DualMove { kind: m.kind, axes: m.axes, working, chips }
+    };
+    let of_pieces = pieces.iter().map(|p| {
         let comment = format!("HEAD {} PASS {} PLACE {}", head + 1, p.piece.pass + 1, p.piece.copy + 1);
         let goes_on = p.piece.part.is_some_and(|part| part > 0);
         Section { goes_on, ..section(comment, p.moves.iter().map(dual).collect()) }
     });
-    let retract = section(String::new(), moves.retract.iter().map(dual).collect());
+    let retract = section(String::new(), retract.iter().map(dual).collect());
     of_pieces.chain([retract]).collect()
 }
 

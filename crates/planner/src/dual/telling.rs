@@ -26,7 +26,7 @@ impl DualTexts {
                 let section = &part.sections[place.section];
                 let (m, goes_on) = (section.moves[place.at], section.goes_on);
                 let cl = job.machine.cl_point(&m.axes, job.tool.gauge_length()).transformed(&work_from_table);
-                let to = Move { kind: m.kind, cl, axes: m.axes };
+                let to = Move { kind: m.kind, cl, axes: m.axes, chip: None };
                 let before = from.replace(to);
                 if let Some(operation) = part.files[h].filter(|_| m.working[h]) {
                     driven.push(Driven { operation, goes_on, from: before, to, line: *line });
