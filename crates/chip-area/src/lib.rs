@@ -4,6 +4,8 @@
 //! axis tilted across the feed, along it or both, between stock, borders and neighbouring passes. It says how it found the
 //! area, in closed form or not, and how far it may be off. [`table`] does the same for many cases as comma-separated values.
 //!
+//! [`largest_thickness`] tells how thick the chip of one tooth is, of any cutter in any orientation.
+//!
 //! [`chip_area`] takes CHIP's own sections, with the paper's angles. [`chip_area_between_outlines`] answers for any cutter
 //! that has a lower outline across the feed, by quadrature to a given accuracy.
 //!
@@ -48,6 +50,7 @@ mod section;
 mod slab;
 pub mod table;
 mod table_error;
+mod thickness;
 mod tool_section;
 mod turned;
 
@@ -58,3 +61,4 @@ pub use pass::{
 };
 pub use pass_error::{PassError, Pose};
 pub use section::{ChipSection, SectionCutter, SectionSurface, StepSign, chip_area};
+pub use thickness::{CutterPose, largest_thickness};

@@ -8,3 +8,4 @@ mod pass_polygons;
 mod polygon_booleans;
 mod sections;
 mod table;
+mod thickness;
