@@ -1,7 +1,7 @@
 use std::f64::consts::FRAC_PI_2;
 
 use facemill_cl_data::Posture;
-use nalgebra::{Point2, Vector2};
+use nalgebra::{Point2, Vector2, Vector3};
 
 use crate::{Cutter, contact::canonical};
 
@@ -127,6 +127,16 @@ impl Outline {
         Self { tip, axis, axis_along: -self.axis_along, ..*self }
     }
 
+    /// y and z of the tool tip, mm.
+    pub fn tip(&self) -> Point2<f64> {
+        self.tip
+    }
+
+    /// Unit vector along the tool axis, from the tip to the spindle: along the feed, to its left, along the normal.
+    pub fn axis(&self) -> Vector3<f64> {
+        Vector3::new(self.axis_along, self.axis.x, self.axis.y)
+    }
+
     /// The cutter it is the outline of.
     pub fn cutter(&self) -> &Cutter {
         &self.cutter
@@ -138,7 +148,7 @@ mod tests {
     use super::*;
     use crate::{SilhouetteCurvature, cl_from_cc, silhouette_curvature};
     use facemill_cl_data::CcPoint;
-    use nalgebra::{Point3, Vector3};
+    use nalgebra::Point3;
 
     const CUTTERS: [(f64, f64, f64); 4] = [(25.0, 2.0, 50.0), (80.0, 6.0, 6.0), (10.0, 0.0, 5.0), (8.0, 8.0, 12.0)];
     const TILTS: [f64; 6] = [0.0, 1e-7, 0.01, 0.05, 0.26, 1.0];
@@ -199,6 +209,17 @@ mod tests {
                 assert!(reach <= exact + 1e-9, "{cutter:?} {posture:?} {phi}: {reach} beyond {exact}");
                 assert!(reach >= exact - 1e-4 * cutter.radius(), "{cutter:?} {posture:?} {phi}: {reach} of {exact}");
             }
+        }
+    }
+
+    #[test]
+    fn tip_and_axis_are_those_of_the_cl_point() {
+        for (cutter, posture) in cases() {
+            let cc = CcPoint::new(Point3::origin(), Vector3::z(), Vector3::x()).unwrap();
+            let (cl, outline) = (cl_from_cc(&cutter, &cc, posture), Outline::new(&cutter, posture));
+            assert!((outline.axis() - cl.axis.into_inner()).norm() < 1e-14, "{cutter:?} {posture:?}");
+            let apart = (outline.tip().x - cl.tip.y).abs().max((outline.tip().y - cl.tip.z).abs());
+            assert!(apart < 1e-12 * cutter.radius(), "{cutter:?} {posture:?}: {apart}");
         }
     }
 
