@@ -6,8 +6,8 @@ use facemill_tool_model::{Cutter, Outline};
 use nalgebra::{Isometry3, Point3};
 use rayon::prelude::*;
 
-use crate::chips::{Chip, ChipSite, StockTop};
-use crate::job_file::OperationFile;
+use crate::chips::{Chip, ChipSite, ROUGH_THICKNESS, StockTop, THICKNESS_ACCURACY};
+use crate::job_file::{FeedsFile, OperationFile};
 use crate::load::{Job, Setup};
 use crate::moves::{MoveKind, PieceMoves};
 use crate::operation::{carried_on, neighbour_reach};
@@ -41,7 +41,13 @@ pub(crate) fn along_passes(
 ) -> Result<Vec<Vec<Along>>, Failure> {
     let all: Vec<&Piece> = pieces.iter().map(|p| &p.piece).collect();
     let twins = Twins::of(&all, operation, setup);
-    let surroundings = Surroundings { job, setup, pieces: &all, reach: neighbour_reach(job.tool.cutter(), operation) };
+    let surroundings = Surroundings {
+        job,
+        setup,
+        feeds: &operation.feeds,
+        pieces: &all,
+        reach: neighbour_reach(job.tool.cutter(), operation),
+    };
     let monitor = stages.start("cusps and chips", all.len());
     let found: Vec<Option<Vec<Along>>> = (0..all.len())
         .into_par_iter()
@@ -79,6 +85,7 @@ fn points(piece: &Piece) -> Vec<CutPoint> {
 struct Surroundings<'s> {
     job: &'s Job,
     setup: &'s Setup<'s>,
+    feeds: &'s FeedsFile,
     pieces: &'s [&'s Piece],
     reach: f64,
 }
@@ -105,18 +112,53 @@ impl Surroundings<'_> {
         // Beyond the ends of the pass before, how much it has left is not known; the first pass has none before it.
         let is_first = earlier.is_empty() && later.is_empty();
         let curvatures = self.curvatures(piece, &own, &ridges);
+        let measured = |k: usize| {
+            let site = self.site(&own[k].cc, &own[k], cut_beside[k].as_ref(), curvatures[k]);
+            let area = area(&site)?;
+            Ok((area, if area > 0.0 { site.thickness(self.thickness_accuracy()) } else { 0.0 }))
+        };
+        let chips = (0..own.len()).map(measured).collect::<Result<Vec<(f64, f64)>, Failure>>()?;
         (0..own.len())
             .map(|k| {
-                let (point, beside) = (&own[k], cut_beside[k].as_ref());
-                let outline = Outline::new(cutter, point.posture);
-                let top = StockTop::over(self.setup, &point.cc, curvatures[k], outline.extent());
-                let area = ChipSite::new(outline, beside, top).area();
-                let area = area.map_err(|e| Failure::Internal(format!("chip area: {e}")))?;
-                let chip = Chip { area, is_known: is_first || beside.is_some() };
+                let (area, thickness) = chips[k];
+                let is_air = area == 0.0 && self.feeds.air_mm_min.is_some() && self.is_clear(k, &own, &chips)?;
+                let is_known = is_first || cut_beside[k].is_some();
+                let chip = Chip { area, thickness, is_known, is_air };
                 let cut = stations[k];
                 Ok(Along { cut, is_point: !piece.cuts[cut].inserted, ridge: ridges[k], chip })
             })
             .collect()
+    }
+
+    fn thickness_accuracy(&self) -> f64 {
+        if self.feeds.chip_thickness.is_some() { THICKNESS_ACCURACY } else { ROUGH_THICKNESS }
+    }
+
+    /// The section across the feed through `at`, with the cutter as at a point.
+    fn site(&self, at: &CcPoint, point: &CutPoint, beside: Option<&Ridge>, curvature: f64) -> ChipSite {
+        let outline = Outline::new(self.job.tool.cutter(), point.posture);
+        let top = StockTop::over(self.setup, at, curvature, outline.extent());
+        ChipSite::new(outline, beside, top)
+    }
+
+    /// Whether there is nothing to cut as far along the feed as the cutter reaches from a point. Beyond the ends of a pass that is
+    /// known of a solid stock alone.
+    fn is_clear(&self, k: usize, own: &[CutPoint], chips: &[(f64, f64)]) -> Result<bool, Failure> {
+        let reach = 2.0 * self.job.tool.cutter().radius();
+        let point = &own[k];
+        if self.setup.stock_solid.is_some() {
+            for step in -CLEAR_STEPS..=CLEAR_STEPS {
+                let along = reach * f64::from(step) / f64::from(CLEAR_STEPS);
+                let position = point.cc.position + point.cc.feed.into_inner() * along;
+                if area(&self.site(&CcPoint { position, ..point.cc }, point, None, 0.0))? > 0.0 {
+                    return Ok(false);
+                }
+            }
+            return Ok(true);
+        }
+        let away = |j: usize| (own[j].cc.position - point.cc.position).norm();
+        let is_in_the_middle = [0, own.len() - 1].into_iter().all(|end| away(end) >= reach);
+        Ok(is_in_the_middle && (0..own.len()).all(|j| chips[j].0 == 0.0 || away(j) > reach))
     }
 
     /// Of all pieces of the pass before the nearest ridge wins: a trimmed pass is several pieces.
@@ -151,6 +193,13 @@ impl Surroundings<'_> {
         carried_on(found).iter().map(|curvature| curvature.unwrap_or(0.0)).collect()
     }
 }
+
+fn area(site: &ChipSite) -> Result<f64, Failure> {
+    site.area().map_err(|e| Failure::Internal(format!("chip area: {e}")))
+}
+
+/// Sections in front of a point, and as many behind it, that have to be empty for it to be in the air.
+const CLEAR_STEPS: i32 = 8;
 
 /// Pieces in other places of a pattern that are cut as one of the first place is, and so are those beside them.
 struct Twins {

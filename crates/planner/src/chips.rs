@@ -1,11 +1,12 @@
 //! Chip section at one point of a pass (CHIP, with the outline of the tilted cutter seen along the feed).
 
-use facemill_chip_area::{OutlineError, chip_area_between_outlines};
+use facemill_chip_area::{CutterEnd, CutterPose, OutlineError, chip_area_between_outlines, largest_thickness};
 use facemill_cl_data::CcPoint;
 use facemill_cutter_location::cusp::Ridge;
 use facemill_tool_model::Outline;
 
 use crate::load::Setup;
+use crate::outline_table::OutlineTable;
 
 /// Accuracy of a section area, as part of it.
 pub(crate) const AREA_ACCURACY: f64 = 1e-3;
@@ -14,19 +15,37 @@ pub(crate) const AREA_ACCURACY: f64 = 1e-3;
 /// the time.
 pub(crate) const SMALLEST_AREA: f64 = 1e-3;
 
+/// Accuracy of a chip's thickness, as part of the feed per tooth, where feeds depend on it.
+pub(crate) const THICKNESS_ACCURACY: f64 = 1e-3;
+
+/// The same where it is only told.
+pub(crate) const ROUGH_THICKNESS: f64 = 0.02;
+
+/// Area below which nothing is cut, mm²: what rounding leaves where the stock ends at the part's surface.
+const NOTHING: f64 = 1e-6;
+
 /// What the cutter takes at a point of a pass, or at most on the way between two.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Chip {
     /// Section of the chip across the feed, mm².
     pub area: f64,
+    /// Largest thickness of the chip as part of the feed per tooth.
+    pub thickness: f64,
     /// Whether it is known what the pass before has left there; where it is not, the cutter is taken to be in full stock.
     pub is_known: bool,
+    /// Whether nothing is cut there, nor anywhere that the cutter reaches along the feed.
+    pub is_air: bool,
 }
 
 impl Chip {
     /// Not less than either.
     pub(crate) fn larger(self, other: Self) -> Self {
-        Self { area: self.area.max(other.area), is_known: self.is_known && other.is_known }
+        Self {
+            area: self.area.max(other.area),
+            thickness: self.thickness.max(other.thickness),
+            is_known: self.is_known && other.is_known,
+            is_air: self.is_air && other.is_air,
+        }
     }
 }
 
@@ -80,30 +99,55 @@ impl StockTop {
     }
 }
 
-/// The section across the feed at a point of a pass.
-pub(crate) struct ChipSite<'s> {
-    /// Outline of the cutter.
-    own: Outline,
-    /// Outline of the pass before, where it is known.
-    before: Option<&'s Outline>,
-    top: StockTop,
+impl StockTop {
+    /// Largest height over an interval.
+    fn highest(&self, [from, to]: [f64; 2]) -> f64 {
+        match self {
+            // Away from the CC point a convex surface falls and a concave one rises.
+            Self::Layer { curvature, .. } if *curvature > 0.0 => self.at(0f64.clamp(from, to)),
+            Self::Layer { .. } => self.at(from).max(self.at(to)),
+            Self::Solid { extent, heights } => {
+                let last = heights.len() - 1;
+                let place = |y: f64| ((y - extent[0]) / (extent[1] - extent[0]) * last as f64).clamp(0.0, last as f64);
+                let between = place(from).ceil() as usize..=place(to).floor() as usize;
+                let inside = heights.get(between).unwrap_or_default().iter().copied();
+                inside.fold(self.at(from).max(self.at(to)), f64::max)
+            }
+        }
+    }
 }
 
-impl<'s> ChipSite<'s> {
+/// The section across the feed at a point of a pass.
+pub(crate) struct ChipSite {
+    /// Outline of the cutter.
+    own: Outline,
+    /// Its heights.
+    heights: OutlineTable,
+    /// Heights of the outline of the pass before, where it is known.
+    before: Option<OutlineTable>,
+    top: StockTop,
+    /// The lateral range in which the outline is below the stock's top.
+    range: (f64, f64),
+}
+
+impl ChipSite {
     /// The section at a point with this outline, beside the pass that the ridge goes to.
-    pub(crate) fn new(own: Outline, ridge: Option<&'s Ridge>, top: StockTop) -> Self {
-        Self { own, before: ridge.map(|r| &r.neighbour), top }
+    pub(crate) fn new(own: Outline, ridge: Option<&Ridge>, top: StockTop) -> Self {
+        let range = engaged(&own, &top);
+        let before = ridge.map(|r| OutlineTable::new(&r.neighbour, range));
+        Self { own, heights: OutlineTable::new(&own, range), before, top, range }
     }
 
     /// Section of the chip, mm²: the stock above the surface that this pass takes and the neighbouring one, cut before, has
     /// not. Without a neighbour the cutter is in full stock.
     ///
-    /// The estimate of its error is not above [`AREA_ACCURACY`] of it, or [`SMALLEST_AREA`] where that is more.
+    /// The estimate of its error is not above [`AREA_ACCURACY`] of it, or [`SMALLEST_AREA`] where that is more. 0 where nothing is
+    /// cut.
     pub(crate) fn area(&self) -> Result<f64, OutlineError> {
-        let (from, to) = self.engaged();
+        let (from, to) = self.range;
         let at = |accuracy: f64| {
-            let before = |y: f64| self.before.and_then(|b| b.height_at(y));
-            let own = |y: f64| self.own.height_at(y);
+            let before = |y: f64| self.before.as_ref().and_then(|b| b.height_at(y));
+            let own = |y: f64| self.heights.height_at(y);
             chip_area_between_outlines(before, own, |y| self.top.at(y), from..=to, accuracy)
         };
         let needed = |area: f64| SMALLEST_AREA.max(AREA_ACCURACY * area);
@@ -113,30 +157,49 @@ impl<'s> ChipSite<'s> {
             accuracy = needed(area - accuracy);
             area = at(accuracy)?;
         }
-        Ok(area)
+        Ok(if area < NOTHING { 0.0 } else { area })
     }
 
-    /// The lateral range in which the outline is below the stock's top, from the first such place to the last; all of the
-    /// outline where no place that is looked at is.
-    fn engaged(&self) -> (f64, f64) {
-        let phi = |k: usize| (k as f64 / RANGE_PLACES as f64 - 0.5) * std::f64::consts::PI;
-        let is_in = |phi: f64| {
-            let p = self.own.point_at(phi);
-            p.y < self.top.at(p.x)
+    /// Largest thickness of the chip as part of the feed per tooth: not too small, but for the accuracy of the tables, and at most
+    /// `accuracy` too large.
+    pub(crate) fn thickness(&self, accuracy: f64) -> f64 {
+        let (cutter, axis, tip) = (self.own.cutter(), self.own.axis(), self.own.tip());
+        let pose = CutterPose {
+            cutter: CutterEnd { radius: cutter.radius(), corner_radius: cutter.corner_radius() },
+            flute_length: cutter.flute_length(),
+            axis: axis.into(),
+            tip: tip.into(),
         };
-        let all = || (0..=RANGE_PLACES).filter(|&k| is_in(phi(k)));
-        let (Some(first), Some(last)) = (all().next(), all().next_back()) else { return self.own.extent() };
-        let end = |inside: usize, outside: Option<usize>| {
-            let (mut inner, mut outer) = (phi(inside), outside.map_or(phi(inside), phi));
-            for _ in 0..RANGE_BISECTIONS {
-                let middle = 0.5 * (inner + outer);
-                if is_in(middle) { inner = middle } else { outer = middle }
-            }
-            self.own.point_at(outer).x
+        // An outline is convex: over an interval it is highest at one of the ends.
+        let left = |y: f64| self.before.as_ref().and_then(|b| b.height_at(y)).unwrap_or(f64::INFINITY);
+        let highest = |[from, to]: [f64; 2]| {
+            let top = self.top.highest([from, to]);
+            if from == to { top.min(left(from)) } else { top.min(left(from).max(left(to))) }
         };
-        let behind = (last < RANGE_PLACES).then_some(last + 1);
-        (end(first, first.checked_sub(1)), end(last, behind))
+        largest_thickness(&pose, highest, accuracy)
     }
+}
+
+/// The lateral range in which an outline is below the stock's top, from the first such place to the last; all of the outline where
+/// no place that is looked at is.
+fn engaged(own: &Outline, top: &StockTop) -> (f64, f64) {
+    let phi = |k: usize| (k as f64 / RANGE_PLACES as f64 - 0.5) * std::f64::consts::PI;
+    let is_in = |phi: f64| {
+        let p = own.point_at(phi);
+        p.y < top.at(p.x)
+    };
+    let all = || (0..=RANGE_PLACES).filter(|&k| is_in(phi(k)));
+    let (Some(first), Some(last)) = (all().next(), all().next_back()) else { return own.extent() };
+    let end = |inside: usize, outside: Option<usize>| {
+        let (mut inner, mut outer) = (phi(inside), outside.map_or(phi(inside), phi));
+        for _ in 0..RANGE_BISECTIONS {
+            let middle = 0.5 * (inner + outer);
+            if is_in(middle) { inner = middle } else { outer = middle }
+        }
+        own.point_at(outer).x
+    };
+    let behind = (last < RANGE_PLACES).then_some(last + 1);
+    (end(first, first.checked_sub(1)), end(last, behind))
 }
 
 /// Accuracy that is tried first, mm²: enough for chips of 50 mm², as face mills take them.
@@ -145,8 +208,8 @@ const FIRST_ACCURACY: f64 = 0.05;
 /// Places along an outline at which it is compared with the stock's top; even, so that the contact is one of them.
 const RANGE_PLACES: usize = 64;
 
-/// Bisections for the ends of the range: what is left of a 64th of the outline's normals is rounding.
-const RANGE_BISECTIONS: u32 = 40;
+/// Bisections for the ends of the range: what is left of a 64th of the outline's normals is next to nothing.
+const RANGE_BISECTIONS: u32 = 30;
 
 /// Height over the tangent of a circle of this curvature, moved outward by `offset`, at `y` from the point of contact; −∞
 /// beyond the side of a convex one, level beyond that of a concave one.
@@ -167,7 +230,7 @@ fn circle_height(curvature: f64, offset: f64, y: f64) -> f64 {
 mod tests {
     use super::*;
     use facemill_chip_area::{
-        Beside, CutterEnd, Engagement, NeighbourAxis, Orientation, PassSection, SectionSurface, chip_of_pass,
+        Beside, Engagement, NeighbourAxis, Orientation, PassSection, SectionSurface, chip_of_pass,
     };
     use facemill_cl_data::Posture;
     use facemill_cutter_location::cusp::{CutPoint, ridges};
@@ -230,6 +293,46 @@ mod tests {
         let top = StockTop::Solid { extent: [-3.0, 3.0], heights };
         for (y, z) in [(-5.0, 0.0), (-3.0, 0.0), (-2.0, 1.0), (0.0, 2.0), (2.0, 3.0), (3.0, 4.0), (9.0, 4.0)] {
             assert!((top.at(y) - z).abs() < 1e-12, "{y}");
+        }
+    }
+
+    #[test]
+    fn the_highest_place_over_an_interval_is_that_of_many_places() {
+        let tops = [
+            StockTop::Layer { thickness: 2.0, curvature: 0.02 },
+            StockTop::Layer { thickness: 2.0, curvature: -0.02 },
+            StockTop::Layer { thickness: 2.0, curvature: 0.0 },
+            StockTop::Solid { extent: [-30.0, 30.0], heights: vec![1.0, 4.0, 4.0, 0.0, 2.0, 2.0, 1.0] },
+        ];
+        for top in tops {
+            for (from, to) in [(-30.0, 30.0), (-7.0, 9.0), (3.0, 4.0), (12.0, 12.0), (-29.0, -14.0), (-70.0, -20.0)] {
+                let at = |k: i32| top.at(from + (to - from) * f64::from(k) / 6000.0);
+                let sampled = (0..=6000).map(at).fold(f64::NEG_INFINITY, f64::max);
+                let highest = top.highest([from, to]);
+                assert!(
+                    highest == sampled || (highest - sampled).abs() < 1e-3,
+                    "{top:?} {from} {to}: {highest} {sampled}"
+                );
+                assert!(highest >= sampled - 1e-12);
+            }
+        }
+    }
+
+    #[test]
+    fn the_thickest_place_beside_a_pass_is_not_above_that_in_full_stock() {
+        let cutter = Cutter::new(80.0, 6.0, 12.0).unwrap();
+        for (tilt, rotate) in [(0.1, 0.0), (0.26, -0.4), (0.2, 0.9)] {
+            let posture = Posture { tilt, rotate };
+            let own = &pass(0.0, 0.0, posture)[1..2];
+            let of = |step: Option<f64>| {
+                let before = step.map(|s| pass(0.0, -s, posture)).unwrap_or_default();
+                let ridge = ridges(&cutter, own, &before, 300.0)[0];
+                let top = StockTop::Layer { thickness: 2.0, curvature: 0.0 };
+                ChipSite::new(Outline::new(&cutter, posture), ridge.as_ref(), top).thickness(THICKNESS_ACCURACY)
+            };
+            let (narrow, wide, full) = (of(Some(2.0)), of(Some(40.0)), of(None));
+            assert!(0.0 < narrow && narrow <= wide + 1e-3 && wide <= full + 1e-3, "{narrow} {wide} {full}");
+            assert!(full <= 1.0 + 1e-3);
         }
     }
 

@@ -42,6 +42,9 @@ enum Command {
         /// Prove for every block what happens between its ends, and write certificates.json
         #[arg(long)]
         certificates: bool,
+        /// Write chips.csv: chip area, tip feed and removal rate at every CC point
+        #[arg(long)]
+        chips: bool,
     },
     /// Reads a job and everything it names, and says what is wrong or what was found
     Check {
@@ -168,7 +171,7 @@ enum Format {
 /// When it cannot be done; what was done with findings is exit code 1 and no error.
 pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     match arguments.command {
-        Command::Plan { job, out, threads, no_verify, certificates } => {
+        Command::Plan { job, out, threads, no_verify, certificates, chips } => {
             if let Some(n) = threads {
                 rayon::ThreadPoolBuilder::new()
                     .num_threads(usize::from(n))
@@ -176,7 +179,8 @@ pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
                     .map_err(|e| Failure::Internal(e.to_string()))?;
             }
             let out = out.unwrap_or_else(|| default_out(&job));
-            plan(&job, &out, PlanSettings { verify: !no_verify, certificates }).inspect_err(|_| tell_stale(&out))
+            let settings = PlanSettings { verify: !no_verify, certificates };
+            plan(&job, &out, settings, chips).inspect_err(|_| tell_stale(&out))
         }
         Command::Check { job } => check(&job),
         Command::SolutionSpace { job, operation, pass, point, resolution_deg, out } => {
@@ -232,7 +236,7 @@ fn tell_stale(out: &Path) {
     }
 }
 
-fn plan(job_path: &Path, out: &Path, settings: PlanSettings) -> Result<ExitCode, Failure> {
+fn plan(job_path: &Path, out: &Path, settings: PlanSettings, chips: bool) -> Result<ExitCode, Failure> {
     crate::progress::watch_interrupts().map_err(Failure::Internal)?;
     let job = Job::read(job_path)?;
     let mut clean = true;
@@ -248,6 +252,7 @@ fn plan(job_path: &Path, out: &Path, settings: PlanSettings) -> Result<ExitCode,
             "stages_s": planned.timings.iter().map(|(name, s)| ((*name).to_owned(), serde_json::json!(s))).collect::<serde_json::Map<_, _>>(),
         }));
         all_files.extend(planned.files);
+        all_files.extend(chips.then_some(planned.chip_table));
     }
     let timings = serde_json::json!({ "format": "facemill-timings/1", "setups": timings });
     all_files.push(("timings.json".to_owned(), facemill::file_format::to_json(&timings).into_bytes()));

@@ -652,11 +652,38 @@ pub struct FeedsFile {
     pub cutting_mm_min: f64,
     /// Speed of the tool tip in entries and exits.
     pub approach_mm_min: f64,
+    /// Lowers the speed along the passes where the chips are large.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub removal_rate: Option<RemovalRateFile>,
+    /// Lowers the speed along the passes where the chips are thick.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub chip_thickness: Option<ChipThicknessFile>,
+    /// Speed of the tool tip along the passes where there is nothing to cut; `cutting_mm_min` where it is missing.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub air_mm_min: Option<f64>,
     /// Spindle speed.
     pub spindle_rpm: f64,
     /// Coolant.
     #[serde(default)]
     pub coolant: CoolantFile,
+}
+
+/// A removal rate that is kept: the section of the chip times the speed of the tool tip.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RemovalRateFile {
+    /// Largest removal rate.
+    pub target_cm3_min: f64,
+    /// Smallest speed of the tool tip that it may lead to; with larger chips the removal rate is exceeded.
+    pub min_mm_min: f64,
+}
+
+/// A chip thickness that is kept: the feed per tooth times the sine of the angles at which the cutting edge meets the stock.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ChipThicknessFile {
+    /// Largest thickness of a tooth's chip, at its thickest place.
+    pub max_mm: f64,
 }
 
 /// Coolant.

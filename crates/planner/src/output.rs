@@ -19,10 +19,11 @@ use crate::mending::CutBlock;
 use crate::moves::MoveKind;
 use crate::operation::PlannedOperation;
 use crate::post_load::probe;
-use crate::program::{BlockWriter, Timed, programmed_feed, table_from_rtcp_words};
+use crate::program::{BlockWriter, Timed, table_from_rtcp_words};
 use crate::program_spec::program_spec;
 use crate::report::{CERTIFICATES_FORMAT, CertificatesFile};
 use crate::timing::{Written, time_program};
+use crate::tip_feed::programmed_feed;
 use crate::{Failure, Stages};
 
 /// What a program says of itself that was not run on the virtual machine.
@@ -84,7 +85,7 @@ pub(crate) fn write_texts(
         },
         spindle: spec.spindle,
         coolant: spec.coolant,
-        moves: apt_moves(operations, verify),
+        moves: apt_moves(operations, job.tool.n_inserts(), verify),
     };
     let apt = write_apt(&apt).map_err(|e| Failure::Internal(e.to_string()))?;
     Ok(Texts { timed, nc: written.text, apt, operation_lines, block_lines: written.block_lines })
@@ -106,7 +107,7 @@ pub(crate) fn try_template(job: &Job, setup: &Setup<'_>, words: &WordMap) -> Res
     probe(job, &spec)
 }
 
-fn apt_moves(operations: &[PlannedOperation<'_>], verify: bool) -> Vec<AptMove> {
+fn apt_moves(operations: &[PlannedOperation<'_>], teeth: u32, verify: bool) -> Vec<AptMove> {
     let mut moves = Vec::new();
     if !verify {
         moves.push(AptMove::Comment(NOT_VERIFIED.to_owned()));
@@ -117,7 +118,7 @@ fn apt_moves(operations: &[PlannedOperation<'_>], verify: bool) -> Vec<AptMove> 
         let all = o.moves.pieces.iter().flat_map(|p| &p.moves).chain(&o.moves.retract);
         moves.extend(all.map(|m| match m.kind {
             MoveKind::Rapid => AptMove::Rapid(m.cl),
-            kind => linear(m.cl, programmed_feed(&o.operation.feeds, kind)),
+            kind => linear(m.cl, programmed_feed(&o.operation.feeds, teeth, kind, m.chip.as_ref()).mm_min),
         }));
     }
     moves

@@ -6,6 +6,7 @@ use facemill_nc_program::WordMap;
 use facemill_virtual_machine::{Certificates, Verification};
 
 use crate::cell::z_map;
+use crate::chip_files::ChipFiles;
 use crate::dual::plan_dual_setup;
 use crate::load::{Job, Setup};
 use crate::mending::{ROUNDS, lines_to_mend, mend};
@@ -34,6 +35,8 @@ pub struct PlanSettings {
 pub struct Planned {
     /// Names and contents.
     pub files: Vec<(String, Vec<u8>)>,
+    /// Name and content of a table of the chips at all CC points, for who wants it.
+    pub chip_table: (String, Vec<u8>),
     /// The report; it is one of the files, too.
     pub report: Report,
     /// Wall time of each stage, s; not deterministic.
@@ -87,23 +90,17 @@ pub fn plan_setup(job: &Job, index: usize, settings: PlanSettings, stages: &dyn 
         mended += put_in;
     };
     let turning = Turning::of(job, &operations, &texts);
-    let mut report = report(
-        &vec![job; operations.len()],
-        &setup,
-        &operations,
-        &texts.timed,
-        turning,
-        verification,
-        certificates.as_ref(),
-    );
+    let jobs = vec![job; operations.len()];
+    let mut report = report(&jobs, &setup, &operations, &texts.timed, turning, verification, certificates.as_ref());
     report.totals.mended_blocks = mended;
+    let chips = ChipFiles::new(&jobs, &setup.file.name, &operations, &texts.timed);
     let (suffix, state) = name_parts(job, &setup, &report);
     let mut files = vec![
         (format!("program{suffix}{state}.{}", job.post.extension()), texts.nc.into_bytes()),
         (format!("program{suffix}{state}.apt"), texts.apt.into_bytes()),
     ];
     files.extend(certificates.map(|c| (format!("certificates{suffix}.json"), certificates_json(c))));
-    Ok(planned_files(&suffix, report, files, picture, clock))
+    Ok(planned_files(&suffix, report, files, picture, chips, clock))
 }
 
 /// What stands in the names of a setup's files: of all of them its name, where there are several setups, and of programs
@@ -114,17 +111,20 @@ pub(crate) fn name_parts(job: &Job, setup: &Setup<'_>, report: &Report) -> (Stri
     (suffix, state)
 }
 
-/// A planned setup: its programs with the report and the picture.
+/// A planned setup: its programs with the report and the pictures.
 pub(crate) fn planned_files(
     suffix: &str,
     report: Report,
     mut files: Vec<(String, Vec<u8>)>,
     picture: Option<String>,
+    chips: ChipFiles,
     clock: Clock,
 ) -> Planned {
     files.push((format!("report{suffix}.json"), facemill_file_format::to_json(&report).into_bytes()));
     files.extend(picture.map(|svg| (format!("solution-space{suffix}.svg"), svg.into_bytes())));
-    Planned { files, report, timings: clock.laps }
+    files.push((format!("chips{suffix}.svg"), chips.svg.into_bytes()));
+    let chip_table = (format!("chips{suffix}.csv"), chips.csv.into_bytes());
+    Planned { files, chip_table, report, timings: clock.laps }
 }
 
 /// What is written of the operations, and what running and proving it gives.

@@ -18,6 +18,7 @@ use crate::program_spec::coolant;
 use crate::vector_blocks::VectorBlocks;
 use crate::report::TimeLawReport;
 use crate::timing::TimedMove;
+use crate::tip_feed::{CutFeed, FeedLaw, programmed_feed};
 
 /// How joint values become words in a setup.
 ///
@@ -126,6 +127,8 @@ pub(crate) struct Timed {
     pub n_blocks: usize,
     /// Tip feed reached at every cutting move, mm/min, in program order.
     pub tip_feeds: Vec<f64>,
+    /// What set it, of every cutting move.
+    pub cut_feeds: Vec<CutFeed>,
     /// Index among the program's blocks of the first one of each operation.
     pub operation_starts: Vec<usize>,
     /// Blocks along passes.
@@ -171,6 +174,7 @@ pub(crate) struct BlockWriter<'a> {
     clockwise: bool,
     /// Where RTCP is switched on, on a control that turns the tool's vector at rapid rate.
     turns_from: Option<AxisValues>,
+    teeth: u32,
     /// Of the operation before.
     feeds: Option<FeedsFile>,
     at: Option<Move>,
@@ -197,6 +201,7 @@ impl<'a> BlockWriter<'a> {
             turns_from: (job.rapid_law() == BlockLaw::Cutting(CuttingLaw::TipLinearVectorTurned))
                 .then(|| rtcp_start_axes(job, words)),
             clockwise: job.tool.spindle_rotation() == SpindleRotation::Clockwise,
+            teeth: job.tool.n_inserts(),
             feeds: None,
             at: None,
             timed: Timed::default(),
@@ -335,12 +340,18 @@ impl<'a> BlockWriter<'a> {
     fn timed(&mut self, operation: &OperationFile, m: &Move) -> Result<(f64, BlockFeed), Failure> {
         let from = self.at.ok_or_else(|| Failure::Internal("a program starts with a cut".to_owned()))?;
         let tip_distance = (m.cl.tip - from.cl.tip).norm();
-        let tip_feed = programmed_feed(&operation.feeds, m.kind);
+        let asked = programmed_feed(&operation.feeds, self.teeth, m.kind, m.chip.as_ref());
         let axes = self.machine.axes();
         let range = self.machine.feed_range();
-        let feed = feed_for_block(axes, &from.axes, &m.axes, tip_distance, tip_feed, &range)
-            .map_err(|e| Failure::Infeasible(format!("operation \"{}\": {e}", operation.name)))?;
+        let feed_at = |tip_feed: f64| {
+            feed_for_block(axes, &from.axes, &m.axes, tip_distance, tip_feed, &range)
+                .map_err(|e| Failure::Infeasible(format!("operation \"{}\": {e}", operation.name)))
+        };
+        let feed = feed_at(asked.mm_min)?;
         if m.kind == MoveKind::Cut {
+            let given = if asked.law == FeedLaw::Given { feed } else { feed_at(operation.feeds.cutting_mm_min)? };
+            let added_time = feed.time - given.time;
+            self.timed.cut_feeds.push(CutFeed { asked, before: given.tip_feed, added_time });
             self.timed.cutting_time += feed.time;
             self.timed.cutting_length += tip_distance;
             self.timed.tip_feeds.push(feed.tip_feed);
@@ -366,14 +377,5 @@ impl<'a> BlockWriter<'a> {
             }
         };
         words.map_err(|e| Failure::Internal(e.to_string()))
-    }
-}
-
-/// Speed of the tool tip that a move is programmed with, mm/min.
-pub(crate) fn programmed_feed(feeds: &FeedsFile, kind: MoveKind) -> f64 {
-    match kind {
-        MoveKind::Cut => feeds.cutting_mm_min,
-        MoveKind::Engage => feeds.approach_mm_min.min(feeds.cutting_mm_min),
-        MoveKind::Approach | MoveKind::Rapid => feeds.approach_mm_min,
     }
 }

@@ -11,6 +11,7 @@ use serde::Serialize;
 
 use crate::PairReport;
 use crate::job_file::PostureModeFile;
+pub use crate::report_chips::{ChipsReport, FeedsSetByReport, SpreadReport};
 pub use crate::report_turning::{RewindReport, RewindsReport, SingularBlocks};
 
 /// Value of the key `format` in a report.
@@ -52,6 +53,8 @@ pub struct Report {
     pub worst: Worst,
     /// How the postures of each operation were chosen, and how the rotary axes move with them.
     pub postures: Vec<PosturesReport>,
+    /// Chips and removal rates along the passes of each operation.
+    pub chips: Vec<ChipsReport>,
     /// Operations that two heads cut at once; empty on a machine with one.
     pub pairs: Vec<PairReport>,
     /// Where limited rotary axes turn back, and how often the machine goes over to its other branch.

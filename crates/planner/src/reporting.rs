@@ -10,14 +10,15 @@ use nalgebra::Point3;
 
 use crate::along::Along;
 use crate::cell::budget;
+use crate::chip_points::chip_points;
 use crate::load::{Job, Setup};
 use crate::moves::{MoveKind, PieceMoves};
 use crate::operation::PlannedOperation;
 use crate::pieces::{Cut, LeftOut, Piece};
 use crate::program::Timed;
 use crate::report::{
-    BudgetReport, CertifiedReport, HelpReport, InfeasibleReport, OptimumReport, PassReport, PosturesReport,
-    REPORT_FORMAT, Report, SearchProofReport, Totals, Worst,
+    BudgetReport, CertifiedReport, ChipsReport, HelpReport, InfeasibleReport, OptimumReport, PassReport,
+    PosturesReport, REPORT_FORMAT, Report, SearchProofReport, Totals, Worst,
 };
 use crate::rotary_motion::rotary_report;
 use crate::turning::Turning;
@@ -96,6 +97,7 @@ pub(crate) fn report(
         no_time_law: timed.no_time_law.clone(),
         worst,
         postures: operations.iter().zip(jobs).map(|(o, job)| postures_report(job, o)).collect(),
+        chips: chip_reports(jobs, operations, timed),
         pairs: Vec::new(),
         rewinds: turning.rewinds,
         singular_blocks: turning.singular_blocks,
@@ -105,6 +107,12 @@ pub(crate) fn report(
         meshes: setup.reports.clone(),
         passes,
     }
+}
+
+fn chip_reports(jobs: &[&Job], operations: &[PlannedOperation<'_>], timed: &Timed) -> Vec<ChipsReport> {
+    let points = chip_points(operations, timed);
+    let of = operations.iter().zip(jobs).zip(&points);
+    of.map(|((o, job), points)| ChipsReport::new(o.operation, job.tool.n_inserts(), points)).collect()
 }
 
 fn postures_report(job: &Job, o: &PlannedOperation<'_>) -> PosturesReport {

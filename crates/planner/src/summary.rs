@@ -1,7 +1,7 @@
 //! What the command line says at the end.
 
 use crate::PairReport;
-use crate::report::{CertifiedReport, HeldBackReport, PosturesReport, Report};
+use crate::report::{CertifiedReport, ChipsReport, HeldBackReport, PosturesReport, Report, SpreadReport};
 
 /// A few lines for a person.
 pub fn summary(report: &Report) -> String {
@@ -55,6 +55,7 @@ pub fn summary(report: &Report) -> String {
             "  posture jumps     {jumps} steps beyond max_turn_deg_per_mm or what an axis can at the programmed feed"
         ));
     }
+    lines.extend(report.chips.iter().filter_map(removal_rate));
     lines.extend(report.postures.iter().filter_map(wider_search));
     lines.extend(turning(report));
     if t.uncut_points > 0 {
@@ -169,6 +170,27 @@ fn wider_search(postures: &PosturesReport) -> Option<String> {
         "  search proof      at {} points only to {} of the curve, not to certified_u_width {}, operation \"{}\"",
         p.wider_points, p.largest_u_width, p.asked_u_width, postures.operation
     ))
+}
+
+/// A line on what feeds by chips have done to an operation's removal rate, where they are asked for.
+fn removal_rate(chips: &ChipsReport) -> Option<String> {
+    let (before, after) = (chips.removal_rate_before_cm3_min?, chips.removal_rate_after_cm3_min?);
+    let percent = |spread: SpreadReport| 100.0 * spread.variation;
+    chips.by_chips.then(|| {
+        format!(
+            "  removal rate      at most {:.1} cm3/min instead of {:.1}, mean {:.1} instead of {:.1}, spread {:.0} % instead of \
+             {:.0} %; {} {}, operation \"{}\"",
+            after.max,
+            before.max,
+            after.mean,
+            before.mean,
+            percent(after),
+            percent(before),
+            clock(chips.added_time_s.abs()),
+            if chips.added_time_s < 0.0 { "shorter" } else { "longer" },
+            chips.operation
+        )
+    })
 }
 
 /// Lines on axes that turn back, on changes of branch and on the pole, where there are any.

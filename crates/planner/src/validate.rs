@@ -8,6 +8,7 @@ use crate::job_file::{
     OperationFile, PairFile, PathFile, PatternFile, PoseFile, PostureModeFile, RoleFile, SetupFile, StockFile,
     TolerancesFile,
 };
+use crate::validate_feeds::{check_feed_laws, check_stock_to_cut, feeds_of_chips};
 
 /// First thing wrong with a job, as `field: what it must be`.
 ///
@@ -26,6 +27,7 @@ pub(crate) fn validate(job: &JobFile) -> Result<(), String> {
     for (k, operation) in job.operations.iter().enumerate() {
         check_operation(&Field::new("operations", k), operation)?;
         check_setup_name(k, operation, job)?;
+        check_stock_to_cut(k, operation, job)?;
     }
     for (k, setup) in job.setups.iter().enumerate() {
         check_setup(&Field::new("setups", k), setup)?;
@@ -159,14 +161,14 @@ const SMALLEST_STEP: f64 = 1e-3;
 const SMALLEST_TOLERANCE: f64 = 1e-6;
 
 /// A place in the job file.
-struct Field(String);
+pub(crate) struct Field(pub(crate) String);
 
 impl Field {
     fn new(list: &str, index: usize) -> Self {
         Self(format!("{list}[{index}]"))
     }
 
-    fn positive(&self, key: &str, value: f64) -> Result<(), String> {
+    pub(crate) fn positive(&self, key: &str, value: f64) -> Result<(), String> {
         self.require(key, value, value > 0.0, "more than 0")
     }
 
@@ -299,6 +301,7 @@ fn check_operation(at: &Field, o: &OperationFile) -> Result<(), String> {
     at.positive("feeds.cutting_mm_min", o.feeds.cutting_mm_min)?;
     at.positive("feeds.approach_mm_min", o.feeds.approach_mm_min)?;
     at.within("feeds.spindle_rpm", o.feeds.spindle_rpm, 1.0, FASTEST_SPINDLE)?;
+    check_feed_laws(at, &o.feeds)?;
     check_tolerances(at, &o.tolerances)?;
     if let InfeasibleFile::Trim(trim) = &o.infeasible {
         at.within("infeasible.trim.max_trimmed_fraction", trim.max_trimmed_fraction, 0.0, 1.0)?;
@@ -361,8 +364,8 @@ fn check_pattern(at: &Field, p: &PatternFile) -> Result<(), String> {
 pub(crate) fn check_feeds(job: &JobFile, range: &FeedRange) -> Result<(), String> {
     for (k, o) in job.operations.iter().enumerate() {
         let at = Field::new("operations", k);
-        let feeds = [("cutting_mm_min", o.feeds.cutting_mm_min), ("approach_mm_min", o.feeds.approach_mm_min)];
-        for (key, feed) in feeds {
+        let given = [("cutting_mm_min", o.feeds.cutting_mm_min), ("approach_mm_min", o.feeds.approach_mm_min)];
+        for (key, feed) in given.into_iter().chain(feeds_of_chips(&o.feeds)) {
             at.within(&format!("feeds.{key}"), feed, range.min, range.max)
                 .map_err(|e| format!("{e}; that is what the machine's control takes as F"))?;
         }

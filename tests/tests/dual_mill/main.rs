@@ -8,7 +8,7 @@ use facemill::new_job::NewJob;
 use facemill::{Job, PlanSettings, Planned, SilentStages, plan_setup};
 use facemill_tests::craig::Words;
 use facemill_tests::jobs::{JobFolder, text_of};
-use facemill_tests::read_back::{Place, ReadBack, number};
+use facemill_tests::read_back::{Place, ReadBack, apt_feeds, number};
 use facemill_tests::shared::workspace;
 use facemill_tests::two_heads::{DualBlock, ToolShape, TwoHeads, bodies_apart, dual_blocks, tools_apart};
 use serde_json::{Value, json};
@@ -154,6 +154,50 @@ fn operations_of_one_head_have_spindle_speeds_of_their_own() {
     assert!(start == name + 1 && text.lines().skip(start).any(|l| l.contains("G1 ")), "{name} {start}");
     let texts = [1, 2].map(|n| text_of(&planned, &format!("program-channel-{n}.mpf")));
     assert!(facemill::nc_program::read_siemens_pair([&texts[0], &texts[1]]).is_ok());
+}
+
+/// One head keeps a removal rate, the other one has its own feed: blocks of both are as slow as the first one asks for.
+#[test]
+fn each_head_keeps_the_removal_rate_of_its_own_operation() {
+    let (plain, job) = (job(443.0), job(443.0));
+    let before = plan(&plain, false);
+    let largest = before.report.chips[0].removal_rate_before_cm3_min.expect("cuts").max;
+    let cutting = number(&job.json("job.json")["operations"][0]["feeds"]["cutting_mm_min"]);
+    let (target, min) = (0.4 * largest, 0.1 * cutting);
+    let removal = json!({ "target_cm3_min": target, "min_mm_min": min });
+    job.set("job.json", &[("/operations/0/feeds/removal_rate", removal)]);
+    let planned = plan(&job, false);
+    let chips = &planned.report.chips;
+    assert_eq!([chips[0].by_chips, chips[1].by_chips], [true, false]);
+    let after = chips[0].removal_rate_after_cm3_min.expect("cuts");
+    assert!(after.max <= target * (1.0 + 1e-3), "{after:?}, target {target}");
+    assert!(chips[0].feeds_set_by.removal_rate > 0 && chips[1].feeds_set_by.removal_rate == 0, "{chips:?}");
+    assert!(chips[0].added_time_s > 0.0);
+    // As written: the first tip is not faster than its point in the APT file says, and the second head's file is as before.
+    let feeds = |of: &Planned, h: usize| apt_feeds(&text_of(of, &format!("program-head-{h}.apt")));
+    let (own, other) = (feeds(&planned, 1), feeds(&planned, 2));
+    assert_eq!(other, feeds(&before, 2));
+    assert!(own.iter().flatten().any(|f| *f < 0.99 * cutting));
+    let tools = ["tool.json", "tool-2.json"].map(|name| number(&job.json(name)["gauge_length_mm"]));
+    let heads = TwoHeads::new(job.json("machine.json"), tools, ReadBack::of(&job, 0).table_from_work);
+    let blocks = dual_blocks(&text_of(&planned, "program.nc"));
+    let of_first: Vec<&DualBlock> = blocks.iter().filter(|b| b.working[0]).collect();
+    assert_eq!(of_first.len(), own.len(), "blocks and APT points of head 1");
+    let mut slowed = 0;
+    for (block, asked) in of_first.into_iter().zip(own) {
+        let Some(asked) = asked.filter(|_| ReadPlan::is_cut(block)) else { continue };
+        let way = (heads.place(0, &block.to).0 - heads.place(0, &block.from).0).norm();
+        let travel = |name: &String| block.to[name] - block.from[name];
+        let norm = block.to.keys().map(|name| travel(name).powi(2)).sum::<f64>().sqrt();
+        let tip_feed = way / norm * block.feed;
+        assert!(
+            tip_feed <= asked * (1.0 + 1e-3) + asked * 4.0 * ROUNDING / way,
+            "line {}: {tip_feed} {asked}",
+            block.line
+        );
+        slowed += usize::from(asked < 0.99 * cutting);
+    }
+    assert!(slowed > 5, "{slowed} blocks");
 }
 
 /// The committed job, both sides of three blades, as a whole: minutes, so by

@@ -21,8 +21,9 @@ use crate::job_file::OperationFile;
 use crate::moves::MoveKind;
 use crate::operation::PlannedOperation;
 use crate::output::{NOT_VERIFIED, certificates_json, name_obstacles, not_verified, virtual_obstacles};
-use crate::program::{Timed, programmed_feed};
+use crate::program::Timed;
 use crate::timing::{View, Written, time_program};
+use crate::tip_feed::programmed_feed;
 use crate::{Failure, Stages};
 
 /// Where a block comes from.
@@ -113,6 +114,7 @@ pub(crate) fn write_dual_texts(
     let part_lines = timed.operation_starts.iter().map(|&block| written.block_lines[block]).collect();
     // Tip feeds in the order of the report: all of the first head's operation, then all of the second's.
     timed.tip_feeds = times.iter().flat_map(|t| t.tip_feeds.iter().flatten().copied()).collect();
+    timed.cut_feeds = times.iter().flat_map(|t| t.cut_feeds.iter().flatten().copied()).collect();
     let apt = |h: usize| {
         let cutter = jobs[h].tool.cutter();
         let spec = AptSpec {
@@ -170,7 +172,10 @@ fn apt_moves(ground: &DualGround<'_>, parts: &[Part<'_>], head: usize, verify: b
         let own = part.sections.iter().flat_map(|s| &s.moves).filter(|m| m.working[head]);
         moves.extend(own.map(|m| match m.kind {
             MoveKind::Rapid => AptMove::Rapid(cl(m)),
-            kind => AptMove::Linear { cl: cl(m), feed: programmed_feed(&file.feeds, kind) },
+            kind => {
+                let feed = programmed_feed(&file.feeds, job.tool.n_inserts(), kind, m.chips[head].as_ref()).mm_min;
+                AptMove::Linear { cl: cl(m), feed }
+            }
         }));
     }
     moves

@@ -13,6 +13,7 @@ use super::program::dual_word_map;
 use super::report::PairSplit;
 use super::runs::Run;
 use crate::cell::{workcell, z_map};
+use crate::chip_files::ChipFiles;
 use crate::job_file::{OperationFile, PairFile};
 use crate::load::{Job, Setup};
 use crate::mending::ROUNDS;
@@ -150,8 +151,9 @@ pub(crate) fn plan_dual_setup(
     report.pairs = texts.pair_reports(&parts, &ground);
     report.totals.mended_blocks = mended;
     let (suffix, state) = name_parts(job, setups[0], &report);
+    let chips = ChipFiles::new(&jobs_of, &setups[0].file.name, &planned, &texts.timed);
     let files = texts.files(&suffix, state, certificates)?;
-    Ok(planned_files(&suffix, report, files, picture, clock))
+    Ok(planned_files(&suffix, report, files, picture, chips, clock))
 }
 
 /// An operation that one head machines with the other at home.

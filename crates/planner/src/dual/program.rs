@@ -10,9 +10,10 @@ use crate::Failure;
 use crate::job_file::FeedsFile;
 use crate::load::{Job, Setup};
 use crate::moves::MoveKind;
-use crate::program::{Timed, axis_offset, check_offset_axes, letter, programmed_feed};
+use crate::program::{Timed, axis_offset, check_offset_axes, letter};
 use crate::program_spec::tool_spec;
 use crate::timing::TimedMove;
+use crate::tip_feed::{CutFeed, FeedLaw, programmed_feed};
 
 /// How joint values become words: one length for each head, along its spindle's axis.
 ///
@@ -78,6 +79,8 @@ pub(crate) struct DualTimes {
     pub cut: [f64; 2],
     /// Speed of each tip in each of its cuts, mm/min.
     pub tip_feeds: [Vec<f64>; 2],
+    /// What set it, in each of its cuts.
+    pub cut_feeds: [Vec<CutFeed>; 2],
     /// Smallest and largest speed of each tip in cuts of both heads, mm/min.
     pub paired_feeds: [Option<[f64; 2]>; 2],
     /// Largest speed of the shared axis in cuts of both heads, rad/s or mm/s.
@@ -95,6 +98,8 @@ pub(crate) struct DualTime {
     ways: [f64; 2],
     /// Way of the shared axis, rad or mm.
     shared_way: f64,
+    /// What set the speeds of the tips in a cut.
+    cut_feeds: [Option<CutFeed>; 2],
 }
 
 impl DualTimes {
@@ -110,6 +115,7 @@ impl DualTimes {
         for h in (0..2).filter(|&h| m.working[h]) {
             let tip_feed = 60.0 * speed(m.ways[h]);
             self.cut[h] += m.ways[h];
+            self.cut_feeds[h].extend(m.cut_feeds[h]);
             self.tip_feeds[h].push(tip_feed);
             if both {
                 self.paired[h] += m.ways[h];
@@ -168,7 +174,7 @@ impl<'a> DualWriter<'a> {
     /// When it has no feed that axes and control allow.
     pub(crate) fn push(&mut self, m: &DualMove, part: &PartFeeds<'_>) -> Result<DualTime, Failure> {
         let words = self.words.words(m.axes.as_slice()).map_err(|e| Failure::Internal(e.to_string()))?;
-        let mut told = DualTime { kind: m.kind, working: m.working, time: 0.0, ways: [0.0; 2], shared_way: 0.0 };
+        let mut told = DualTime { kind: m.kind, working: m.working, time: 0.0, ways: [0.0; 2], shared_way: 0.0, cut_feeds: [None; 2] };
         let mut limit = None;
         let block = match (m.kind, self.at) {
             (MoveKind::Rapid, from) => {
@@ -207,13 +213,26 @@ impl<'a> DualWriter<'a> {
         let tip =
             |h: usize, axes: &AxisValues| self.jobs[h].machine.cl_point(axes, self.jobs[h].tool.gauge_length()).tip;
         let ways: [f64; 2] = std::array::from_fn(|h| (tip(h, &m.axes) - tip(h, from)).norm());
-        let asked = std::array::from_fn(|h| m.working[h].then(|| programmed_feed(part.feeds[h], m.kind)));
+        let programmed = |h: usize| {
+            let teeth = self.jobs[h].tool.n_inserts();
+            m.working[h].then(|| programmed_feed(part.feeds[h], teeth, m.kind, m.chips[h].as_ref()))
+        };
+        let asked = [0, 1].map(programmed);
         let machine = &self.jobs[0].machine;
-        let feed = feed_for_pair(machine.axes(), from, &m.axes, ways, asked, &machine.feed_range())
-            .map_err(|e| Failure::Infeasible(format!("{}: {e}", part.name)))?;
+        let feed_at = |tip_feeds: [Option<f64>; 2]| {
+            feed_for_pair(machine.axes(), from, &m.axes, ways, tip_feeds, &machine.feed_range())
+                .map_err(|e| Failure::Infeasible(format!("{}: {e}", part.name)))
+        };
+        let feed = feed_at(asked.map(|a| a.map(|a| a.mm_min)))?;
         let shared_way = (m.axes.get_or_zero(self.shared) - from.get_or_zero(self.shared)).abs();
         *told = DualTime { time: feed.time, ways, shared_way, ..*told };
         if m.kind == MoveKind::Cut {
+            let is_given = asked.iter().flatten().all(|a| a.law == FeedLaw::Given);
+            let at_given = [0, 1].map(|h| asked[h].map(|_| part.feeds[h].cutting_mm_min));
+            let given = if is_given { feed } else { feed_at(at_given)? };
+            let added_time = feed.time - given.time;
+            told.cut_feeds =
+                [0, 1].map(|h| asked[h].map(|asked| CutFeed { asked, before: given.tip_feeds[h], added_time }));
             self.timed.cutting_time += feed.time;
             self.timed.cutting_length += (0..2).filter(|&h| m.working[h]).map(|h| ways[h]).sum::<f64>();
         } else {

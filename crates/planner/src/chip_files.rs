@@ -1,0 +1,104 @@
+//! Chips along the plan as files: a picture, and a table of all CC points.
+
+use std::fmt::Write;
+
+use crate::chip_points::{ChipPoint, chip_points};
+use crate::chips_svg::{Row, chips_svg};
+use crate::load::Job;
+use crate::operation::PlannedOperation;
+use crate::program::Timed;
+use crate::tip_feed::teeth_per_minute;
+
+/// What is written of the chips of a setup.
+pub(crate) struct ChipFiles {
+    /// `chips.svg`.
+    pub svg: String,
+    /// `chips.csv`.
+    pub csv: String,
+}
+
+impl ChipFiles {
+    /// Of planned operations and their written program; `jobs` are the job as each operation's head sees it.
+    pub(crate) fn new(jobs: &[&Job], setup: &str, operations: &[PlannedOperation<'_>], timed: &Timed) -> Self {
+        let points = chip_points(operations, timed);
+        let rows: Vec<Row<'_>> = operations
+            .iter()
+            .zip(&points)
+            .map(|(o, points)| Row {
+                name: &o.operation.name,
+                points,
+                target: o.operation.feeds.removal_rate.as_ref().map(|r| r.target_cm3_min),
+            })
+            .collect();
+        let title = format!("{}, {setup}", jobs.first().map_or("", |job| &job.file.name));
+        let mut csv = String::from(HEAD);
+        for ((o, job), points) in operations.iter().zip(jobs).zip(&points) {
+            let per_minute = teeth_per_minute(&o.operation.feeds, job.tool.n_inserts());
+            points.iter().for_each(|point| line(&mut csv, &o.operation.name, point, per_minute));
+        }
+        Self { svg: chips_svg(&title, &rows), csv }
+    }
+}
+
+/// Columns of the table.
+const HEAD: &str = "operation,place,pass,point,s_mm,area_mm2,full_stock,tip_feed_before_mm_min,tip_feed_after_mm_min,\
+                    removal_rate_before_cm3_min,removal_rate_after_cm3_min,chip_thickness_before_mm,\
+                    chip_thickness_after_mm\n";
+
+fn line(csv: &mut String, operation: &str, p: &ChipPoint, teeth_per_minute: f64) {
+    let cells = |values: Option<[f64; 2]>, decimals: usize| match values {
+        Some([before, after]) => format!("{before:.decimals$},{after:.decimals$}"),
+        None => ",".to_owned(),
+    };
+    // Writing to a string does not fail.
+    let _ = writeln!(
+        csv,
+        "{},{},{},{},{:.3},{:.4},{},{},{},{}",
+        quoted(operation),
+        p.copy + 1,
+        p.pass + 1,
+        p.point + 1,
+        p.way,
+        p.area,
+        u8::from(!p.is_known),
+        cells(p.arrival.map(|a| [a.before, a.after]), 1),
+        cells(p.removal_rates(), 3),
+        cells(p.thicknesses(teeth_per_minute), 5)
+    );
+}
+
+/// A cell of text, in quotes where it needs them.
+fn quoted(text: &str) -> String {
+    if text.contains([',', '"', '\n', '\r']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text.to_owned() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_line_has_the_cells_of_the_head() {
+        let mut point = ChipPoint {
+            copy: 0,
+            pass: 2,
+            point: 4,
+            way: 12.5,
+            area: 3.25,
+            thickness: 0.5,
+            is_known: false,
+            arrival: None,
+        };
+        let mut csv = String::from(HEAD);
+        line(&mut csv, "suction", &point, 2000.0);
+        let law = crate::tip_feed::FeedLaw::Given;
+        point.arrival =
+            Some(crate::chip_points::Arrival { before: 1000.0, after: 800.0, asked: 800.0, law, added_time: 0.0 });
+        line(&mut csv, "suction", &point, 2000.0);
+        let lines: Vec<Vec<&str>> = csv.lines().map(|l| l.split(',').collect()).collect();
+        assert!(lines.iter().all(|l| l.len() == lines[0].len()), "{csv}");
+        assert_eq!(lines[1][..7], ["suction", "1", "3", "5", "12.500", "3.2500", "1"]);
+        assert_eq!(lines[1][7..], [""; 6]);
+        assert_eq!(lines[2][7..], ["1000.0", "800.0", "3.250", "2.600", "0.25000", "0.20000"]);
+        assert_eq!(quoted("a,\"b\""), "\"a,\"\"b\"\"\"");
+    }
+}

@@ -1,0 +1,131 @@
+//! What the cutter takes at every CC point of a written program, and how fast it goes there.
+
+use crate::along::Along;
+use crate::chips::Chip;
+use crate::moves::{MoveKind, PieceMoves};
+use crate::operation::PlannedOperation;
+use crate::program::Timed;
+use crate::tip_feed::{CM3, CutFeed, FeedLaw};
+
+/// A CC point of an operation, in cutting order.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ChipPoint {
+    /// Place in the pattern, from 0.
+    pub copy: u32,
+    /// Pass of the path, from 0.
+    pub pass: usize,
+    /// Number of the piece's point, from 0.
+    pub point: usize,
+    /// Way along the CC points of the operation's passes up to here, mm.
+    pub way: f64,
+    /// Section of the chip, mm².
+    pub area: f64,
+    /// Largest thickness of the chip as part of the feed per tooth.
+    pub thickness: f64,
+    /// Whether it is known what the pass before has left.
+    pub is_known: bool,
+    /// How fast the tip arrives; `None` at the first point of a piece, which the entry reaches.
+    pub arrival: Option<Arrival>,
+}
+
+/// How fast the tip arrives at a point: the largest of the moves since the point before.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Arrival {
+    /// Tip feed at the job's cutting feed, mm/min.
+    pub before: f64,
+    /// Tip feed as written, mm/min.
+    pub after: f64,
+    /// What it was programmed with, mm/min.
+    pub asked: f64,
+    /// What set that.
+    pub law: FeedLaw,
+    /// Time on the way from the point before, less that at the job's cutting feed, s.
+    pub added_time: f64,
+}
+
+impl Arrival {
+    fn new(cut: &CutFeed, written: f64) -> Self {
+        let CutFeed { asked, before, added_time } = *cut;
+        Self { before, after: written, asked: asked.mm_min, law: asked.law, added_time }
+    }
+
+    /// That of two moves one after the other.
+    fn joined(self, next: Self) -> Self {
+        Self {
+            before: self.before.max(next.before),
+            after: self.after.max(next.after),
+            added_time: self.added_time + next.added_time,
+            ..next
+        }
+    }
+
+    /// Whether axes, the control or the other head make the tip slower than what the chips allow.
+    pub(crate) fn is_slower_than_asked(&self) -> bool {
+        self.after < self.asked * (1.0 - SAME_FEED)
+    }
+
+    /// Whether the control's smallest F makes the tip faster than what the chips allow.
+    pub(crate) fn is_faster_than_asked(&self) -> bool {
+        self.after > self.asked * (1.0 + SAME_FEED)
+    }
+}
+
+/// Feeds that differ by less, as part of them, are the same: rounding.
+const SAME_FEED: f64 = 1e-6;
+
+impl ChipPoint {
+    /// Removal rates at the job's cutting feed and as written, cm³/min.
+    pub(crate) fn removal_rates(&self) -> Option<[f64; 2]> {
+        self.arrival.map(|a| [a.before, a.after].map(|feed| self.area * feed / CM3))
+    }
+}
+
+impl ChipPoint {
+    /// Largest chip thicknesses at the job's cutting feed and as written, mm, with so many teeth per minute.
+    pub(crate) fn thicknesses(&self, teeth_per_minute: f64) -> Option<[f64; 2]> {
+        self.arrival.map(|a| [a.before, a.after].map(|feed| self.thickness * feed / teeth_per_minute))
+    }
+}
+
+/// The points of every operation.
+pub(crate) fn chip_points(operations: &[PlannedOperation<'_>], timed: &Timed) -> Vec<Vec<ChipPoint>> {
+    let mut arrivals = timed.cut_feeds.iter().zip(&timed.tip_feeds).map(|(cut, &written)| Arrival::new(cut, written));
+    let of_operation = |o: &PlannedOperation<'_>| {
+        let mut points = Vec::new();
+        let mut way = 0.0;
+        for (piece, along) in o.moves.pieces.iter().zip(&o.along) {
+            points_of(piece, along, &mut way, &mut arrivals, &mut points);
+        }
+        points
+    };
+    operations.iter().map(of_operation).collect()
+}
+
+/// Appends the points of a piece; takes the arrivals of its moves.
+fn points_of(
+    piece: &PieceMoves,
+    along: &[Along],
+    way: &mut f64,
+    arrivals: &mut impl Iterator<Item = Arrival>,
+    points: &mut Vec<ChipPoint>,
+) {
+    let PieceMoves { piece, moves } = piece;
+    // Every cut but the first has a move that ends there.
+    let n_moves = moves.iter().filter(|m| m.kind == MoveKind::Cut).count();
+    let mut arrivals = arrivals.take(n_moves);
+    let mut of_points = along.iter().filter(|a| a.is_point);
+    let (mut arrival, mut point): (Option<Arrival>, usize) = (None, 0);
+    for (k, cut) in piece.cuts.iter().enumerate() {
+        if k > 0 {
+            *way += (cut.cc.position - piece.cuts[k - 1].cc.position).norm();
+            let next = arrivals.next();
+            arrival = arrival.map(|a| next.map_or(a, |next| a.joined(next))).or(next);
+        }
+        let Some(a) = (!cut.inserted).then(|| of_points.next()).flatten() else { continue };
+        let (copy, pass) = (piece.copy, piece.pass);
+        let Chip { area, thickness, is_known, .. } = a.chip;
+        points.push(ChipPoint { copy, pass, point, way: *way, area, thickness, is_known, arrival: arrival.take() });
+        point += 1;
+    }
+    arrivals.for_each(drop);
+}
