@@ -1,8 +1,9 @@
 //! Blocks in which the written program goes too deep, though each of its ends is clean, are halved.
 
 use facemill::{Job, PlanSettings, Planned, SilentStages, plan_setup};
-use facemill_tests::jobs::JobFolder;
-use facemill_tests::variants::{planned, tiny_patch};
+use facemill_tests::jobs::{JobFolder, text_of};
+use facemill_tests::read_back::apt_feeds;
+use facemill_tests::variants::{CUTTING, planned, tiny_patch};
 use serde_json::{Value, json};
 
 /// A ridge across the passes: a prism so thin that the cutter comes over it between two points.
@@ -63,6 +64,25 @@ fn a_ridge_between_two_points_is_gone_over_by_points_put_in() {
     assert!(planned.is_clean(), "{:?}", report.findings);
     let certified = report.certified.as_ref().unwrap();
     assert_eq!(certified.certified, certified.blocks);
+}
+
+#[test]
+fn points_put_in_keep_the_feed_of_their_chips() {
+    let job = over_a_ridge();
+    // So small a target that every cut has the smallest feed.
+    let (target, min) = (1e-3, 500.0);
+    job.set(
+        "job.json",
+        &[("/operations/0/feeds/removal_rate", json!({ "target_cm3_min": target, "min_mm_min": min }))],
+    );
+    let planned = plan(&job, false);
+    assert!(planned.report.totals.mended_blocks > 0);
+    let feeds = apt_feeds(&text_of(&planned, "program.apt"));
+    let n = |feed: f64| feeds.iter().filter(|f| **f == Some(feed)).count();
+    assert_eq!(n(CUTTING), 0);
+    // Every cut, those put in among them; points with a chip are fewer.
+    let cut = planned.report.chips[0].feeds_set_by.removal_rate;
+    assert!(n(min) >= cut + planned.report.totals.mended_blocks, "{} of {cut} points", n(min));
 }
 
 #[test]

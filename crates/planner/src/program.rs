@@ -15,10 +15,10 @@ use crate::load::{Job, Setup};
 use crate::mending::CutBlock;
 use crate::moves::{Move, MoveKind, OperationMoves};
 use crate::program_spec::coolant;
-use crate::vector_blocks::VectorBlocks;
 use crate::report::TimeLawReport;
 use crate::timing::TimedMove;
 use crate::tip_feed::{CutFeed, FeedLaw, programmed_feed};
+use crate::vector_blocks::VectorBlocks;
 
 /// How joint values become words in a setup.
 ///

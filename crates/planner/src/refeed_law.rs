@@ -94,7 +94,11 @@ impl Law {
     pub(crate) fn rapid(&mut self, machine: &Machine, from: &AxisValues, to: &AxisValues) {
         if let Self::Collecting(moves) = self {
             // By the axes' speeds the law knows better; a rapid feed of the control caps as a tip feed does.
-            let time = if machine.feed_range().rapid.is_some() { rapid_time(machine, from, to) } else { 0.0 };
+            let time = if machine.feed_range().rapid.is_some() {
+                rapid_time(machine, machine.motion_law().rapid, from, to, 0.0)
+            } else {
+                0.0
+            };
             moves.push(from, to, time, true);
         }
     }

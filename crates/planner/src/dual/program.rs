@@ -174,7 +174,14 @@ impl<'a> DualWriter<'a> {
     /// When it has no feed that axes and control allow.
     pub(crate) fn push(&mut self, m: &DualMove, part: &PartFeeds<'_>) -> Result<DualTime, Failure> {
         let words = self.words.words(m.axes.as_slice()).map_err(|e| Failure::Internal(e.to_string()))?;
-        let mut told = DualTime { kind: m.kind, working: m.working, time: 0.0, ways: [0.0; 2], shared_way: 0.0, cut_feeds: [None; 2] };
+        let mut told = DualTime {
+            kind: m.kind,
+            working: m.working,
+            time: 0.0,
+            ways: [0.0; 2],
+            shared_way: 0.0,
+            cut_feeds: [None; 2],
+        };
         let mut limit = None;
         let block = match (m.kind, self.at) {
             (MoveKind::Rapid, from) => {
