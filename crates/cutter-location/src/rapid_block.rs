@@ -13,9 +13,12 @@ const LARGEST_TURN: f64 = 0.06;
 /// How much farther than to its end a point may move on a step that turns by so little: the tip goes on an arc.
 const ARC_FACTOR: f64 = 1.1;
 
-/// Turn of all rotary axes together on the smallest step that they cannot make at once, rad: next to the pole they turn fast, and
+/// Turn of all rotary axes together, rad, that is too far for one step even of the smallest: next to the pole they turn fast, and
 /// to another branch or winding no turn of the tool leads at all.
-const JUMP: f64 = 0.2;
+const JUMP: f64 = 2.0 * LARGEST_TURN;
+
+/// Way of a point, mm, that is too far for the smallest step where so much is not free.
+const UNTESTED: f64 = 1.0;
 
 /// Part of the arrow between the middle of a step and that of its chord by which an axis may go beyond both ends and the middle:
 /// a quarter where the way is a parabola, and as much again.
@@ -60,16 +63,19 @@ impl Linker<'_, '_> {
             let moved = |t: f64| {
                 let next: Configuration = at(t)?;
                 // Axes that follow a turned vector do not turn evenly.
-                let is_far = keeps_tip && turn(machine, &here.axes, &next.axes) > 2.0 * LARGEST_TURN;
+                let is_far = keeps_tip && turn(machine, &here.axes, &next.axes) > JUMP;
                 Ok(if is_far { f64::INFINITY } else { ARC_FACTOR * stance.motion_to(&Stance::new(test, &next)) })
             };
             walk.step = walk.step.min(largest_step);
             let (free, before) = ((distance - clearance).max(least_advance(clearance)), walk.t);
-            walk.advance(free, moved).map_err(blocked)?;
+            walk.advance(free, &moved).map_err(blocked)?;
             let next = at(walk.t).map_err(blocked)?;
             if keeps_tip {
                 let middle = at(0.5 * (before + walk.t)).map_err(blocked)?;
-                follows(machine, [&here.axes, &middle.axes, &next.axes], to).map_err(blocked)?;
+                if moved(walk.t).map_err(blocked)? > free.max(UNTESTED) {
+                    return Err(blocked(why_jump(machine, &here.axes, to)));
+                }
+                within_limits(machine, [&here.axes, &middle.axes, &next.axes]).map_err(blocked)?;
             }
             here = next;
         }
@@ -83,13 +89,14 @@ fn turn(machine: &Machine, from: &AxisValues, to: &AxisValues) -> f64 {
     (0..from.len()).filter(rotary).map(|k| (to.get_or_zero(k) - from.get_or_zero(k)).abs()).sum()
 }
 
-/// Whether the axes can follow the tip over a step, told by its start, middle and end: they turn and do not jump, and the linear
-/// ones keep to their limits.
-fn follows(machine: &Machine, [start, middle, end]: [&AxisValues; 3], to: &AxisValues) -> Result<(), Infeasible> {
-    if turn(machine, start, end) > JUMP {
-        let other_branch = Infeasible::OtherBranch(machine.branch_of(to));
-        return Err(rewound_axis(machine, start, to).map_or(other_branch, |axis| Infeasible::Rewind { axis }));
-    }
+/// What is said of axes that would have to jump on their way.
+fn why_jump(machine: &Machine, from: &AxisValues, to: &AxisValues) -> Infeasible {
+    let other_branch = Infeasible::OtherBranch(machine.branch_of(to));
+    rewound_axis(machine, from, to).map_or(other_branch, |axis| Infeasible::Rewind { axis })
+}
+
+/// Whether the linear axes keep to their limits over a step, told by its start, middle and end.
+fn within_limits(machine: &Machine, [start, middle, end]: [&AxisValues; 3]) -> Result<(), Infeasible> {
     for (k, axis) in machine.axes().iter().enumerate().filter(|(_, a)| a.kind == AxisKind::Linear) {
         let beyond = BEYOND_MIDDLE * (middle[k] - 0.5 * (start[k] + end[k])).abs();
         let (low, high) = (start[k].min(middle[k]).min(end[k]), start[k].max(middle[k]).max(end[k]));
