@@ -9,7 +9,8 @@ pub enum CuttingLaw {
     TipLinearVectorTurned,
 }
 
-/// What a control does between two programmed positions of a rapid.
+/// What a control does between two programmed positions of a rapid. Under RTCP some keep the tip on a line at rapid rate, too:
+/// their rapids then have a [`CuttingLaw`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RapidLaw {
     /// All machine axes start and end together.
@@ -39,7 +40,7 @@ impl ControlTolerance {
 pub struct MotionLaw {
     /// Between the positions of cutting moves.
     pub cutting: CuttingLaw,
-    /// Between the positions of rapids.
+    /// Between the positions of rapids; under RTCP only with a control that does not keep the tip on a line there.
     pub rapid: RapidLaw,
     /// Deviation from either.
     pub control_tolerance: ControlTolerance,

@@ -68,7 +68,7 @@ impl Linker<'_, '_> {
             };
             walk.step = walk.step.min(largest_step);
             let (free, before) = ((distance - clearance).max(least_advance(clearance)), walk.t);
-            walk.advance(free, &moved).map_err(blocked)?;
+            walk.advance(free, moved).map_err(blocked)?;
             let next = at(walk.t).map_err(blocked)?;
             if keeps_tip {
                 let middle = at(0.5 * (before + walk.t)).map_err(blocked)?;
