@@ -62,7 +62,8 @@ fn check_times(w: &Written, job: &JobFolder) {
 #[test]
 fn g94_and_g93_move_alike_and_their_blocks_take_the_time_that_tip_feed_and_axes_want() {
     let quick = ("/feeds_within", json!("velocity"));
-    let (job, inverse) = (variant(std::slice::from_ref(&quick)), variant(&[quick, ("/post/feed_mode", json!("g93"))]));
+    let (job, inverse) =
+        (variant(std::slice::from_ref(&quick)), variant(&[quick.clone(), ("/post/feed_mode", json!("g93"))]));
     let (g94, g93) = (planned(&job), planned(&inverse));
     g94.check();
     check_times(&g94, &job);
