@@ -141,7 +141,8 @@ impl Law {
 /// # Errors
 /// When the machine lacks a limit, or the tolerance is none.
 pub(crate) fn blending(machine: &Machine, law: &RefeedLaw) -> Result<ControlTolerance, String> {
-    let missing: Vec<String> = missing_limits(machine).iter().map(|m| format!("{} {}", m.what, m.letter)).collect();
+    let missing: Vec<String> =
+        missing_limits(machine).iter().map(|m| format!("{} for axis {}", m.what, m.letter)).collect();
     if !missing.is_empty() {
         return Err(format!(
             "--time-law: the machine \"{}\" gives no {}: add it to the machine file to time programs",

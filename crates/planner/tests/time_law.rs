@@ -313,5 +313,5 @@ fn machines_without_limits_are_refused_by_axis() {
     kept.remove(at);
     let machine = Machine::from_json(kept.join("\n").as_bytes()).unwrap();
     let why = refeed(b"%\nO1\nM30\n%\n", &within_the_law(&machine, tool_length, None)).unwrap_err();
-    assert!(why.contains("--time-law") && why.contains("jerk C") && why.contains(machine.name()), "{why}");
+    assert!(why.contains("--time-law") && why.contains("jerk for axis C") && why.contains(machine.name()), "{why}");
 }
