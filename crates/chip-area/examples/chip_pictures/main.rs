@@ -3,6 +3,7 @@
 mod figure;
 mod pictures;
 mod shapes;
+mod thickness;
 
 use std::fs;
 use std::path::Path;
@@ -16,6 +17,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         ("chip-cases.svg", pictures::cases()?),
         ("chip-sides.svg", pictures::sides()?),
         ("chip-turned.svg", pictures::turned()?),
+        ("chip-thickness.svg", thickness::thickness()),
     ] {
         fs::write(folder.join(name), svg)?;
     }
