@@ -77,8 +77,8 @@ fn passes(w: &Written) -> Vec<Vec<Cut>> {
     passes
 }
 
-/// Section of the chip with what lies on the side of the pass before, mm². The plate's first pass has the smallest y, with climb
-/// milling the uncut stock on the right: its passes run to −x.
+/// Section of the chip with what lies on the side of the pass before, mm². The plate's first pass has the smallest y,
+/// with climb milling the uncut stock on the right: its passes run to −x.
 fn area(job: &JobFolder, right: Beside) -> f64 {
     let tool = job.json("tool.json");
     let section = PassSection {
@@ -149,8 +149,8 @@ fn removal_rate_is_kept_between_its_bounds_in_every_block() {
     assert!(entries.iter().all(|&k| w.feeds[k] <= w.feeds[k + 1]));
 }
 
-/// Largest part of the unit feed along the normal of what of the cutter is below the stock's top, in full stock: from points of
-/// the corner and the flute.
+/// Largest part of the unit feed along the normal of what of the cutter is below the stock's top, in full stock: from
+/// points of the corner and the flute.
 fn steepest(job: &JobFolder) -> f64 {
     let tool = job.json("tool.json");
     let (radius, corner) = (number(&tool["radius_mm"]), number(&tool["corner_radius_mm"]));

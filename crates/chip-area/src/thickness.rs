@@ -3,8 +3,8 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use crate::pass::CutterEnd;
 
-/// A cutter where it stands in the section across the feed: origin at the CC point, y to the left of the feed, z along the
-/// surface normal, mm.
+/// A cutter where it stands in the section across the feed: origin at the CC point, y to the left of the feed, z along
+/// the surface normal, mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CutterPose {
     /// Its end.
@@ -17,16 +17,18 @@ pub struct CutterPose {
     pub tip: [f64; 2],
 }
 
-/// Largest thickness of the chip as part of the feed per tooth: the largest f·n over the engaged part of the cutting surface,
-/// with the unit feed f and the outward normal n. Times the feed per tooth it is the thickest place of the chip.
+/// Largest thickness of the chip as part of the feed per tooth: the largest f·n over the engaged part of the cutting
+/// surface, with the unit feed f and the outward normal n. Times the feed per tooth it is the thickest place of the
+/// chip.
 ///
 /// `highest` is what is left of the stock in the section: over an interval of y the largest height up to which there is
-/// material, −∞ where there is none; too large a value gives too large a result. Engaged are the points of corner, bottom and
-/// flute whose normal has a part along the feed, and that are not above what is left at their y. 0 where there are none.
+/// material, −∞ where there is none; too large a value gives too large a result. Engaged are the points of corner,
+/// bottom and flute whose normal has a part along the feed, and that are not above what is left at their y. 0 where
+/// there are none.
 ///
-/// The result is an upper bound, found by dividing corner, flute and bottom into cells, those that may be thickest first. Where
-/// `highest` is exact and continuous, it is not more than `accuracy` above what some point has; that is an estimate where it
-/// jumps. `docs/chip-area.md` derives the surface.
+/// The result is an upper bound, found by dividing corner, flute and bottom into cells, those that may be thickest
+/// first. Where `highest` is exact and continuous, it is not more than `accuracy` above what some point has; that is an
+/// estimate where it jumps. `docs/chip-area.md` derives the surface.
 ///
 /// ```
 /// use facemill_chip_area::{CutterEnd, CutterPose, largest_thickness};
@@ -86,8 +88,8 @@ enum Part {
 struct Cell {
     part: Part,
     phi: [f64; 2],
-    /// On the corner the angle of the normal from the axis downward (rad), on the flute the height over the middle of the rim, on
-    /// the bottom the distance from its middle (mm).
+    /// On the corner the angle of the normal from the axis downward (rad), on the flute the height over the middle of
+    /// the rim, on the bottom the distance from its middle (mm).
     along: [f64; 2],
     /// No point of it has a larger f·n.
     bound: f64,
@@ -113,9 +115,9 @@ impl Ord for Cell {
     }
 }
 
-/// The cutting surface. With e(φ) = u·cos φ + v·sin φ across the axis a, u that of the feed, and M the middle of the rim: the
-/// corner is M + (ρ + r·sin θ)·e − r·cos θ·a with the normal sin θ·e − cos θ·a, the flute M + R·e + h·a with the normal e, the
-/// bottom M + q·e − r·a with the normal −a.
+/// The cutting surface. With e(φ) = u·cos φ + v·sin φ across the axis a, u that of the feed, and M the middle of the
+/// rim: the corner is M + (ρ + r·sin θ)·e − r·cos θ·a with the normal sin θ·e − cos θ·a, the flute M + R·e + h·a with
+/// the normal e, the bottom M + q·e − r·a with the normal −a.
 struct Surface {
     rim: f64,
     corner: f64,
@@ -254,7 +256,8 @@ impl Surface {
 /// What a step to the side weighs against one in height where cells are divided; it changes the number of cells only.
 const SIDEWAYS: f64 = 0.2;
 
-/// What a turn of the normal weighs where there is no corner, as part of the radius; it changes the number of cells only.
+/// What a turn of the normal weighs where there is no corner, as part of the radius; it changes the number of cells
+/// only.
 const SMALLEST_TURN: f64 = 0.05;
 
 /// Smallest and largest cosine of the angles between two, which are not more than 2π apart.

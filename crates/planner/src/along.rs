@@ -27,8 +27,8 @@ pub(crate) struct Along {
     pub chip: Chip,
 }
 
-/// Ridges and chips of every piece at every point of the path, and at both ends of pieces that begin or end between two. Moves
-/// in the stock learn what the cutter takes on them.
+/// Ridges and chips of every piece at every point of the path, and at both ends of pieces that begin or end between
+/// two. Moves in the stock learn what the cutter takes on them.
 ///
 /// # Errors
 /// When the stages are cancelled, or an area cannot be computed.
@@ -141,8 +141,8 @@ impl Surroundings<'_> {
         ChipSite::new(outline, beside, top)
     }
 
-    /// Whether there is nothing to cut as far along the feed as the cutter reaches from a point. Beyond the ends of a pass that is
-    /// known of a solid stock alone.
+    /// Whether there is nothing to cut as far along the feed as the cutter reaches from a point. Beyond the ends of a
+    /// pass that is known of a solid stock alone.
     fn is_clear(&self, k: usize, own: &[CutPoint], chips: &[(f64, f64)]) -> Result<bool, Failure> {
         let reach = 2.0 * self.job.tool.cutter().radius();
         let point = &own[k];
@@ -177,8 +177,8 @@ impl Surroundings<'_> {
         }
     }
 
-    /// Curvature of the surface across the feed: that of the ridge, else of the strip to the pass behind, else as at the nearest
-    /// point before with either.
+    /// Curvature of the surface across the feed: that of the ridge, else of the strip to the pass behind, else as at
+    /// the nearest point before with either.
     fn curvatures(&self, piece: &Piece, own: &[CutPoint], ridges: &[Option<Ridge>]) -> Vec<f64> {
         let mut found: Vec<Option<f64>> = ridges.iter().map(|r| r.map(|r| r.curvature)).collect();
         if found.iter().any(Option::is_none) {
@@ -252,8 +252,8 @@ fn are_twins(first: &Piece, copy: &Piece, place: &Isometry3<f64>) -> bool {
         })
 }
 
-/// Tells every move in the stock what the cutter takes on it, at most: on the way between two points the larger of what it
-/// takes there, on entries and exits what it takes at the end of the pass.
+/// Tells every move in the stock what the cutter takes on it, at most: on the way between two points the larger of what
+/// it takes there, on entries and exits what it takes at the end of the pass.
 pub(crate) fn give_chips(piece: &mut PieceMoves, along: &[Along]) {
     let (Some(first), Some(last)) = (along.first(), along.last()) else { return };
     let last_cut = piece.piece.cuts.len().saturating_sub(1);

@@ -11,8 +11,8 @@ use crate::outline_table::OutlineTable;
 /// Accuracy of a section area, as part of it.
 pub(crate) const AREA_ACCURACY: f64 = 1e-3;
 
-/// Accuracy of the areas of the thinnest chips, mm²: a millionth of a large one. Smaller, and chips of no weight take most of
-/// the time.
+/// Accuracy of the areas of the thinnest chips, mm²: a millionth of a large one. Smaller, and chips of no weight take
+/// most of the time.
 pub(crate) const SMALLEST_AREA: f64 = 1e-3;
 
 /// Accuracy of a chip's thickness, as part of the feed per tooth, where feeds depend on it.
@@ -31,7 +31,8 @@ pub(crate) struct Chip {
     pub area: f64,
     /// Largest thickness of the chip as part of the feed per tooth.
     pub thickness: f64,
-    /// Whether it is known what the pass before has left there; where it is not, the cutter is taken to be in full stock.
+    /// Whether it is known what the pass before has left there; where it is not, the cutter is taken to be in full
+    /// stock.
     pub is_known: bool,
     /// Whether nothing is cut there, nor anywhere that the cutter reaches along the feed.
     pub is_air: bool,
@@ -49,8 +50,8 @@ impl Chip {
     }
 }
 
-/// Top of the stock in the section across the feed: height along the normal over the lateral coordinate y, to the left of the
-/// feed from the CC point, mm.
+/// Top of the stock in the section across the feed: height along the normal over the lateral coordinate y, to the left
+/// of the feed from the CC point, mm.
 #[derive(Clone, Debug)]
 pub(crate) enum StockTop {
     /// As thick everywhere, on a surface of this curvature (1/mm, positive where the part is convex).
@@ -59,8 +60,8 @@ pub(crate) enum StockTop {
     Solid { extent: [f64; 2], heights: Vec<f64> },
 }
 
-/// Places across the cutter at which the height of a solid stock is looked for; what is narrower than their distance may be
-/// missed.
+/// Places across the cutter at which the height of a solid stock is looked for; what is narrower than their distance
+/// may be missed.
 const SOLID_PLACES: usize = 49;
 
 impl StockTop {
@@ -138,11 +139,11 @@ impl ChipSite {
         Self { own, heights: OutlineTable::new(&own, range), before, top, range }
     }
 
-    /// Section of the chip, mm²: the stock above the surface that this pass takes and the neighbouring one, cut before, has
-    /// not. Without a neighbour the cutter is in full stock.
+    /// Section of the chip, mm²: the stock above the surface that this pass takes and the neighbouring one, cut before,
+    /// has not. Without a neighbour the cutter is in full stock.
     ///
-    /// The estimate of its error is not above [`AREA_ACCURACY`] of it, or [`SMALLEST_AREA`] where that is more. 0 where nothing is
-    /// cut.
+    /// The estimate of its error is not above [`AREA_ACCURACY`] of it, or [`SMALLEST_AREA`] where that is more. 0 where
+    /// nothing is cut.
     pub(crate) fn area(&self) -> Result<f64, OutlineError> {
         let (from, to) = self.range;
         let at = |accuracy: f64| {
@@ -160,8 +161,8 @@ impl ChipSite {
         Ok(if area < NOTHING { 0.0 } else { area })
     }
 
-    /// Largest thickness of the chip as part of the feed per tooth: not too small, but for the accuracy of the tables, and at most
-    /// `accuracy` too large.
+    /// Largest thickness of the chip as part of the feed per tooth: not too small, but for the accuracy of the tables,
+    /// and at most `accuracy` too large.
     pub(crate) fn thickness(&self, accuracy: f64) -> f64 {
         let (cutter, axis, tip) = (self.own.cutter(), self.own.axis(), self.own.tip());
         let pose = CutterPose {
@@ -180,8 +181,8 @@ impl ChipSite {
     }
 }
 
-/// The lateral range in which an outline is below the stock's top, from the first such place to the last; all of the outline where
-/// no place that is looked at is.
+/// The lateral range in which an outline is below the stock's top, from the first such place to the last; all of the
+/// outline where no place that is looked at is.
 fn engaged(own: &Outline, top: &StockTop) -> (f64, f64) {
     let phi = |k: usize| (k as f64 / RANGE_PLACES as f64 - 0.5) * std::f64::consts::PI;
     let is_in = |phi: f64| {
@@ -211,8 +212,8 @@ const RANGE_PLACES: usize = 64;
 /// Bisections for the ends of the range: what is left of a 64th of the outline's normals is next to nothing.
 const RANGE_BISECTIONS: u32 = 30;
 
-/// Height over the tangent of a circle of this curvature, moved outward by `offset`, at `y` from the point of contact; −∞
-/// beyond the side of a convex one, level beyond that of a concave one.
+/// Height over the tangent of a circle of this curvature, moved outward by `offset`, at `y` from the point of contact;
+/// −∞ beyond the side of a convex one, level beyond that of a concave one.
 fn circle_height(curvature: f64, offset: f64, y: f64) -> f64 {
     if curvature == 0.0 {
         return 0.0;

@@ -1,4 +1,5 @@
-//! Heights of a cutter's outline from a table: many heights of the same outline for little more than the points of the table.
+//! Heights of a cutter's outline from a table: many heights of the same outline for little more than the points of the
+//! table.
 
 use std::f64::consts::FRAC_PI_2;
 

@@ -7,8 +7,8 @@ use crate::chip_points::{Arrival, ChipPoint};
 use crate::job_file::OperationFile;
 use crate::tip_feed::{FeedLaw, depends_on_chips, teeth_per_minute};
 
-/// Chips of an operation along its CC points, in all places of the pattern. "Before" is at the job's cutting feed, lowered where
-/// an axis cannot follow; "after" is as written.
+/// Chips of an operation along its CC points, in all places of the pattern. "Before" is at the job's cutting feed,
+/// lowered where an axis cannot follow; "after" is as written.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct ChipsReport {
     /// Operation.
@@ -19,7 +19,8 @@ pub struct ChipsReport {
     pub points: usize,
     /// Those at which it is not known what the pass before has left, beyond its ends: full stock is counted there.
     pub full_stock_points: usize,
-    /// Those at which nothing is cut. The feed of air is for those where that is so as far as the cutter reaches along the feed.
+    /// Those at which nothing is cut. The feed of air is for those where that is so as far as the cutter reaches along
+    /// the feed.
     pub air_points: usize,
     /// Section of the chip across the feed.
     pub area_mm2: Option<SpreadReport>,
@@ -27,9 +28,9 @@ pub struct ChipsReport {
     pub removal_rate_before_cm3_min: Option<SpreadReport>,
     /// Removal rate after.
     pub removal_rate_after_cm3_min: Option<SpreadReport>,
-    /// Largest thickness of a tooth's chip before and after, at its thickest place; the feed per tooth is the tip feed over
-    /// spindle speed and number of inserts. Too large by at most 0.001 of the feed per tooth where the job asks for a chip
-    /// thickness, 0.02 of it elsewhere.
+    /// Largest thickness of a tooth's chip before and after, at its thickest place; the feed per tooth is the tip feed
+    /// over spindle speed and number of inserts. Too large by at most 0.001 of the feed per tooth where the job asks
+    /// for a chip thickness, 0.02 of it elsewhere.
     pub largest_chip_thickness_mm: Option<[f64; 2]>,
     /// CC points by what sets the feed on the way to them.
     pub feeds_set_by: FeedsSetByReport,
@@ -50,7 +51,8 @@ pub struct SpreadReport {
     pub variation: f64,
 }
 
-/// CC points by what sets the feed on the way to them. A point can count both as lowered by the job's terms and by the machine.
+/// CC points by what sets the feed on the way to them. A point can count both as lowered by the job's terms and by the
+/// machine.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct FeedsSetByReport {
     /// The target of the removal rate, or its smallest feed.
