@@ -336,3 +336,61 @@ fn programs_that_keep_the_tip_on_a_line_are_planned_and_verified_with_their_rapi
     plan_for("heidenhain", "rtcp", "tip_and_rotaries_linear", &["PATHCTRL AXIS", "FUNCTION RESET TCPM"]);
     plan_for("heidenhain", "rtcp", "tip_linear_vector_turned", &["PATHCTRL VECTOR"]);
 }
+
+/// A program from anywhere is run as the job stands: what the plan itself wrote has the figures of its report, with one
+/// block deeper it gouges there, and what is not understood is told by its line.
+#[test]
+fn programs_from_anywhere_are_run_as_the_job_stands() {
+    let job = small_patch();
+    let planned = job.plan();
+    let text = text_of(&planned, "program.nc");
+    job.write("program.nc", text.as_bytes());
+    let path = |name: &str| job.path(name).to_str().unwrap().to_owned();
+    let verify = |program: &str, more: &[&str]| {
+        run(&[&["verify", &path(program), "--job", &path("job.json"), "--out", &path("found.json")], more].concat())
+    };
+    let found = || -> Value { serde_json::from_slice(&std::fs::read(job.path("found.json")).unwrap()).unwrap() };
+
+    let clean = verify("program.nc", &["--certificates"]);
+    assert_eq!(clean.status.code(), Some(0), "{}", String::from_utf8_lossy(&clean.stderr));
+    let file = found();
+    assert_eq!(file["format"], "facemill-verification/1");
+    assert_eq!(file["findings"], json!([]));
+    assert_eq!(file["largest_gouge"]["depth_mm"], json!(planned.report.worst.gouge_mm));
+    assert_eq!(file["smallest_clearance"]["distance_mm"], json!(planned.report.worst.clearance_mm));
+    assert_eq!(file["certificates"]["certified"], file["certificates"]["blocks"]);
+
+    // One position of a pass 0.2 mm deeper along the spindle.
+    let is_cut = |l: &str| l.contains(" Z") && l.contains(" B") && l.contains(" F");
+    let lines: Vec<&str> = text.lines().collect();
+    let cuts: Vec<usize> = (0..lines.len()).filter(|&k| is_cut(lines[k])).collect();
+    let at = cuts[cuts.len() / 2];
+    let lowered = |word: &str| match word.strip_prefix('Z') {
+        Some(z) => format!("Z{:.3}", z.parse::<f64>().unwrap() - 0.2),
+        None => word.to_owned(),
+    };
+    let deeper: Vec<String> = (0..lines.len())
+        .map(|k| if k == at { lines[k].split(' ').map(lowered).collect::<Vec<_>>().join(" ") } else { lines[k].into() })
+        .collect();
+    job.write("deeper.nc", deeper.join("\n").as_bytes());
+    let told = verify("deeper.nc", &[]);
+    assert_eq!(told.status.code(), Some(1));
+    let gouge = &found()["findings"][0];
+    assert_eq!((&gouge["kind"], &gouge["worst_line"]), (&json!("gouge"), &json!(at + 1)), "{gouge}");
+    assert!(String::from_utf8_lossy(&told.stdout).contains("gouge, cutter at part"));
+    // A limit of one's own.
+    assert_eq!(verify("deeper.nc", &["--gouge-mm", "0.5"]).status.code(), Some(0));
+
+    job.write("wrong.nc", b"G21 G90\nG1 X1. Q$\n");
+    for (program, more, expected) in [
+        ("wrong.nc", &[][..], "line 2, column"),
+        ("nothing.nc", &[], "nothing.nc"),
+        ("program.nc", &["--setup", "3"], "no setup \"3\""),
+        ("program.nc", &["--gouge-mm", "-1"], "at least 0"),
+        ("program.nc", &["--dialect", "tnc"], "heidenhain"),
+    ] {
+        let output = verify(program, more);
+        let errors = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.code() == Some(2) && errors.contains(expected), "{errors}");
+    }
+}

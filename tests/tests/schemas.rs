@@ -6,7 +6,7 @@ use facemill_tests::program::{code_and_errors, run};
 use facemill_tests::shared::workspace;
 use serde_json::{Value, json};
 
-const FORMATS: [&str; 7] = ["job", "tool", "machine", "path", "dialect", "report", "certificates"];
+const FORMATS: [&str; 8] = ["job", "tool", "machine", "path", "dialect", "report", "certificates", "verification"];
 
 fn schema(format: &str) -> Value {
     let output = run(&["schema", format]);

@@ -9,12 +9,15 @@ use facemill::job_file::JobFile;
 use facemill::new_job::{NewJob, Series, new_job};
 use facemill::report::{CertificatesFile, Report};
 use facemill::solution_space_file::SolutionSpaceFile;
-use facemill::{Failure, Job, PlanSettings, SolutionSpaceRequest, Stages, files, plan_setup, summary};
+use facemill::{
+    Failure, Job, PlanSettings, SolutionSpaceRequest, Stages, VerificationFile, files, plan_setup, summary,
+};
 
 use crate::chip_area_command::{self, ChipAreaArguments};
 use crate::feedrate_command::{self, FeedrateArguments};
 use crate::machine_commands::{self, MachineCommand};
 use crate::progress::Bar;
+use crate::verify_command::{self, VerifyArguments};
 
 /// Plans five-axis face milling of sculptured surfaces: mesh and path in, machine NC out.
 #[derive(Parser)]
@@ -73,6 +76,8 @@ enum Command {
     },
     /// Gives an existing program new feeds: its tip moves at the programmed speed. All but F words is kept byte for byte
     Feedrate(FeedrateArguments),
+    /// Runs a program from anywhere on the virtual machine as a job's setup stands, and says what it would do
+    Verify(VerifyArguments),
     /// Section area of the chip of a pass: one case, or a table of them
     ChipArea(ChipAreaArguments),
     /// Writes an example: a complete job folder
@@ -163,6 +168,7 @@ enum Format {
     Report,
     Certificates,
     SolutionSpace,
+    Verification,
 }
 
 /// Does what the arguments say.
@@ -187,6 +193,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
             solution_space(&job, &SolutionSpaceRequest { operation, pass, point, resolution_deg }, out)
         }
         Command::Feedrate(arguments) => feedrate_command::run(&arguments),
+        Command::Verify(arguments) => verify_command::run(&arguments),
         Command::ChipArea(arguments) => chip_area_command::run(&arguments),
         Command::New { part } => write_new(part),
         Command::Machine { what } => machine_commands::run(what),
@@ -220,7 +227,7 @@ pub(crate) fn say_bytes(text: &[u8]) -> Result<(), Failure> {
 }
 
 /// Stages shown as bars.
-struct Bars;
+pub(crate) struct Bars;
 
 impl Stages for Bars {
     fn start(&self, what: &'static str, n: usize) -> Box<dyn facemill::cl_data::Monitor> {
@@ -375,5 +382,6 @@ fn schema(format: Format) -> String {
         Format::Report => facemill::file_format::schema::<Report>(),
         Format::Certificates => facemill::file_format::schema::<CertificatesFile>(),
         Format::SolutionSpace => facemill::file_format::schema::<SolutionSpaceFile>(),
+        Format::Verification => facemill::file_format::schema::<VerificationFile>(),
     }
 }

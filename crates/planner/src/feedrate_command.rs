@@ -5,7 +5,9 @@ use std::process::ExitCode;
 
 use clap::Args;
 use facemill::nc_program::Dialect;
-use facemill::{Failure, RefeedLaw, RefeedLawTimes, RefeedSettings, RefeedSummary, files, read_machine, refeed};
+use facemill::{
+    Failure, RefeedLaw, RefeedLawTimes, RefeedSettings, RefeedSummary, clock, files, read_machine, refeed,
+};
 
 use crate::cli::{say, say_bytes};
 
@@ -47,12 +49,13 @@ fn offset(text: &str) -> Result<(String, f64), String> {
     Ok((axis.trim().to_uppercase(), value))
 }
 
-fn dialect(name: &str) -> Result<Dialect, String> {
+pub(crate) fn dialect(name: &str) -> Result<Dialect, String> {
     let known = Dialect::ALL.into_iter().find(|d| d.name() == name);
     known.ok_or_else(|| format!("none of {}", Dialect::ALL.map(Dialect::name).join(", ")))
 }
 
-fn dialect_of(path: &Path) -> Dialect {
+/// The control that a file's ending stands for.
+pub(crate) fn dialect_of(path: &Path) -> Dialect {
     let ending = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_lowercase();
     match ending.as_str() {
         "ngc" => Dialect::LinuxCnc,
@@ -87,10 +90,6 @@ pub(crate) fn run(arguments: &FeedrateArguments) -> Result<ExitCode, Failure> {
 }
 
 fn told(s: &RefeedSummary) -> String {
-    let clock = |s: f64| {
-        let s = s.round() as u64;
-        format!("{}:{:02}:{:02}", s / 3600, s / 60 % 60, s % 60)
-    };
     let by_law = s.time_law.map_or_else(String::new, |_| format!(", acceleration and jerk {}", s.by_law));
     let timed = |law: RefeedLawTimes| {
         let [before, after, rapid] = [law.cutting_time_before_s, law.cutting_time_s, law.rapid_time_s].map(clock);

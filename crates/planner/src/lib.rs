@@ -75,6 +75,7 @@ mod turning;
 mod validate;
 mod validate_feeds;
 mod vector_blocks;
+mod verify_program;
 mod winding;
 #[cfg(test)]
 mod winding_laws;
@@ -89,7 +90,8 @@ pub use plan::{PlanSettings, Planned, REJECTED, plan_setup};
 pub use refeed::{Refed, RefeedSettings, RefeedSummary, refeed};
 pub use refeed_law::{RefeedLaw, RefeedLawTimes};
 pub use solution_space::{SolutionSpace, SolutionSpaceRequest, solution_space};
-pub use summary::summary;
+pub use summary::{clock, summary};
+pub use verify_program::{VERIFICATION_FORMAT, VerificationFile, VerifyRequest, verify_program};
 
 pub use facemill_cc_path as cc_path;
 pub use facemill_chip_area as chip_area;

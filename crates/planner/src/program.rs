@@ -78,13 +78,18 @@ pub(crate) fn table_from_rtcp_words(job: &Job, words: &WordMap) -> Result<Isomet
     if job.post.feed_mode() != FeedMode::Rtcp {
         return Ok(Isometry3::identity());
     }
+    rtcp_frame(job, words).ok_or_else(|| {
+        job.wrong("post.feed_mode: rtcp needs a machine with linear axes X, Y and Z at right angles; take g94 or g93")
+    })
+}
+
+/// [`table_from_rtcp_words`] whatever the job's own feed mode is; `None` without X, Y and Z at right angles.
+pub(crate) fn rtcp_frame(job: &Job, words: &WordMap) -> Option<Isometry3<f64>> {
     let mut offset = AxisValues::zeros(words.axes().len());
     for (k, axis) in words.axes().iter().enumerate() {
         offset[k] = axis.offset;
     }
-    job.machine.work_coordinates(&offset).ok_or_else(|| {
-        job.wrong("post.feed_mode: rtcp needs a machine with linear axes X, Y and Z at right angles; take g94 or g93")
-    })
+    job.machine.work_coordinates(&offset)
 }
 
 /// Axis values where RTCP is switched on: linear axes at home, rotary words 0.

@@ -219,8 +219,8 @@ fn turning(report: &Report) -> Vec<String> {
     lines
 }
 
-/// Hours, minutes and seconds.
-fn clock(seconds: f64) -> String {
+/// Hours, minutes and seconds of a time, s: `1:02:03`.
+pub fn clock(seconds: f64) -> String {
     let total = seconds.round() as u64;
     format!("{}:{:02}:{:02}", total / 3600, total / 60 % 60, total % 60)
 }

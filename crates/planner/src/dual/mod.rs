@@ -18,5 +18,7 @@ mod report;
 mod runs;
 mod telling;
 
-pub(crate) use plan::plan_dual_setup;
+pub(crate) use output::{merged_runs, proven_for_both};
+pub(crate) use plan::{HEADS_APART, plan_dual_setup};
+pub(crate) use program::dual_word_map;
 pub use report::{PairReport, PairSplit};

@@ -267,8 +267,7 @@ impl DualProgram<'_, '_> {
     }
 }
 
-/// Both runs as one: findings of both, each with its head, those of one and the same axis once; extremes of both. Sections
-/// are those of the operations, in their order.
+/// Both runs as one, with the sections of the operations, in their order.
 pub(crate) fn merged(
     runs: [Verification; 2],
     heads: &[usize],
@@ -283,6 +282,11 @@ pub(crate) fn merged(
             Some(SectionGouge { name: o.operation.name.clone(), ..runs[h].sections.get(part)?.clone() })
         })
         .collect();
+    merged_runs(runs, sections)
+}
+
+/// Both runs as one: findings of both, each with its head, those of one and the same axis once; extremes of both.
+pub(crate) fn merged_runs(runs: [Verification; 2], sections: Vec<SectionGouge>) -> Verification {
     let [first, second] = runs;
     let mut findings: Vec<Finding> = Vec::new();
     for (h, found) in [first.findings, second.findings].into_iter().enumerate() {

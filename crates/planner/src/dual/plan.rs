@@ -222,7 +222,7 @@ pub(crate) fn mover<'r, 'c>(
 }
 
 /// Distance that the two tools keep from each other at planned stands, mm: what moves between them is run and proven.
-const HEADS_APART: f64 = 1.0;
+pub(crate) const HEADS_APART: f64 = 1.0;
 
 /// Gives the pieces of pairs the stops that mending has put into their runs.
 fn with_mended_stops(operations: &mut [PlannedOperation<'_>], parts: &[Part<'_>]) {

@@ -1,0 +1,115 @@
+//! `facemill verify`.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::Args;
+use facemill::nc_program::Dialect;
+use facemill::virtual_machine::Verification;
+use facemill::{Failure, Job, VerificationFile, VerifyRequest, clock, files, verify_program};
+
+use crate::cli::{Bars, say};
+use crate::feedrate_command::{dialect, dialect_of};
+
+#[derive(Args)]
+pub(crate) struct VerifyArguments {
+    /// NC program, from anywhere
+    program: PathBuf,
+    /// Job file: machine, tool, mounting, work offset, part, fixtures and stock are taken from it
+    #[arg(long, value_name = "FILE")]
+    job: PathBuf,
+    /// Name of the job's setup, or its number from 1; where it is not given, the job must have one
+    #[arg(long, value_name = "SETUP")]
+    setup: Option<String>,
+    /// Control that the program is for: fanuc, haas, mazak, linuxcnc, siemens_840d, heidenhain; by the file's ending where it is
+    /// not given (ngc, mpf, h, else fanuc)
+    #[arg(long, value_name = "NAME", value_parser = dialect)]
+    dialect: Option<Dialect>,
+    /// Depth of the cutter that is a finding; where it is not given the smallest that the setup's operations allow
+    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
+    gouge_mm: Option<f64>,
+    /// Prove for every block what happens between its ends
+    #[arg(long)]
+    certificates: bool,
+    /// File to write what was found to, as JSON
+    #[arg(short, long, value_name = "FILE")]
+    out: Option<PathBuf>,
+}
+
+/// Findings that are told; the file has them all.
+const TOLD: usize = 50;
+
+pub(crate) fn run(arguments: &VerifyArguments) -> Result<ExitCode, Failure> {
+    crate::progress::watch_interrupts().map_err(Failure::Internal)?;
+    let job = Job::read(&arguments.job)?;
+    let setup = setup_of(&job, arguments.setup.as_deref())?;
+    let text = files::read(&arguments.program)?;
+    let request = VerifyRequest {
+        program: &arguments.program,
+        dialect: arguments.dialect.unwrap_or_else(|| dialect_of(&arguments.program)),
+        setup,
+        gouge_limit: arguments.gouge_mm,
+        certificates: arguments.certificates,
+    };
+    let file = verify_program(&job, &text, &request, &Bars)?;
+    let told = told(&file);
+    let clean = file.verification.faults().next().is_none();
+    if !crate::progress::start_writing() {
+        return Err(Failure::Interrupted);
+    }
+    if let Some(out) = &arguments.out {
+        files::write_one(out, facemill::file_format::to_json(&file).into_bytes())?;
+    }
+    say(&told)?;
+    Ok(if clean { ExitCode::SUCCESS } else { ExitCode::from(1) })
+}
+
+/// Index of the setup of this name or number.
+fn setup_of(job: &Job, asked: Option<&str>) -> Result<usize, Failure> {
+    let setups = &job.file.setups;
+    let names: Vec<&str> = setups.iter().map(|s| s.name.as_str()).collect();
+    let Some(asked) = asked else {
+        return match setups.len() {
+            1 => Ok(0),
+            _ => Err(job.wrong(format!("has several setups; say which with --setup: {}", names.join(", ")))),
+        };
+    };
+    let number = asked.parse::<usize>().ok().filter(|n| (1..=setups.len()).contains(n));
+    let found = names.iter().position(|n| *n == asked).or(number.map(|n| n - 1));
+    found.ok_or_else(|| job.wrong(format!("has no setup \"{asked}\"; it has {}", names.join(", "))))
+}
+
+fn told(file: &VerificationFile) -> String {
+    let v: &Verification = &file.verification;
+    let mut lines = vec![
+        format!("{} - {}, read as {}", file.job, file.setup, file.dialect),
+        format!(
+            "  blocks            {} with a motion, cutting length {:.1} m",
+            v.n_blocks,
+            v.cutting_length_mm / 1000.0
+        ),
+        format!("  time              cutting {}, rapid {}", clock(v.cutting_time_s), clock(v.rapid_time_s)),
+        match &v.largest_gouge {
+            Some(g) => format!(
+                "  largest gouge     {:.3} mm in {}, line {}; allowed {:.3} mm",
+                g.depth_mm, g.obstacle, g.line, file.gouge_limit_mm
+            ),
+            None => format!("  largest gouge     none; allowed {:.3} mm", file.gouge_limit_mm),
+        },
+        match &v.smallest_clearance {
+            Some(c) => {
+                format!("  smallest clearance {:.3} mm ({} and {}, line {})", c.distance_mm, c.body, c.obstacle, c.line)
+            }
+            None => "  smallest clearance none".to_owned(),
+        },
+    ];
+    if let Some(c) = &file.certificates {
+        lines.push(format!("  certified blocks  {} of {}", c.certified, c.blocks));
+    }
+    lines.push(format!("  findings          {}", v.findings.len()));
+    lines.extend(v.findings.iter().take(TOLD).map(|f| format!("    {f}")));
+    if v.findings.len() > TOLD {
+        lines.push(format!("    and {} more; --out writes them all", v.findings.len() - TOLD));
+    }
+    lines.join("\n") + "\n"
+}

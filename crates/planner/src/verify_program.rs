@@ -1,0 +1,179 @@
+//! A program from anywhere, run on the virtual machine as a job's setup stands.
+
+use std::path::Path;
+
+use facemill_nc_program::{Compensation, Dialect, ReadProgram, WordMap, read_program};
+use facemill_virtual_machine::{Certificates, Verification, VerifySettings, VirtualSetup, certify, verify};
+use nalgebra::Isometry3;
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use crate::cell::budget;
+use crate::dual::{HEADS_APART, dual_word_map, merged_runs, proven_for_both};
+use crate::load::{Job, Setup};
+use crate::output::{name_obstacles, not_verified, virtual_obstacles};
+use crate::program::{rtcp_frame, word_map};
+use crate::{Failure, Stages};
+
+/// Value of the key `format` in the file of a verification.
+pub const VERIFICATION_FORMAT: &str = "facemill-verification/1";
+
+/// How a program is run.
+#[derive(Clone, Copy, Debug)]
+pub struct VerifyRequest<'a> {
+    /// What errors call the program.
+    pub program: &'a Path,
+    /// Control that it is for.
+    pub dialect: Dialect,
+    /// Index of the job's setup.
+    pub setup: usize,
+    /// Depth of the cutter below an allowance beyond which it is a finding, mm; `None`: the smallest that one of the
+    /// setup's operations allows.
+    pub gouge_limit: Option<f64>,
+    /// Prove what every block does between its ends, too.
+    pub certificates: bool,
+}
+
+/// What a program does on a job's setup, as it is written.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct VerificationFile {
+    /// Always "facemill-verification/1".
+    pub format: &'static str,
+    /// Name of the job.
+    pub job: String,
+    /// Name of the setup.
+    pub setup: String,
+    /// Control that the program was read for.
+    pub dialect: String,
+    /// Depth of the cutter beyond which it is a finding, mm.
+    pub gouge_limit_mm: f64,
+    /// What the run showed.
+    #[serde(flatten)]
+    pub verification: Verification,
+    /// What is proven of each block; absent where it was not asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub certificates: Option<Certificates>,
+}
+
+/// Runs a program on the virtual machine as a setup of a job stands: its machine, mounting, work offset, tool, part,
+/// fixtures and stock. Of two heads it is run for each.
+///
+/// How the program was made does not matter; the operations of the job only say how deep the cutter may go. What it
+/// guarantees is what [`verify`] does: positions are tested exactly, between them only certificates prove something, and
+/// the stock is as it was before cutting.
+///
+/// # Errors
+/// When a file of the job is wrong, the setup does not exist, the program is not understood (line, column and text), or the
+/// stages are cancelled.
+pub fn verify_program(
+    job: &Job,
+    text: &[u8],
+    request: &VerifyRequest<'_>,
+    stages: &dyn Stages,
+) -> Result<VerificationFile, Failure> {
+    let setups = &job.file.setups;
+    let setup = setups
+        .get(request.setup)
+        .ok_or_else(|| job.wrong(format!("setup {} was asked for, the job has {}", request.setup + 1, setups.len())))?;
+    if request.gouge_limit.is_some_and(|g| !(g >= 0.0 && g.is_finite())) {
+        return Err(job.wrong("the gouge limit must be a depth of at least 0 mm"));
+    }
+    let program = read_program(text, request.dialect).map_err(|e| Failure::input(request.program, e))?;
+    let gouge_limit = request.gouge_limit.unwrap_or_else(|| {
+        let limits = job.operations_of(setup).map(|(_, o)| budget(job, o).simulated());
+        limits.reduce(f64::min).unwrap_or(0.0)
+    });
+    let run = Run { program: &program, request, gouge_limit, stages };
+    let (verification, certificates) = if job.second.is_some() { run.two_heads(job)? } else { run.one_head(job)? };
+    Ok(VerificationFile {
+        format: VERIFICATION_FORMAT,
+        job: job.file.name.clone(),
+        setup: setup.name.clone(),
+        dialect: request.dialect.name().to_owned(),
+        gouge_limit_mm: gouge_limit,
+        verification,
+        certificates,
+    })
+}
+
+/// A program and how it is looked at.
+struct Run<'a> {
+    program: &'a ReadProgram,
+    request: &'a VerifyRequest<'a>,
+    gouge_limit: f64,
+    stages: &'a dyn Stages,
+}
+
+type Found = (Verification, Option<Certificates>);
+
+impl Run<'_> {
+    fn one_head(&self, job: &Job) -> Result<Found, Failure> {
+        let setup = Setup::read(job, self.request.setup)?;
+        let words = word_map(job, &setup, self.request.setup)?;
+        let frame = match rtcp_frame(job, &words) {
+            Some(frame) => frame,
+            None if self.uses_rtcp() => {
+                let message = "its words are the tip's (RTCP), and the machine has no X, Y and Z at right angles";
+                return Err(Failure::input(self.request.program, message));
+            }
+            None => Isometry3::identity(),
+        };
+        self.found(&virtual_setup(job, &setup, &words, frame), &setup, "")
+    }
+
+    /// For each head, with the other one's tool as it is.
+    fn two_heads(&self, job: &Job) -> Result<Found, Failure> {
+        if self.uses_rtcp() {
+            let message = "its words are the tip's (RTCP), which is not known of machines with two heads";
+            return Err(Failure::input(self.request.program, message));
+        }
+        let seen = [job.seen_by(0, HEADS_APART), job.seen_by(1, HEADS_APART)];
+        let machines = [job.seen_by(0, 0.0).machine, job.seen_by(1, 0.0).machine];
+        let setups = [Setup::read(&seen[0], self.request.setup)?, Setup::read(&seen[1], self.request.setup)?];
+        let words = dual_word_map([&seen[0], &seen[1]], &setups[0], self.request.setup)?;
+        let of_head = |h: usize| {
+            let frame = Isometry3::identity();
+            let setup = virtual_setup(&seen[h], &setups[h], &words, frame);
+            self.found(&VirtualSetup { machine: &machines[h], ..setup }, &setups[h], ["head 1", "head 2"][h])
+        };
+        let ((first, proven), (second, also_proven)) = (of_head(0)?, of_head(1)?);
+        let certificates = proven.zip(also_proven).map(|(a, b)| proven_for_both(&[a, b]));
+        Ok((merged_runs([first, second], Vec::new()), certificates))
+    }
+
+    fn uses_rtcp(&self) -> bool {
+        let mut motions = self.program.blocks.iter().filter_map(|b| b.motion.as_ref());
+        motions.any(|m| matches!(m.compensation, Compensation::Rtcp(_)))
+    }
+
+    fn found(&self, at: &VirtualSetup<'_>, setup: &Setup<'_>, head: &'static str) -> Result<Found, Failure> {
+        let settings = VerifySettings { gouge_limit: self.gouge_limit, ..VerifySettings::default() };
+        let blocks = self.program.blocks.len();
+        let monitor = self.stages.start(if head.is_empty() { "verify program" } else { head }, blocks);
+        let mut verification = verify(self.program, at, &settings, &*monitor).map_err(not_verified)?;
+        drop(monitor);
+        name_obstacles(&mut verification, setup);
+        let certificates = self.request.certificates.then(|| {
+            let monitor = self.stages.start("certify program", blocks);
+            certify(self.program, at, &settings, &*monitor).map_err(not_verified)
+        });
+        Ok((verification, certificates.transpose()?))
+    }
+}
+
+fn virtual_setup<'a>(
+    job: &'a Job,
+    setup: &'a Setup<'_>,
+    words: &'a WordMap,
+    frame: Isometry3<f64>,
+) -> VirtualSetup<'a> {
+    VirtualSetup {
+        machine: &job.machine,
+        table_from_work: setup.table_from_work,
+        words,
+        table_from_rtcp_words: frame,
+        tool: &job.tool,
+        length_register: job.tool.length_register(),
+        obstacles: virtual_obstacles(setup),
+    }
+}
