@@ -5,7 +5,7 @@ use facemill::inverse_kinematics::Machine;
 use facemill::nc_program::{AxisAt, Dialect, FeedMode, MotionKind, read_program};
 use facemill::{Job, PlanSettings, Planned, RefeedSettings, SilentStages, plan_setup, refeed};
 use facemill_tests::craig::{Words, end_of};
-use facemill_tests::jobs::{JobFolder, text_of};
+use facemill_tests::jobs::{JobFolder, small_patch, text_of};
 use facemill_tests::program::run;
 use facemill_tests::shared::workspace;
 use facemill_tests::variants::tiny_patch;

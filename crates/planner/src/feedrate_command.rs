@@ -5,9 +5,7 @@ use std::process::ExitCode;
 
 use clap::Args;
 use facemill::nc_program::Dialect;
-use facemill::{
-    Failure, RefeedLaw, RefeedLawTimes, RefeedSettings, RefeedSummary, clock, files, read_machine, refeed,
-};
+use facemill::{Failure, RefeedLaw, RefeedLawTimes, RefeedSettings, RefeedSummary, clock, files, read_machine, refeed};
 
 use crate::cli::{say, say_bytes};
 
