@@ -31,6 +31,7 @@
 //! machines.
 
 mod certain;
+mod dexel;
 mod estimate;
 mod heights;
 mod lattice;
@@ -40,6 +41,10 @@ mod raster;
 mod separation;
 
 pub use certain::certainly_free;
+pub use dexel::{
+    BodyError, Broken, Contact, Cut, DexelGrid, DexelMap, GridError, Interval, MAX_PIECES, RoundRing, StockError,
+    Sweep, SweepError, TurnedBody,
+};
 pub use estimate::{PointClearance, Ring, corners_estimate, gouge_estimate, ring_estimate};
 pub use heights::NodeHeights;
 pub use map::{ZMap, ZMapError, ZMapSettings};

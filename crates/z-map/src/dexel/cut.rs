@@ -1,0 +1,330 @@
+//! Taking swept solids out of a map, and asking whether they meet it.
+
+use nalgebra::Point3;
+use rayon::prelude::*;
+
+use crate::dexel::grid::DexelGrid;
+use crate::dexel::map::DexelMap;
+use crate::dexel::straight::{Straight, Warmth};
+use crate::dexel::sweep::{Sweep, SweepError};
+use crate::dexel::tile::{SIDE, Tile};
+
+/// What a sweep took out of the stock.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Cut {
+    /// Volume, mm³: length taken out of the lines by the area of a cell.
+    pub volume: f64,
+    /// Lines that lost material, counted once for each straight piece of the motion.
+    pub lines: u64,
+}
+
+/// Where a sweep meets the stock deepest along a line.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Contact {
+    /// Middle of the material that is met there, workpiece frame.
+    pub place: Point3<f64>,
+    /// Length of the line's material inside the swept solid, mm, in one of its intervals.
+    pub depth: f64,
+}
+
+/// Pieces that are placed before tiles are gone through: bounds the memory for their outlines.
+const BATCH: usize = 512;
+
+/// What a bound must clear the material by, mm: above the rounding of heights and of the slopes that bounds are made of.
+/// Larger costs the exact answer for lines that are nearly touched.
+const CLEAR: f64 = 1e-6;
+
+impl DexelMap {
+    /// Takes what a body sweeps out of the material.
+    ///
+    /// Without a turn of the axis each line loses exactly what is inside the swept solid, up to rounding (about
+    /// 10⁻¹⁰ mm where the line is not nearly a tangent). With a turn it loses what is inside a solid no point of which is
+    /// farther than `tolerance` from the swept one, and no point of the swept one is farther from it.
+    ///
+    /// # Errors
+    /// When a pose or the tolerance is no number to work with; the map is unchanged then.
+    pub fn remove(&mut self, sweep: &Sweep, tolerance: f64) -> Result<Cut, SweepError> {
+        Ok(self.remove_all(std::slice::from_ref(sweep), tolerance)?[0])
+    }
+
+    /// [`DexelMap::remove`] of one sweep after the other, with what each of them took: in parallel over the tiles, with
+    /// the same result on any number of threads.
+    ///
+    /// # Errors
+    /// As for one; the index tells which. The map is unchanged then.
+    pub fn remove_all(&mut self, sweeps: &[Sweep], tolerance: f64) -> Result<Vec<Cut>, SweepError> {
+        let pieces = self.pieces(sweeps, tolerance)?;
+        let mut cuts = vec![Cut::default(); sweeps.len()];
+        let grid = self.grid;
+        let tiles_x = self.tiles_x();
+        for batch in pieces.chunks(BATCH) {
+            let placed = placed(batch, &grid);
+            let work = self.work(&placed);
+            let of_tile = |(k, tile): (usize, &mut Tile)| {
+                let mut window = Window { grid: &grid, i0: k % tiles_x * SIDE, j0: k / tiles_x * SIDE, tile };
+                let cut = |&p: &u32| (placed[p as usize].0, window.cut(&placed[p as usize].1));
+                work[k].iter().map(cut).collect::<Vec<_>>()
+            };
+            let is_worth_threads = placed.len() > 4;
+            let losses: Vec<Vec<(usize, [f64; 2])>> = if is_worth_threads {
+                self.tiles.par_iter_mut().enumerate().map(of_tile).collect()
+            } else {
+                self.tiles.iter_mut().enumerate().filter(|(k, _)| !work[*k].is_empty()).map(of_tile).collect()
+            };
+            for (sweep, [length, lines]) in losses.into_iter().flatten() {
+                cuts[sweep].volume += length * grid.cell() * grid.cell();
+                cuts[sweep].lines += lines as u64;
+            }
+        }
+        Ok(cuts)
+    }
+
+    /// Where what a body sweeps is deepest in the material, along the lines; `None` where no line's material is met. The
+    /// map stays as it is.
+    ///
+    /// Lines are samples: a body that meets the solid only between them is not seen. One that is dilated by half a
+    /// cell's diagonal is seen wherever the undilated one meets the material of a cell, taken as a prism with the
+    /// material of its line.
+    ///
+    /// # Errors
+    /// As for [`DexelMap::remove`].
+    pub fn meets(&self, sweep: &Sweep, tolerance: f64) -> Result<Option<Contact>, SweepError> {
+        let pieces = self.pieces(std::slice::from_ref(sweep), tolerance)?;
+        let tiles_x = self.tiles_x();
+        let mut deepest: Option<(usize, usize, [f64; 2])> = None;
+        for batch in pieces.chunks(BATCH) {
+            let placed = placed(batch, &self.grid);
+            let work = self.work(&placed);
+            let busy: Vec<usize> = (0..self.tiles.len()).filter(|&k| !work[k].is_empty()).collect();
+            let of_tile = |&k: &usize| {
+                let glance = Glance { map: self, i0: k % tiles_x * SIDE, j0: k / tiles_x * SIDE, tile: &self.tiles[k] };
+                work[k].iter().filter_map(|&p| glance.deepest(&placed[p as usize].1)).reduce(deeper)
+            };
+            let found: Vec<_> = busy.par_iter().filter_map(of_tile).collect();
+            deepest = deepest.into_iter().chain(found).reduce(deeper);
+        }
+        Ok(deepest
+            .map(|(i, j, [from, to])| Contact { place: self.grid.in_work(i, j, 0.5 * (from + to)), depth: to - from }))
+    }
+
+    fn pieces<'a>(&self, sweeps: &'a [Sweep<'a>], tolerance: f64) -> Result<Vec<Piece<'a>>, SweepError> {
+        let map_from_work = self.grid.work_from_map().inverse();
+        let mut pieces = Vec::with_capacity(sweeps.len());
+        for (index, sweep) in sweeps.iter().enumerate() {
+            let of_sweep = sweep.pieces(index, &map_from_work, tolerance)?;
+            pieces.extend(of_sweep.into_iter().map(|poses| (index, sweep, poses)));
+        }
+        Ok(pieces)
+    }
+
+    /// The pieces that may touch each tile, in order.
+    fn work(&self, placed: &[(usize, Straight)]) -> Vec<Vec<u32>> {
+        let mut work = vec![Vec::new(); self.tiles.len()];
+        let tiles_x = self.tiles_x();
+        for (p, (_, straight)) in placed.iter().enumerate() {
+            let Some([first, last]) = straight.rows.columns() else { continue };
+            for tj in straight.rows.first / SIDE..=straight.rows.last() / SIDE {
+                for ti in first / SIDE..=last / SIDE {
+                    work[tj * tiles_x + ti].push(p as u32);
+                }
+            }
+        }
+        work
+    }
+}
+
+type Piece<'a> = (usize, &'a Sweep<'a>, [facemill_cl_data::ClPoint; 2]);
+
+fn placed<'a>(batch: &[Piece<'a>], grid: &DexelGrid) -> Vec<(usize, Straight<'a>)> {
+    let place = |(index, sweep, [from, to]): &Piece<'a>| Some((*index, Straight::new(sweep.body, from, to, grid)?));
+    if batch.len() > 4 {
+        batch.par_iter().filter_map(place).collect()
+    } else {
+        batch.iter().filter_map(place).collect()
+    }
+}
+
+type Deepest = (usize, usize, [f64; 2]);
+
+/// The deeper one; the first of two that are equal.
+fn deeper(a: Deepest, b: Deepest) -> Deepest {
+    if b.2[1] - b.2[0] > a.2[1] - a.2[0] { b } else { a }
+}
+
+/// What a straight piece does to a run of lines of one row.
+struct Run {
+    /// First and last column that meet the solid.
+    columns: [usize; 2],
+    y: f64,
+    /// x, height and slope of the lower surface at both ends.
+    bottom: [[f64; 3]; 2],
+    /// Whether every line leaves the solid above all material of the row.
+    is_open: bool,
+    warmth: Warmth,
+}
+
+impl Run {
+    /// `None` where no line of the run can touch the material.
+    fn new(
+        straight: &Straight,
+        grid: &DexelGrid,
+        [mut first, mut last]: [usize; 2],
+        y: f64,
+        [low, high]: [f64; 2],
+    ) -> Option<Self> {
+        let mut warmth = Warmth::default();
+        let at = |i: usize, warmth: &mut Warmth| straight.bottom(grid.x(i), y, warmth).map(|[z, s]| [grid.x(i), z, s]);
+        let left = loop {
+            match at(first, &mut warmth) {
+                Some(bottom) => break bottom,
+                None if first == last => return None,
+                None => first += 1,
+            }
+        };
+        let mut far = warmth;
+        let right = loop {
+            match at(last, &mut far) {
+                Some(bottom) => break bottom,
+                None if first == last => return None,
+                None => last -= 1,
+            }
+        };
+        let bottom = [left, right];
+        if least_between(&bottom) >= high + CLEAR {
+            return None;
+        }
+        let mut top = |i: usize| straight.top(grid.x(i), y, &mut warmth).map_or(f64::NEG_INFINITY, |t| t[0]);
+        let is_open = top(first).min(top(last)) >= high + CLEAR;
+        if !is_open && straight.bounds[1] < low {
+            return None;
+        }
+        Some(Self { columns: [first, last], y, bottom, is_open, warmth })
+    }
+
+    /// What the line of a column loses at most, if it may lose anything.
+    #[inline]
+    fn interval(&mut self, straight: &Straight, x: f64, highest: f64) -> Option<[f64; 2]> {
+        let under = |[from, z, slope]: &[f64; 3]| z + slope * (x - from);
+        if under(&self.bottom[0]).max(under(&self.bottom[1])) >= highest + CLEAR {
+            return None;
+        }
+        let [from, _] = straight.bottom(x, self.y, &mut self.warmth)?;
+        if self.is_open {
+            return Some([from, f64::INFINITY]);
+        }
+        let [to, _] = straight.top(x, self.y, &mut self.warmth)?;
+        Some([from, to])
+    }
+}
+
+/// Lower bound of a convex function between two places from its values and slopes there.
+fn least_between(ends: &[[f64; 3]; 2]) -> f64 {
+    let [[x0, z0, s0], [x1, z1, s1]] = *ends;
+    if s0 >= 0.0 {
+        return z0;
+    }
+    if s1 <= 0.0 {
+        return z1;
+    }
+    // Where the tangents meet.
+    let x = ((z1 - s1 * x1) - (z0 - s0 * x0)) / (s0 - s1);
+    z0 + s0 * (x.clamp(x0, x1) - x0)
+}
+
+/// A tile that is being cut.
+struct Window<'a> {
+    grid: &'a DexelGrid,
+    i0: usize,
+    j0: usize,
+    tile: &'a mut Tile,
+}
+
+impl Window<'_> {
+    /// Length taken out, and number of lines.
+    fn cut(&mut self, straight: &Straight) -> [f64; 2] {
+        let Some(rows) = rows_to_look_at(self.grid, self.i0, self.j0, self.tile, straight) else { return [0.0; 2] };
+        let (mut length, mut lines) = (0.0, 0.0);
+        for j in rows {
+            let row = j - self.j0;
+            let Some(mut run) = run_of_row(self.grid, self.i0, j, self.tile.row_bounds(row), straight) else {
+                continue;
+            };
+            let mut removed = 0.0;
+            for i in run.columns[0]..=run.columns[1] {
+                let line = row * SIDE + i - self.i0;
+                let highest = self.tile.top_of(line);
+                if highest == f64::NEG_INFINITY {
+                    continue;
+                }
+                let Some([from, to]) = run.interval(straight, self.grid.x(i), highest) else { continue };
+                let lost = self.tile.subtract(line, from, to);
+                lines += if lost > 0.0 { 1.0 } else { 0.0 };
+                removed += lost;
+            }
+            if removed > 0.0 {
+                self.tile.refresh_row(row);
+            }
+            length += removed;
+        }
+        if length > 0.0 {
+            self.tile.refresh();
+        }
+        [length, lines]
+    }
+}
+
+/// A tile that is being asked.
+struct Glance<'a> {
+    map: &'a DexelMap,
+    i0: usize,
+    j0: usize,
+    tile: &'a Tile,
+}
+
+impl Glance<'_> {
+    fn deepest(&self, straight: &Straight) -> Option<Deepest> {
+        let grid = &self.map.grid;
+        let mut deepest: Option<Deepest> = None;
+        for j in rows_to_look_at(grid, self.i0, self.j0, self.tile, straight)? {
+            let row = j - self.j0;
+            let Some(mut run) = run_of_row(grid, self.i0, j, self.tile.row_bounds(row), straight) else { continue };
+            for i in run.columns[0]..=run.columns[1] {
+                let line = row * SIDE + i - self.i0;
+                let Some([from, to]) = run.interval(straight, grid.x(i), self.tile.top_of(line)) else { continue };
+                for interval in self.tile.intervals(line) {
+                    let met = [from.max(interval.bottom), to.min(interval.top)];
+                    if met[0] < met[1] {
+                        deepest = deepest.into_iter().chain([(i, j, met)]).reduce(deeper);
+                    }
+                }
+            }
+        }
+        deepest
+    }
+}
+
+/// Rows of a tile that a solid may touch; `None` where its bounds are clear of all of the tile's material.
+fn rows_to_look_at(
+    grid: &DexelGrid,
+    i0: usize,
+    j0: usize,
+    tile: &Tile,
+    straight: &Straight,
+) -> Option<std::ops::RangeInclusive<usize>> {
+    let [low, high] = tile.bounds();
+    let ends = |a: f64| [a, a + (SIDE - 1) as f64 * grid.cell()];
+    let is_apart = straight.bounds[1] <= low - CLEAR
+        || straight.bounds[0] >= high + CLEAR
+        || straight.floor(ends(grid.x(i0)), ends(grid.y(j0))) >= high + CLEAR;
+    let (first, last) = (straight.rows.first.max(j0), straight.rows.last().min(j0 + SIDE - 1));
+    (!is_apart && first <= last).then_some(first..=last)
+}
+
+fn run_of_row(grid: &DexelGrid, i0: usize, j: usize, bounds: [f64; 2], straight: &Straight) -> Option<Run> {
+    let columns = straight.rows.within(j, i0, i0 + SIDE - 1)?;
+    let [low, high] = bounds;
+    if high == f64::NEG_INFINITY || straight.bounds[0] >= high + CLEAR || straight.bounds[1] <= low - CLEAR {
+        return None;
+    }
+    Run::new(straight, grid, columns, grid.y(j), bounds)
+}
