@@ -2,16 +2,24 @@
 
 mod body;
 mod cut;
+mod dilated;
+mod file;
 mod grid;
 mod map;
+mod mesh_stock;
 mod side;
+mod skin;
 mod straight;
 mod sweep;
 mod tile;
+mod tri_dexel;
 
 pub use body::{BodyError, RoundRing, TurnedBody};
 pub use cut::{Contact, Cut};
+pub use file::StockFileError;
 pub use grid::{DexelGrid, GridError};
 pub use map::{Broken, DexelMap, StockError};
+pub use mesh_stock::MeshStockError;
 pub use sweep::{MAX_PIECES, Sweep, SweepError};
 pub use tile::Interval;
+pub use tri_dexel::TriDexel;

@@ -42,8 +42,8 @@ mod separation;
 
 pub use certain::certainly_free;
 pub use dexel::{
-    BodyError, Broken, Contact, Cut, DexelGrid, DexelMap, GridError, Interval, MAX_PIECES, RoundRing, StockError,
-    Sweep, SweepError, TurnedBody,
+    BodyError, Broken, Contact, Cut, DexelGrid, DexelMap, GridError, Interval, MAX_PIECES, MeshStockError, RoundRing,
+    StockError, StockFileError, Sweep, SweepError, TriDexel, TurnedBody,
 };
 pub use estimate::{PointClearance, Ring, corners_estimate, gouge_estimate, ring_estimate};
 pub use heights::NodeHeights;

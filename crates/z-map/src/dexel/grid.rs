@@ -71,6 +71,21 @@ impl DexelGrid {
         Ok(Self { work_from_map: *work_from_map, origin: low, cell, n_lines: n.map(|n| n as usize) })
     }
 
+    /// The lattice that a file tells, checked like any other.
+    pub(crate) fn from_parts(
+        work_from_map: Isometry3<f64>,
+        origin: [f64; 2],
+        cell: f64,
+        n_lines: [usize; 2],
+    ) -> Result<Self, GridError> {
+        let high = [0, 1].map(|k| origin[k] + n_lines[k] as f64 * cell);
+        Self::over(&work_from_map, origin, high, cell)?;
+        if n_lines[0].saturating_mul(n_lines[1]) > Self::MAX_LINES || n_lines.contains(&0) {
+            return Err(GridError::BadExtent { low: origin, high });
+        }
+        Ok(Self { work_from_map, origin, cell, n_lines })
+    }
+
     /// Motion from the map's frame, whose z the lines are along, to the workpiece's.
     pub fn work_from_map(&self) -> &Isometry3<f64> {
         &self.work_from_map

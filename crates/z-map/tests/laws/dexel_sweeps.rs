@@ -1,6 +1,7 @@
 //! Sweeps against stamps: never less than dense stamps, never more than stamps dilated by what they leave out.
 
-use facemill_z_map::Sweep;
+use facemill_z_map::{Sweep, SweepError};
+use nalgebra::Vector3;
 
 use crate::dexel_kit::{block, body, cut, direction, longest_outside, lost, pose, stamps};
 use crate::kit::Random;
@@ -43,4 +44,43 @@ fn a_straight_sweep_is_what_stamps_tend_to() {
             compare(cutter, &sweep, n, dilation, 1.0, 1e-9);
         }
     }
+}
+
+#[test]
+fn a_turning_sweep_is_within_its_tolerance_of_stamps() {
+    let mut random = Random(21);
+    for (k, cutter) in CUTTERS.into_iter().enumerate() {
+        let body = body(cutter[0], cutter[1], cutter[2]);
+        let axis = Vector3::from(direction(&mut random)).normalize();
+        let turned = axis + random.vector([0.3, 0.05, 0.01][k % 3]);
+        let from = random.vector(5.0);
+        let step = random.vector(2.0);
+        let sweep =
+            Sweep { body: &body, from: pose(from.into(), axis.into()), to: pose((from + step).into(), turned.into()) };
+        let n = 40;
+        let tolerance = 0.1;
+        // Between two stamps no point moves farther than by the step and the turn.
+        let moved = step.norm() + axis.angle(&turned) * cutter[0].hypot(cutter[2]);
+        compare(cutter, &sweep, n, tolerance + moved / (2.0 * f64::from(n)) + 1e-9, tolerance, tolerance);
+    }
+}
+
+#[test]
+fn faulty_motions_are_refused_and_leave_the_map_alone() {
+    let body = body(5.0, 1.0, 8.0);
+    let (up, down) = (pose([0.0; 3], [0.0, 0.0, 1.0]), pose([0.0; 3], [0.0, 0.0, -1.0]));
+    let good = Sweep { body: &body, from: up, to: up };
+    let mut map = block([-5.0; 3], [5.0; 3], 1.0);
+    let whole = map.clone();
+    let mut refused = |from, to, tolerance| {
+        let error = map.remove_all(&[good, Sweep { body: &body, from, to }], tolerance).unwrap_err();
+        assert_eq!(map, whole);
+        error
+    };
+    assert!(matches!(refused(up, down, 0.1), SweepError::HalfTurn { index: 1, .. }));
+    let tilted = pose([0.0; 3], [0.0, 1.0, 1.0]);
+    for tolerance in [0.0, -1.0, f64::NAN, 1e-9] {
+        assert!(matches!(refused(up, tilted, tolerance), SweepError::Tolerance { index: 1, .. }));
+    }
+    assert!(matches!(refused(up, pose([f64::NAN; 3], [0.0, 0.0, 1.0]), 0.1), SweepError::NotFinite { index: 1 }));
 }
