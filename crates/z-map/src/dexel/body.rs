@@ -4,6 +4,8 @@ use facemill_cl_data::ClPoint;
 use facemill_tool_model::Cutter;
 use nalgebra::{Point3, Vector3};
 
+use crate::dexel::lanes::{LANES, Wide};
+
 /// A ring about the tool axis that is rounded by a ball: a disc of this radius at this height, dilated. mm, tool frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RoundRing {
@@ -172,6 +174,31 @@ impl TurnedBody {
             }
         }
         best
+    }
+
+    /// The same for several points: distance, and the normal's parts across and along the axis.
+    #[inline(always)]
+    pub(crate) fn gaps(&self, radial: &Wide, height: &Wide) -> (Wide, Wide, Wide) {
+        let (mut gap, mut across, mut along) = ([f64::NEG_INFINITY; LANES], [0.0; LANES], [-1.0; LANES]);
+        for arc in &self.arcs {
+            for l in 0..LANES {
+                let (x, z) = (radial[l] - arc.ring.radius, height[l] - arc.ring.height);
+                let length = (x * x + z * z).sqrt();
+                let is_between = (arc.from[0] * z - arc.from[1] * x >= 0.0)
+                    & (x * arc.to[1] - z * arc.to[0] >= 0.0)
+                    & (length > 0.0);
+                let (from, to) = (arc.from[0] * x + arc.from[1] * z, arc.to[0] * x + arc.to[1] * z);
+                let (side, normal) = if from >= to { (from, arc.from) } else { (to, arc.to) };
+                let part = 1.0 / length;
+                let distance = if is_between { length } else { side } - arc.ring.rounding;
+                let (nx, nz) = if is_between { (x * part, z * part) } else { (normal[0], normal[1]) };
+                let is_best = distance > gap[l];
+                gap[l] = if is_best { distance } else { gap[l] };
+                across[l] = if is_best { nx } else { across[l] };
+                along[l] = if is_best { nz } else { along[l] };
+            }
+        }
+        (gap, across, along)
     }
 }
 

@@ -5,7 +5,8 @@ use rayon::prelude::*;
 
 use crate::dexel::grid::DexelGrid;
 use crate::dexel::map::DexelMap;
-use crate::dexel::straight::{Straight, Warmth};
+use crate::dexel::run::{Ends, Scan, rows_to_look_at, run_of_row};
+use crate::dexel::straight::Straight;
 use crate::dexel::sweep::{Sweep, SweepError};
 use crate::dexel::tile::{SIDE, Tile};
 
@@ -30,10 +31,6 @@ pub struct Contact {
 /// Pieces that are placed before tiles are gone through: bounds the memory for their outlines.
 const BATCH: usize = 512;
 
-/// What a bound must clear the material by, mm: above the rounding of heights and of the slopes that bounds are made of.
-/// Larger costs the exact answer for lines that are nearly touched.
-const CLEAR: f64 = 1e-6;
-
 impl DexelMap {
     /// Takes what a body sweeps out of the material.
     ///
@@ -57,11 +54,12 @@ impl DexelMap {
         let mut cuts = vec![Cut::default(); sweeps.len()];
         let grid = self.grid;
         let tiles_x = self.tiles_x();
+        let arch = pulp::Arch::new();
         for batch in pieces.chunks(BATCH) {
             let placed = placed(batch, &grid);
             let work = self.work(&placed);
             let of_tile = |(k, tile): (usize, &mut Tile)| {
-                let mut window = Window { grid: &grid, i0: k % tiles_x * SIDE, j0: k / tiles_x * SIDE, tile };
+                let mut window = Window { grid: &grid, i0: k % tiles_x * SIDE, j0: k / tiles_x * SIDE, tile, arch };
                 let cut = |&p: &u32| (placed[p as usize].0, window.cut(&placed[p as usize].1));
                 work[k].iter().map(cut).collect::<Vec<_>>()
             };
@@ -151,125 +149,38 @@ fn deeper(a: Deepest, b: Deepest) -> Deepest {
     if b.2[1] - b.2[0] > a.2[1] - a.2[0] { b } else { a }
 }
 
-/// What a straight piece does to a run of lines of one row.
-struct Run {
-    /// First and last column that meet the solid.
-    columns: [usize; 2],
-    y: f64,
-    /// x, height and slope of the lower surface at both ends.
-    bottom: [[f64; 3]; 2],
-    /// Whether every line leaves the solid above all material of the row.
-    is_open: bool,
-    warmth: Warmth,
-}
-
-impl Run {
-    /// `None` where no line of the run can touch the material.
-    fn new(
-        straight: &Straight,
-        grid: &DexelGrid,
-        [mut first, mut last]: [usize; 2],
-        y: f64,
-        [low, high]: [f64; 2],
-    ) -> Option<Self> {
-        let mut warmth = Warmth::default();
-        let at = |i: usize, warmth: &mut Warmth| straight.bottom(grid.x(i), y, warmth).map(|[z, s]| [grid.x(i), z, s]);
-        let left = loop {
-            match at(first, &mut warmth) {
-                Some(bottom) => break bottom,
-                None if first == last => return None,
-                None => first += 1,
-            }
-        };
-        let mut far = warmth;
-        let right = loop {
-            match at(last, &mut far) {
-                Some(bottom) => break bottom,
-                None if first == last => return None,
-                None => last -= 1,
-            }
-        };
-        let bottom = [left, right];
-        if least_between(&bottom) >= high + CLEAR {
-            return None;
-        }
-        let mut top = |i: usize| straight.top(grid.x(i), y, &mut warmth).map_or(f64::NEG_INFINITY, |t| t[0]);
-        let is_open = top(first).min(top(last)) >= high + CLEAR;
-        if !is_open && straight.bounds[1] < low {
-            return None;
-        }
-        Some(Self { columns: [first, last], y, bottom, is_open, warmth })
-    }
-
-    /// What the line of a column loses at most, if it may lose anything.
-    #[inline]
-    fn interval(&mut self, straight: &Straight, x: f64, highest: f64) -> Option<[f64; 2]> {
-        let under = |[from, z, slope]: &[f64; 3]| z + slope * (x - from);
-        if under(&self.bottom[0]).max(under(&self.bottom[1])) >= highest + CLEAR {
-            return None;
-        }
-        let [from, _] = straight.bottom(x, self.y, &mut self.warmth)?;
-        if self.is_open {
-            return Some([from, f64::INFINITY]);
-        }
-        let [to, _] = straight.top(x, self.y, &mut self.warmth)?;
-        Some([from, to])
-    }
-}
-
-/// Lower bound of a convex function between two places from its values and slopes there.
-fn least_between(ends: &[[f64; 3]; 2]) -> f64 {
-    let [[x0, z0, s0], [x1, z1, s1]] = *ends;
-    if s0 >= 0.0 {
-        return z0;
-    }
-    if s1 <= 0.0 {
-        return z1;
-    }
-    // Where the tangents meet.
-    let x = ((z1 - s1 * x1) - (z0 - s0 * x0)) / (s0 - s1);
-    z0 + s0 * (x.clamp(x0, x1) - x0)
-}
-
 /// A tile that is being cut.
 struct Window<'a> {
     grid: &'a DexelGrid,
     i0: usize,
     j0: usize,
     tile: &'a mut Tile,
+    /// What vector instructions there are.
+    arch: pulp::Arch,
 }
 
 impl Window<'_> {
     /// Length taken out, and number of lines.
     fn cut(&mut self, straight: &Straight) -> [f64; 2] {
         let Some(rows) = rows_to_look_at(self.grid, self.i0, self.j0, self.tile, straight) else { return [0.0; 2] };
-        let (mut length, mut lines) = (0.0, 0.0);
+        let (mut length, mut lines) = (0.0, 0);
+        let mut ends = Ends::default();
         for j in rows {
             let row = j - self.j0;
-            let Some(mut run) = run_of_row(self.grid, self.i0, j, self.tile.row_bounds(row), straight) else {
-                continue;
-            };
-            let mut removed = 0.0;
-            for i in run.columns[0]..=run.columns[1] {
-                let line = row * SIDE + i - self.i0;
-                let highest = self.tile.top_of(line);
-                if highest == f64::NEG_INFINITY {
-                    continue;
-                }
-                let Some([from, to]) = run.interval(straight, self.grid.x(i), highest) else { continue };
-                let lost = self.tile.subtract(line, from, to);
-                lines += if lost > 0.0 { 1.0 } else { 0.0 };
-                removed += lost;
-            }
+            let bounds = self.tile.row_bounds(row);
+            let Some(run) = run_of_row(self.grid, self.i0, j, bounds, straight, &mut ends) else { continue };
+            let scan = Scan { grid: self.grid, straight, i0: self.i0, row, tile: self.tile, run };
+            let (removed, n) = self.arch.dispatch(scan);
             if removed > 0.0 {
                 self.tile.refresh_row(row);
             }
             length += removed;
+            lines += n;
         }
         if length > 0.0 {
             self.tile.refresh();
         }
-        [length, lines]
+        [length, lines as f64]
     }
 }
 
@@ -285,9 +196,11 @@ impl Glance<'_> {
     fn deepest(&self, straight: &Straight) -> Option<Deepest> {
         let grid = &self.map.grid;
         let mut deepest: Option<Deepest> = None;
+        let mut ends = Ends::default();
         for j in rows_to_look_at(grid, self.i0, self.j0, self.tile, straight)? {
             let row = j - self.j0;
-            let Some(mut run) = run_of_row(grid, self.i0, j, self.tile.row_bounds(row), straight) else { continue };
+            let bounds = self.tile.row_bounds(row);
+            let Some(mut run) = run_of_row(grid, self.i0, j, bounds, straight, &mut ends) else { continue };
             for i in run.columns[0]..=run.columns[1] {
                 let line = row * SIDE + i - self.i0;
                 let Some([from, to]) = run.interval(straight, grid.x(i), self.tile.top_of(line)) else { continue };
@@ -301,30 +214,4 @@ impl Glance<'_> {
         }
         deepest
     }
-}
-
-/// Rows of a tile that a solid may touch; `None` where its bounds are clear of all of the tile's material.
-fn rows_to_look_at(
-    grid: &DexelGrid,
-    i0: usize,
-    j0: usize,
-    tile: &Tile,
-    straight: &Straight,
-) -> Option<std::ops::RangeInclusive<usize>> {
-    let [low, high] = tile.bounds();
-    let ends = |a: f64| [a, a + (SIDE - 1) as f64 * grid.cell()];
-    let is_apart = straight.bounds[1] <= low - CLEAR
-        || straight.bounds[0] >= high + CLEAR
-        || straight.floor(ends(grid.x(i0)), ends(grid.y(j0))) >= high + CLEAR;
-    let (first, last) = (straight.rows.first.max(j0), straight.rows.last().min(j0 + SIDE - 1));
-    (!is_apart && first <= last).then_some(first..=last)
-}
-
-fn run_of_row(grid: &DexelGrid, i0: usize, j: usize, bounds: [f64; 2], straight: &Straight) -> Option<Run> {
-    let columns = straight.rows.within(j, i0, i0 + SIDE - 1)?;
-    let [low, high] = bounds;
-    if high == f64::NEG_INFINITY || straight.bounds[0] >= high + CLEAR || straight.bounds[1] <= low - CLEAR {
-        return None;
-    }
-    Run::new(straight, grid, columns, grid.y(j), bounds)
 }

@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 
 use crate::dexel::body::{Corner, Entry, Placed, Support};
+use crate::dexel::lanes::{Verdicts, Wide};
 
 /// A body's straight motion, seen from below.
 ///
@@ -56,8 +57,8 @@ enum Part {
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Warm {
     part: Part,
-    /// x, height and slope along x at the start and at the end.
-    at: [Option<[f64; 3]>; 2],
+    /// x, y, height and slopes along x and y at the start and at the end.
+    at: [Option<[f64; 5]>; 2],
     sine: f64,
 }
 
@@ -119,14 +120,26 @@ impl<'a> Side<'a> {
         all.reduce(|least, entry| if entry.height < least.height { entry } else { least })
     }
 
+    /// What eight lines lose as far as the start or the end tells, whichever the last line met; `None` where it met the
+    /// tunnel.
+    #[inline(always)]
+    pub(crate) fn verdicts(&self, x: &Wide, y: f64, tops: &Wide, floors: &Wide, warm: &Warm) -> Option<Verdicts> {
+        let (cap, sense) = match warm.part {
+            Part::Start => (&self.start, 1.0),
+            Part::End => (&self.end, -1.0),
+            Part::Tunnel => return None,
+        };
+        Some(cap.verdicts(&self.motion.into(), sense, x, y, tops, floors))
+    }
+
     /// Entry into the body at the start (0) or at the end (1).
     #[inline]
     fn cap(&self, k: usize, x: f64, y: f64, warm: &mut Warm) -> Option<Entry> {
         let placed = if k == 0 { &self.start } else { &self.end };
         // The tangent is below the surface: Newton begins on the good side.
-        let near = warm.at[k].map(|[from, height, slope]| height + slope * (x - from));
+        let near = warm.at[k].map(|[from, row, height, a, b]| height + a * (x - from) + b * (y - row));
         let entry = placed.entry(x, y, near);
-        warm.at[k] = entry.map(|e| [x, e.height, -e.normal.x / e.normal.z]);
+        warm.at[k] = entry.map(|e| [x, y, e.height, -e.normal.x / e.normal.z, -e.normal.y / e.normal.z]);
         entry
     }
 

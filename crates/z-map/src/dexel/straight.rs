@@ -7,6 +7,7 @@ use nalgebra::Vector3;
 
 use crate::dexel::body::{Placed, TurnedBody};
 use crate::dexel::grid::DexelGrid;
+use crate::dexel::lanes::{Verdicts, Wide};
 use crate::dexel::side::{Side, Warm};
 
 /// Directions in which the outline is bounded on each side of a row: it is too wide by some 10⁻³ of the body's radius.
@@ -64,6 +65,12 @@ impl<'a> Straight<'a> {
     pub(crate) fn bottom(&self, x: f64, y: f64, warmth: &mut Warmth) -> Option<[f64; 2]> {
         let entry = self.below.entry(x, y, &mut warmth.below)?;
         Some([entry.height, -entry.normal.x / entry.normal.z])
+    }
+
+    /// What eight lines lose, as far as that is quickly told.
+    #[inline(always)]
+    pub(crate) fn verdicts(&self, x: &Wide, y: f64, tops: &Wide, floors: &Wide, warmth: &Warmth) -> Option<Verdicts> {
+        self.below.verdicts(x, y, tops, floors, &warmth.below)
     }
 
     /// Height at which the line leaves, and slope of the surface along x there.

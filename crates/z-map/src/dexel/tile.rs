@@ -70,6 +70,16 @@ impl Tile {
         }
     }
 
+    /// Highest tops of the lines of a row without further intervals, of others those of the lowest.
+    pub(crate) fn lowest_tops(&self, row: usize) -> &[f64] {
+        &self.top[row * SIDE..(row + 1) * SIDE]
+    }
+
+    /// Whether lines of a row have further intervals.
+    pub(crate) fn is_row_plain(&self, row: usize) -> bool {
+        self.has_further[row] == 0
+    }
+
     pub(crate) fn has_more(&self, line: usize) -> bool {
         self.has_further[line / SIDE] & (1 << (line % SIDE)) != 0
     }

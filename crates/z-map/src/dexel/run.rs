@@ -1,0 +1,218 @@
+//! One row of a tile under a straight sweep.
+
+use std::ops::RangeInclusive;
+
+use pulp::NullaryFnOnce;
+
+use crate::dexel::grid::DexelGrid;
+use crate::dexel::lanes::LANES;
+use crate::dexel::straight::{Straight, Warmth};
+use crate::dexel::tile::{SIDE, Tile};
+
+/// What a bound must clear the material by, mm: above the rounding of heights and of the slopes that bounds are made of.
+/// Larger costs the exact answer for lines that are nearly touched.
+const CLEAR: f64 = 1e-6;
+
+/// What the ends of a run know from those of the row before.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Ends([Warmth; 2]);
+
+/// The lines of a row that meet a swept solid.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Run {
+    /// First and last column.
+    pub(crate) columns: [usize; 2],
+    y: f64,
+    /// x, height and slope of the lower surface at both ends.
+    bottom: [[f64; 3]; 2],
+    warmth: Warmth,
+}
+
+impl Run {
+    /// `None` where no line of the run can touch the material.
+    fn new(
+        straight: &Straight,
+        grid: &DexelGrid,
+        [mut first, mut last]: [usize; 2],
+        y: f64,
+        high: f64,
+        ends: &mut Ends,
+    ) -> Option<Self> {
+        let at = |i: usize, warmth: &mut Warmth| straight.bottom(grid.x(i), y, warmth).map(|[z, s]| [grid.x(i), z, s]);
+        let left = loop {
+            match at(first, &mut ends.0[0]) {
+                Some(bottom) => break bottom,
+                None if first == last => return None,
+                None => first += 1,
+            }
+        };
+        let right = loop {
+            match at(last, &mut ends.0[1]) {
+                Some(bottom) => break bottom,
+                None if first == last => return None,
+                None => last -= 1,
+            }
+        };
+        let bottom = [left, right];
+        let is_clear = least_between(&bottom) >= high + CLEAR;
+        (!is_clear).then_some(Self { columns: [first, last], y, bottom, warmth: ends.0[0] })
+    }
+
+    /// A height that the solid is not below.
+    #[inline(always)]
+    fn floor(&self, x: f64) -> f64 {
+        let [[x0, z0, s0], [x1, z1, s1]] = self.bottom;
+        let (left, right) = (z0 + s0 * (x - x0), z1 + s1 * (x - x1));
+        if left > right { left } else { right }
+    }
+
+    /// What the line at x loses at most, if it may lose anything; its material ends at `highest`.
+    #[inline]
+    pub(crate) fn interval(&mut self, straight: &Straight, x: f64, highest: f64) -> Option<[f64; 2]> {
+        if self.floor(x) >= highest + CLEAR {
+            return None;
+        }
+        let [from, _] = straight.bottom(x, self.y, &mut self.warmth)?;
+        if from >= highest {
+            return None;
+        }
+        let [to, _] = straight.top(x, self.y, &mut self.warmth)?;
+        Some([from, to])
+    }
+}
+
+/// Lower bound of a convex function between two places from its values and slopes there.
+fn least_between(ends: &[[f64; 3]; 2]) -> f64 {
+    let [[x0, z0, s0], [x1, z1, s1]] = *ends;
+    if s0 >= 0.0 {
+        return z0;
+    }
+    if s1 <= 0.0 {
+        return z1;
+    }
+    // Where the tangents meet.
+    let x = ((z1 - s1 * x1) - (z0 - s0 * x0)) / (s0 - s1);
+    z0 + s0 * (x.clamp(x0, x1) - x0)
+}
+
+/// Cutting a run.
+///
+/// Of its own type, because of a closure called by [`pulp::Arch::dispatch`] only a shell would get the vector instructions.
+pub(crate) struct Scan<'a, 'b> {
+    pub(crate) grid: &'a DexelGrid,
+    pub(crate) straight: &'a Straight<'b>,
+    /// First column of the tile.
+    pub(crate) i0: usize,
+    /// Row of the tile.
+    pub(crate) row: usize,
+    pub(crate) tile: &'a mut Tile,
+    pub(crate) run: Run,
+}
+
+impl NullaryFnOnce for Scan<'_, '_> {
+    /// Length taken out, mm, and number of lines that lost any.
+    type Output = (f64, u64);
+
+    #[inline(always)]
+    fn call(mut self) -> (f64, u64) {
+        let [mut i, last] = self.run.columns;
+        let mut lost = (0.0, 0);
+        while i <= last {
+            i += self.block(i, last, &mut lost);
+        }
+        lost
+    }
+}
+
+impl Scan<'_, '_> {
+    /// Eight lines or what is left of the row, or one; returns how many.
+    #[inline(always)]
+    fn block(&mut self, first: usize, last: usize, lost: &mut (f64, u64)) -> usize {
+        let n = LANES.min(last - first + 1);
+        let line = self.row * SIDE + first - self.i0;
+        let mut tops = [f64::NEG_INFINITY; LANES];
+        if self.tile.is_row_plain(self.row) {
+            tops[..n].copy_from_slice(&self.tile.lowest_tops(self.row)[first - self.i0..][..n]);
+        } else {
+            (0..n).for_each(|l| tops[l] = self.tile.top_of(line + l));
+        }
+        let (mut x, mut floors) = ([0.0; LANES], [0.0; LANES]);
+        let (x0, cell) = (self.grid.x(first), self.grid.cell());
+        let mut is_clear = true;
+        for l in 0..LANES {
+            x[l] = x0 + l as f64 * cell;
+            floors[l] = self.run.floor(x[l]);
+            is_clear &= floors[l] >= tops[l] + CLEAR;
+        }
+        if is_clear {
+            return n;
+        }
+        // A line without material has its top at −∞; the look at it must be at a number.
+        let mut looks = [0.0; LANES];
+        for l in 0..LANES {
+            looks[l] = if tops[l] == f64::NEG_INFINITY { floors[l] } else { tops[l] };
+        }
+        let Some(found) = self.straight.verdicts(&x, self.run.y, &looks, &floors, &self.run.warmth) else {
+            self.one(line, x[0], tops[0], lost);
+            return 1;
+        };
+        for l in 0..n {
+            if found.is_untouched[l] || tops[l] == f64::NEG_INFINITY {
+                continue;
+            }
+            if found.cut_from[l].is_nan() {
+                self.one(line + l, x[l], tops[l], lost);
+            } else {
+                count(self.tile.subtract(line + l, found.cut_from[l], f64::INFINITY), lost);
+            }
+        }
+        n
+    }
+
+    /// One line, by search.
+    #[inline(never)]
+    fn one(&mut self, line: usize, x: f64, top: f64, lost: &mut (f64, u64)) {
+        if let Some([from, to]) = self.run.interval(self.straight, x, top) {
+            count(self.tile.subtract(line, from, to), lost);
+        }
+    }
+}
+
+#[inline(always)]
+fn count(length: f64, lost: &mut (f64, u64)) {
+    lost.0 += length;
+    lost.1 += u64::from(length > 0.0);
+}
+
+/// Rows of a tile that a solid may touch; `None` where its bounds are clear of all of the tile's material.
+pub(crate) fn rows_to_look_at(
+    grid: &DexelGrid,
+    i0: usize,
+    j0: usize,
+    tile: &Tile,
+    straight: &Straight,
+) -> Option<RangeInclusive<usize>> {
+    let [low, high] = tile.bounds();
+    let ends = |a: f64| [a, a + (SIDE - 1) as f64 * grid.cell()];
+    let is_apart = straight.bounds[1] <= low - CLEAR
+        || straight.bounds[0] >= high + CLEAR
+        || straight.floor(ends(grid.x(i0)), ends(grid.y(j0))) >= high + CLEAR;
+    let (first, last) = (straight.rows.first.max(j0), straight.rows.last().min(j0 + SIDE - 1));
+    (!is_apart && first <= last).then_some(first..=last)
+}
+
+/// The lines of a row of a tile that a solid meets, if they may lose anything; `bounds` are those of the row's material.
+pub(crate) fn run_of_row(
+    grid: &DexelGrid,
+    i0: usize,
+    j: usize,
+    [low, high]: [f64; 2],
+    straight: &Straight,
+    ends: &mut Ends,
+) -> Option<Run> {
+    let columns = straight.rows.within(j, i0, i0 + SIDE - 1)?;
+    if high == f64::NEG_INFINITY || straight.bounds[0] >= high + CLEAR || straight.bounds[1] <= low - CLEAR {
+        return None;
+    }
+    Run::new(straight, grid, columns, grid.y(j), high, ends)
+}
