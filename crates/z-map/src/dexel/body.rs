@@ -328,6 +328,10 @@ impl<'a> Placed<'a> {
         (gap, perp * out + self.axis * along)
     }
 
+    pub(crate) fn holds(&self, p: &Vector3<f64>) -> bool {
+        self.gap(p).0 <= 0.0
+    }
+
     /// Where the line through (x, y) enters the body, searched from a height near it; `None` where it misses.
     ///
     /// Newton's method on a convex function: from the left of the root every step stays left of it and converges, from

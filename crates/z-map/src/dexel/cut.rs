@@ -5,10 +5,10 @@ use rayon::prelude::*;
 
 use crate::dexel::grid::DexelGrid;
 use crate::dexel::map::DexelMap;
-use crate::dexel::run::{Ends, Scan, rows_to_look_at, run_of_row};
-use crate::dexel::straight::Straight;
+use crate::dexel::run::{Scan, rows_to_look_at, run_of_row};
+use crate::dexel::straight::{Straight, Warmth};
 use crate::dexel::sweep::{Sweep, SweepError};
-use crate::dexel::tile::{SIDE, Tile};
+use crate::dexel::tile::{DUST, SIDE, Tile};
 
 /// What a sweep took out of the stock.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -164,13 +164,14 @@ impl Window<'_> {
     fn cut(&mut self, straight: &Straight) -> [f64; 2] {
         let Some(rows) = rows_to_look_at(self.grid, self.i0, self.j0, self.tile, straight) else { return [0.0; 2] };
         let (mut length, mut lines) = (0.0, 0);
-        let mut ends = Ends::default();
+        let mut warmth = Warmth::default();
         for j in rows {
             let row = j - self.j0;
             let bounds = self.tile.row_bounds(row);
-            let Some(run) = run_of_row(self.grid, self.i0, j, bounds, straight, &mut ends) else { continue };
+            let Some(run) = run_of_row(self.grid, self.i0, j, bounds, straight, &warmth) else { continue };
             let scan = Scan { grid: self.grid, straight, i0: self.i0, row, tile: self.tile, run };
-            let (removed, n) = self.arch.dispatch(scan);
+            let (removed, n, known) = self.arch.dispatch(scan);
+            warmth = known;
             if removed > 0.0 {
                 self.tile.refresh_row(row);
             }
@@ -196,17 +197,17 @@ impl Glance<'_> {
     fn deepest(&self, straight: &Straight) -> Option<Deepest> {
         let grid = &self.map.grid;
         let mut deepest: Option<Deepest> = None;
-        let mut ends = Ends::default();
+        let warmth = Warmth::default();
         for j in rows_to_look_at(grid, self.i0, self.j0, self.tile, straight)? {
             let row = j - self.j0;
             let bounds = self.tile.row_bounds(row);
-            let Some(mut run) = run_of_row(grid, self.i0, j, bounds, straight, &mut ends) else { continue };
+            let Some(mut run) = run_of_row(grid, self.i0, j, bounds, straight, &warmth) else { continue };
             for i in run.columns[0]..=run.columns[1] {
                 let line = row * SIDE + i - self.i0;
                 let Some([from, to]) = run.interval(straight, grid.x(i), self.tile.top_of(line)) else { continue };
                 for interval in self.tile.intervals(line) {
                     let met = [from.max(interval.bottom), to.min(interval.top)];
-                    if met[0] < met[1] {
+                    if met[1] - met[0] > DUST {
                         deepest = deepest.into_iter().chain([(i, j, met)]).reduce(deeper);
                     }
                 }

@@ -11,7 +11,9 @@ pub(crate) type Wide = [f64; LANES];
 /// Signed distances of points from a body, and outward normals there.
 pub(crate) struct Gaps {
     pub(crate) gap: Wide,
-    pub(crate) normal: [Wide; 3],
+    /// Part of the normal along the lines, and its product with the motion.
+    pub(crate) up: Wide,
+    pub(crate) facing: Wide,
 }
 
 /// What is known of eight lines.
@@ -22,23 +24,34 @@ pub(crate) struct Verdicts {
     pub(crate) cut_from: Wide,
 }
 
+impl Verdicts {
+    /// Whether all is known of every line.
+    #[inline(always)]
+    pub(crate) fn are_complete(&self) -> bool {
+        (0..LANES).all(|l| self.is_untouched[l] | !self.cut_from[l].is_nan())
+    }
+}
+
 /// Distance from the swept solid within which material counts as outside of it, mm: rounding of surfaces that have been
 /// cut before. Smaller, a cut along an old one would take dust off; larger, cuts would be less than exact.
 const ROUNDING: f64 = 1e-11;
+
+/// Slope of the entry along the whole motion that counts as level, mm: the entry is too high by less than that.
+const LEVEL: f64 = 1e-9;
 
 /// Steps of Newton's method before lines are left to be searched one by one.
 const MAX_STEPS: usize = 7;
 
 impl Placed<'_> {
-    /// Signed distances as of single points, and normals.
+    /// Signed distances as of single points, and normals. The body is moved by `share` of the motion.
     #[inline(always)]
-    pub(crate) fn gaps(&self, x: &Wide, y: f64, z: &Wide) -> Gaps {
+    pub(crate) fn gaps(&self, motion: &[f64; 3], share: &Wide, x: &Wide, y: f64, z: &Wide) -> Gaps {
         let (tip, axis) = (&self.tip, &self.axis);
-        let vy = y - tip.y;
         let (mut radial, mut height) = ([0.0; LANES], [0.0; LANES]);
         let mut perp = [[0.0; LANES]; 3];
         for l in 0..LANES {
-            let (vx, vz) = (x[l] - tip.x, z[l] - tip.z);
+            let (vx, vz) = (x[l] - tip.x - share[l] * motion[0], z[l] - tip.z - share[l] * motion[2]);
+            let vy = y - tip.y - share[l] * motion[1];
             let along = vx * axis.x + vy * axis.y + vz * axis.z;
             let p = [vx - axis.x * along, vy - axis.y * along, vz - axis.z * along];
             (perp[0][l], perp[1][l], perp[2][l]) = (p[0], p[1], p[2]);
@@ -46,73 +59,163 @@ impl Placed<'_> {
             radial[l] = (p[0] * p[0] + p[1] * p[1] + p[2] * p[2]).sqrt();
         }
         let (gap, across, along) = self.body.gaps(&radial, &height);
-        let mut normal = [[0.0; LANES]; 3];
+        let (mut up, mut facing) = ([0.0; LANES], [0.0; LANES]);
         for l in 0..LANES {
             let out = if radial[l] > 0.0 { across[l] / radial[l] } else { 0.0 };
-            normal[0][l] = perp[0][l] * out + axis.x * along[l];
-            normal[1][l] = perp[1][l] * out + axis.y * along[l];
-            normal[2][l] = perp[2][l] * out + axis.z * along[l];
+            let nx = perp[0][l] * out + axis.x * along[l];
+            let ny = perp[1][l] * out + axis.y * along[l];
+            up[l] = perp[2][l] * out + axis.z * along[l];
+            facing[l] = nx * motion[0] + ny * motion[1] + up[l] * motion[2];
         }
-        Gaps { gap, normal }
+        Gaps { gap, up, facing }
+    }
+}
+
+/// A run of eight lines whose material ends at `tops`, under a straight sweep that is not below `floors`.
+pub(crate) struct Lanes<'a, 'b> {
+    /// The body at the start of its motion.
+    pub(crate) start: &'a Placed<'b>,
+    pub(crate) motion: [f64; 3],
+    pub(crate) x: Wide,
+    pub(crate) y: f64,
+    pub(crate) tops: Wide,
+    pub(crate) floors: Wide,
+}
+
+impl Lanes<'_, '_> {
+    #[inline(always)]
+    fn gaps(&self, share: &Wide, z: &Wide) -> Gaps {
+        self.start.gaps(&self.motion, share, &self.x, self.y, z)
     }
 
-    /// What the body, as the start (`sense` 1) or the end (-1) of a motion, says of lines whose material ends at `tops`;
-    /// `floors` are heights that the swept solid is not below.
-    ///
-    /// A normal at which the material's end is beyond all of the swept solid, and that does not look upward, proves that
-    /// the line loses nothing. Where the end is inside the body, the line loses all from its entry on, which is that of
-    /// the swept solid if the normal there does not face the motion.
+    /// What is known where all lines meet the body at its start (`share` 0) or its end (1).
     #[inline(always)]
-    pub(crate) fn verdicts(
-        &self,
-        motion: &[f64; 3],
-        sense: f64,
-        x: &Wide,
-        y: f64,
-        tops: &Wide,
-        floors: &Wide,
-    ) -> Verdicts {
-        let facing =
-            |n: &[Wide; 3], l: usize| sense * (n[0][l] * motion[0] + n[1][l] * motion[1] + n[2][l] * motion[2]);
-        let at_top = self.gaps(x, y, tops);
-        let mut is_untouched = [false; LANES];
-        let mut is_open = [false; LANES];
-        let mut z = [0.0; LANES];
-        for l in 0..LANES {
-            let (gap, up) = (at_top.gap[l], at_top.normal[2][l]);
-            let ahead = facing(&at_top.normal, l);
-            let ahead = if ahead > 0.0 { ahead } else { 0.0 };
-            is_untouched[l] = (gap >= ahead - ROUNDING) & (up <= 0.0);
-            is_open[l] = !is_untouched[l] & (gap <= 0.0);
-            // The tangent's zero is below the entry, like the floor.
-            let step = if up < -1e-3 { tops[l] - gap / up } else { floors[l] };
-            z[l] = if step > floors[l] { step } else { floors[l] };
-        }
-        let mut cut_from = [f64::NAN; LANES];
+    pub(crate) fn cap(&self, share: f64) -> Verdicts {
+        let shares = [share; LANES];
+        let sense = 1.0 - 2.0 * share;
+        let at_top = self.gaps(&shares, &self.tops);
+        let (is_untouched, is_open) = self.look(&at_top, &shares);
+        let mut verdicts = Verdicts { is_untouched, cut_from: [f64::NAN; LANES] };
         if !is_open.contains(&true) {
-            return Verdicts { is_untouched, cut_from };
+            return verdicts;
         }
+        let mut z = self.below(&at_top);
         for _ in 0..MAX_STEPS {
-            let here = self.gaps(x, y, &z);
-            let mut is_done = [false; LANES];
-            for l in 0..LANES {
-                let up = here.normal[2][l];
-                let step = -here.gap[l] / up;
-                z[l] += step;
-                is_done[l] = (step.abs() <= -1e-8 * up) & (up < 0.0);
-            }
+            let here = self.gaps(&shares, &z);
             let mut are_all_done = true;
             for l in 0..LANES {
-                are_all_done &= is_done[l] | !is_open[l];
+                let step = -here.gap[l] / here.up[l];
+                z[l] += step;
+                are_all_done &= ((step.abs() <= -1e-8 * here.up[l]) & (here.up[l] < 0.0)) | !is_open[l];
             }
             if are_all_done {
                 for l in 0..LANES {
-                    let is_found = is_open[l] & (facing(&here.normal, l) <= 0.0);
-                    cut_from[l] = if is_found { z[l] } else { f64::NAN };
+                    let is_found = is_open[l] & (sense * here.facing[l] <= 0.0);
+                    verdicts.cut_from[l] = if is_found { z[l] } else { f64::NAN };
                 }
                 break;
             }
         }
-        Verdicts { is_untouched, cut_from }
+        verdicts
+    }
+
+    /// What is known where lines meet any part, and the place on the motion that the last line touches.
+    ///
+    /// The place is where the entry is lowest: there the normal is across the motion. It is found by the secant method
+    /// while Newton's method finds the entry. The entry is a convex function of the place, so what it is above its least
+    /// by is not more than its slope.
+    #[inline(always)]
+    pub(crate) fn any(&self) -> (Verdicts, f64) {
+        let ends = [[0.0; LANES], [1.0; LANES]];
+        let [first, last] = [self.gaps(&ends[0], &self.tops), self.gaps(&ends[1], &self.tops)];
+        let looks = [self.look(&first, &ends[0]), self.look(&last, &ends[1])];
+        let mut share = [0.0; LANES];
+        for l in 0..LANES {
+            let (f, g) = (first.facing[l], last.facing[l]);
+            let between = f / (f - g);
+            let inner = if g >= 0.0 { 1.0 } else { between };
+            share[l] = if f <= 0.0 { 0.0 } else { inner };
+        }
+        let at_top = self.gaps(&share, &self.tops);
+        let (mut is_untouched, mut is_open) = self.look(&at_top, &share);
+        for l in 0..LANES {
+            is_untouched[l] |= looks[0].0[l] | looks[1].0[l];
+            is_open[l] = !is_untouched[l] & (is_open[l] | looks[0].1[l] | looks[1].1[l]);
+        }
+        let mut verdicts = Verdicts { is_untouched, cut_from: [f64::NAN; LANES] };
+        if is_open.contains(&true) {
+            self.lowest(&is_open, self.below(&at_top), &mut share, [&first, &last], &mut verdicts.cut_from);
+        }
+        (verdicts, share[LANES - 1])
+    }
+
+    /// Entries at the places where they are lowest, of the lines that are open.
+    #[inline(always)]
+    fn lowest(
+        &self,
+        is_open: &[bool; LANES],
+        mut z: Wide,
+        share: &mut Wide,
+        [first, last]: [&Gaps; 2],
+        cut_from: &mut Wide,
+    ) {
+        // The place before, and the slope there.
+        let (mut old, mut slope) = ([0.0; LANES], first.facing);
+        for l in 0..LANES {
+            let is_at_start = share[l] == 0.0;
+            old[l] = if is_at_start { 1.0 } else { 0.0 };
+            slope[l] = if is_at_start { last.facing[l] } else { first.facing[l] };
+        }
+        for _ in 0..2 * MAX_STEPS {
+            let here = self.gaps(share, &z);
+            let mut are_all_done = true;
+            for l in 0..LANES {
+                let (up, f, s) = (here.up[l], here.facing[l], share[l]);
+                let step = -here.gap[l] / up;
+                z[l] += step;
+                let is_level = (f.abs() <= -LEVEL * up) | ((s == 0.0) & (f <= 0.0)) | ((s == 1.0) & (f >= 0.0));
+                let is_done = is_level & (step.abs() <= -1e-8 * up) & (up < 0.0);
+                cut_from[l] = if is_done & is_open[l] { z[l] } else { f64::NAN };
+                are_all_done &= is_done | !is_open[l];
+                let next = s - f * (s - old[l]) / (f - slope[l]);
+                let next = if next > 0.0 { next } else { 0.0 };
+                let next = if next < 1.0 { next } else { 1.0 };
+                (old[l], slope[l]) = if is_level { (old[l], slope[l]) } else { (s, f) };
+                share[l] = if is_level { s } else { next };
+            }
+            if are_all_done {
+                return;
+            }
+        }
+    }
+
+    /// Which lines lose nothing, and which have the end of their material inside the body.
+    ///
+    /// A normal at which the material's end is beyond all of the swept solid, and that does not look upward, proves that
+    /// the line loses nothing: all that is below is beyond it as well.
+    #[inline(always)]
+    fn look(&self, at: &Gaps, share: &Wide) -> ([bool; LANES], [bool; LANES]) {
+        let (mut is_untouched, mut is_open) = ([false; LANES], [false; LANES]);
+        for l in 0..LANES {
+            let (gap, f, s) = (at.gap[l], at.facing[l], share[l]);
+            let (back, ahead) = (-s * f, (1.0 - s) * f);
+            // What the rest of the motion reaches along the normal.
+            let reach = if back > ahead { back } else { ahead };
+            is_untouched[l] = (gap >= reach - ROUNDING) & (at.up[l] <= 0.0);
+            is_open[l] = !is_untouched[l] & (gap <= 0.0);
+        }
+        (is_untouched, is_open)
+    }
+
+    /// Heights below the entries to begin from: where the tangent at the material's end is zero, or the floor.
+    #[inline(always)]
+    fn below(&self, at_top: &Gaps) -> Wide {
+        let mut z = self.floors;
+        for l in 0..LANES {
+            let up = at_top.up[l];
+            let step = if up < -1e-3 { self.tops[l] - at_top.gap[l] / up } else { z[l] };
+            z[l] = if step > z[l] { step } else { z[l] };
+        }
+        z
     }
 }

@@ -13,86 +13,29 @@ use crate::dexel::tile::{SIDE, Tile};
 /// Larger costs the exact answer for lines that are nearly touched.
 const CLEAR: f64 = 1e-6;
 
-/// What the ends of a run know from those of the row before.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Ends([Warmth; 2]);
-
-/// The lines of a row that meet a swept solid.
+/// The lines of a row that may meet a swept solid.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Run {
     /// First and last column.
     pub(crate) columns: [usize; 2],
     y: f64,
-    /// x, height and slope of the lower surface at both ends.
-    bottom: [[f64; 3]; 2],
     warmth: Warmth,
 }
 
 impl Run {
-    /// `None` where no line of the run can touch the material.
-    fn new(
-        straight: &Straight,
-        grid: &DexelGrid,
-        [mut first, mut last]: [usize; 2],
-        y: f64,
-        high: f64,
-        ends: &mut Ends,
-    ) -> Option<Self> {
-        let at = |i: usize, warmth: &mut Warmth| straight.bottom(grid.x(i), y, warmth).map(|[z, s]| [grid.x(i), z, s]);
-        let left = loop {
-            match at(first, &mut ends.0[0]) {
-                Some(bottom) => break bottom,
-                None if first == last => return None,
-                None => first += 1,
-            }
-        };
-        let right = loop {
-            match at(last, &mut ends.0[1]) {
-                Some(bottom) => break bottom,
-                None if first == last => return None,
-                None => last -= 1,
-            }
-        };
-        let bottom = [left, right];
-        let is_clear = least_between(&bottom) >= high + CLEAR;
-        (!is_clear).then_some(Self { columns: [first, last], y, bottom, warmth: ends.0[0] })
-    }
-
-    /// A height that the solid is not below.
-    #[inline(always)]
-    fn floor(&self, x: f64) -> f64 {
-        let [[x0, z0, s0], [x1, z1, s1]] = self.bottom;
-        let (left, right) = (z0 + s0 * (x - x0), z1 + s1 * (x - x1));
-        if left > right { left } else { right }
-    }
-
     /// What the line at x loses at most, if it may lose anything; its material ends at `highest`.
     #[inline]
     pub(crate) fn interval(&mut self, straight: &Straight, x: f64, highest: f64) -> Option<[f64; 2]> {
-        if self.floor(x) >= highest + CLEAR {
-            return None;
-        }
         let [from, _] = straight.bottom(x, self.y, &mut self.warmth)?;
         if from >= highest {
             return None;
         }
+        if straight.holds(x, self.y, highest) {
+            return Some([from, f64::INFINITY]);
+        }
         let [to, _] = straight.top(x, self.y, &mut self.warmth)?;
         Some([from, to])
     }
-}
-
-/// Lower bound of a convex function between two places from its values and slopes there.
-fn least_between(ends: &[[f64; 3]; 2]) -> f64 {
-    let [[x0, z0, s0], [x1, z1, s1]] = *ends;
-    if s0 >= 0.0 {
-        return z0;
-    }
-    if s1 <= 0.0 {
-        return z1;
-    }
-    // Where the tangents meet.
-    let x = ((z1 - s1 * x1) - (z0 - s0 * x0)) / (s0 - s1);
-    z0 + s0 * (x.clamp(x0, x1) - x0)
 }
 
 /// Cutting a run.
@@ -110,22 +53,22 @@ pub(crate) struct Scan<'a, 'b> {
 }
 
 impl NullaryFnOnce for Scan<'_, '_> {
-    /// Length taken out, mm, and number of lines that lost any.
-    type Output = (f64, u64);
+    /// Length taken out, mm, number of lines that lost any, and what is known then.
+    type Output = (f64, u64, Warmth);
 
     #[inline(always)]
-    fn call(mut self) -> (f64, u64) {
+    fn call(mut self) -> Self::Output {
         let [mut i, last] = self.run.columns;
         let mut lost = (0.0, 0);
         while i <= last {
             i += self.block(i, last, &mut lost);
         }
-        lost
+        (lost.0, lost.1, self.run.warmth)
     }
 }
 
 impl Scan<'_, '_> {
-    /// Eight lines or what is left of the row, or one; returns how many.
+    /// Eight lines or what is left of the row; returns how many.
     #[inline(always)]
     fn block(&mut self, first: usize, last: usize, lost: &mut (f64, u64)) -> usize {
         let n = LANES.min(last - first + 1);
@@ -141,7 +84,7 @@ impl Scan<'_, '_> {
         let mut is_clear = true;
         for l in 0..LANES {
             x[l] = x0 + l as f64 * cell;
-            floors[l] = self.run.floor(x[l]);
+            floors[l] = self.straight.floor_at(x[l], self.run.y);
             is_clear &= floors[l] >= tops[l] + CLEAR;
         }
         if is_clear {
@@ -152,10 +95,7 @@ impl Scan<'_, '_> {
         for l in 0..LANES {
             looks[l] = if tops[l] == f64::NEG_INFINITY { floors[l] } else { tops[l] };
         }
-        let Some(found) = self.straight.verdicts(&x, self.run.y, &looks, &floors, &self.run.warmth) else {
-            self.one(line, x[0], tops[0], lost);
-            return 1;
-        };
+        let found = self.straight.verdicts(&x, self.run.y, &looks, &floors, &mut self.run.warmth);
         for l in 0..n {
             if found.is_untouched[l] || tops[l] == f64::NEG_INFINITY {
                 continue;
@@ -201,18 +141,21 @@ pub(crate) fn rows_to_look_at(
     (!is_apart && first <= last).then_some(first..=last)
 }
 
-/// The lines of a row of a tile that a solid meets, if they may lose anything; `bounds` are those of the row's material.
+/// The lines of a row of a tile that a solid may meet, if they may lose anything; `bounds` are those of the row's
+/// material. `warmth` is what is known from the row before.
 pub(crate) fn run_of_row(
     grid: &DexelGrid,
     i0: usize,
     j: usize,
     [low, high]: [f64; 2],
     straight: &Straight,
-    ends: &mut Ends,
+    warmth: &Warmth,
 ) -> Option<Run> {
     let columns = straight.rows.within(j, i0, i0 + SIDE - 1)?;
     if high == f64::NEG_INFINITY || straight.bounds[0] >= high + CLEAR || straight.bounds[1] <= low - CLEAR {
         return None;
     }
-    Run::new(straight, grid, columns, grid.y(j), high, ends)
+    let y = grid.y(j);
+    let is_clear = straight.floor(columns.map(|i| grid.x(i)), [y, y]) >= high + CLEAR;
+    (!is_clear).then_some(Run { columns, y, warmth: *warmth })
 }

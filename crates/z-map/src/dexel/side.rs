@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use crate::dexel::body::{Corner, Entry, Placed, Support};
-use crate::dexel::lanes::{Verdicts, Wide};
+use crate::dexel::lanes::{Lanes, Verdicts, Wide};
 
 /// A body's straight motion, seen from below.
 ///
@@ -120,16 +120,29 @@ impl<'a> Side<'a> {
         all.reduce(|least, entry| if entry.height < least.height { entry } else { least })
     }
 
-    /// What eight lines lose as far as the start or the end tells, whichever the last line met; `None` where it met the
-    /// tunnel.
+    /// Whether a point is inside the body at the start or at the end.
+    pub(crate) fn holds(&self, p: &Vector3<f64>) -> bool {
+        self.start.holds(p) || self.end.holds(p)
+    }
+
+    /// What eight lines lose, as far as that is quickly told: first by the part that the last line met.
     #[inline(always)]
-    pub(crate) fn verdicts(&self, x: &Wide, y: f64, tops: &Wide, floors: &Wide, warm: &Warm) -> Option<Verdicts> {
-        let (cap, sense) = match warm.part {
-            Part::Start => (&self.start, 1.0),
-            Part::End => (&self.end, -1.0),
-            Part::Tunnel => return None,
+    pub(crate) fn verdicts(&self, x: &Wide, y: f64, tops: &Wide, floors: &Wide, warm: &mut Warm) -> Verdicts {
+        let motion = self.motion.into();
+        let lanes = Lanes { start: &self.start, motion, x: *x, y, tops: *tops, floors: *floors };
+        if warm.part != Part::Tunnel {
+            let verdicts = lanes.cap(if warm.part == Part::End { 1.0 } else { 0.0 });
+            if verdicts.are_complete() {
+                return verdicts;
+            }
+        }
+        let (verdicts, share) = lanes.any();
+        warm.part = match share {
+            0.0 => Part::Start,
+            1.0 => Part::End,
+            _ => Part::Tunnel,
         };
-        Some(cap.verdicts(&self.motion.into(), sense, x, y, tops, floors))
+        verdicts
     }
 
     /// Entry into the body at the start (0) or at the end (1).

@@ -69,8 +69,8 @@ impl<'a> Straight<'a> {
 
     /// What eight lines lose, as far as that is quickly told.
     #[inline(always)]
-    pub(crate) fn verdicts(&self, x: &Wide, y: f64, tops: &Wide, floors: &Wide, warmth: &Warmth) -> Option<Verdicts> {
-        self.below.verdicts(x, y, tops, floors, &warmth.below)
+    pub(crate) fn verdicts(&self, x: &Wide, y: f64, tops: &Wide, floors: &Wide, warmth: &mut Warmth) -> Verdicts {
+        self.below.verdicts(x, y, tops, floors, &mut warmth.below)
     }
 
     /// Height at which the line leaves, and slope of the surface along x there.
@@ -78,6 +78,20 @@ impl<'a> Straight<'a> {
     pub(crate) fn top(&self, x: f64, y: f64, warmth: &mut Warmth) -> Option<[f64; 2]> {
         let entry = self.above.entry(x, y, &mut warmth.above)?;
         Some([-entry.height, entry.normal.x / entry.normal.z])
+    }
+
+    /// Whether a point is inside the body at the start or at the end, which is enough to be inside the swept solid.
+    #[inline]
+    pub(crate) fn holds(&self, x: f64, y: f64, z: f64) -> bool {
+        self.below.holds(&Vector3::new(x, y, z))
+    }
+
+    /// A height that the solid is not below.
+    #[inline(always)]
+    pub(crate) fn floor_at(&self, x: f64, y: f64) -> f64 {
+        let [Floor([a, b, c]), Floor([d, e, f])] = self.floors;
+        let (a, b) = (a * x + b * y + c, d * x + e * y + f);
+        if a > b { a } else { b }
     }
 
     /// A height that the solid is not below over a rectangle.

@@ -3,6 +3,10 @@ pub(crate) const SIDE: usize = 32;
 /// Lines of a tile.
 pub(crate) const LINES: usize = SIDE * SIDE;
 
+/// Length that is too little to be taken out of an interval, mm: surfaces that are cut again along the same solid differ by
+/// rounding. Smaller, every repeated cut would take dust off; larger, cuts would be less than exact.
+pub(crate) const DUST: f64 = 1e-9;
+
 /// One interval of material, both ends included, mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interval {
@@ -122,14 +126,14 @@ impl Tile {
         *bits = if rest.is_empty() { *bits & !bit } else { *bits | bit };
     }
 
-    /// Takes what is strictly between two heights out of a line; returns the length removed, mm.
+    /// Takes what is strictly between two heights out of a line, unless it is [`DUST`]; returns the length removed, mm.
     pub(crate) fn subtract(&mut self, line: usize, from: f64, to: f64) -> f64 {
         if self.has_more(line) {
             return self.subtract_from_many(line, from, to);
         }
         let (bottom, top) = (self.bottom[line], self.top[line]);
         let (low, high) = (from.max(bottom), to.min(top));
-        if low >= high || low.is_nan() || high.is_nan() {
+        if high - low <= DUST || low.is_nan() || high.is_nan() {
             return 0.0;
         }
         match (bottom < low, high < top) {
@@ -146,7 +150,7 @@ impl Tile {
         let mut left = Vec::with_capacity(8);
         for Interval { bottom, top } in self.intervals(line) {
             let (low, high) = (from.max(bottom), to.min(top));
-            if low < high {
+            if high - low > DUST {
                 removed += high - low;
                 let parts = [Interval { bottom, top: low }, Interval { bottom: high, top }];
                 left.extend(parts.into_iter().filter(|i| i.bottom < i.top));
