@@ -176,22 +176,42 @@ impl TurnedBody {
         best
     }
 
-    /// The same for several points: distance, and the normal's parts across and along the axis.
+    /// The same for several points: distance (less beyond the upper edge), and the normal's parts across and along the axis.
     #[inline(always)]
     pub(crate) fn gaps(&self, radial: &Wide, height: &Wide) -> (Wide, Wide, Wide) {
         let (mut gap, mut across, mut along) = ([f64::NEG_INFINITY; LANES], [0.0; LANES], [-1.0; LANES]);
         for arc in &self.arcs {
+            let RoundRing { radius, height: level, rounding } = arc.ring;
+            let ([from_x, from_z], [to_x, to_z]) = (arc.from, arc.to);
+            if rounding == 0.0 && from_z >= 0.0 {
+                // The upper edge: the surfaces at it have the same zeroes, and need no root.
+                for l in 0..LANES {
+                    let (x, z) = (radial[l] - radius, height[l] - level);
+                    let (from, to) = (from_x * x + from_z * z, to_x * x + to_z * z);
+                    let is_from = from >= to;
+                    let side = if is_from { from } else { to };
+                    let is_best = side > gap[l];
+                    gap[l] = if is_best { side } else { gap[l] };
+                    across[l] = if is_best { if is_from { from_x } else { to_x } } else { across[l] };
+                    along[l] = if is_best { if is_from { from_z } else { to_z } } else { along[l] };
+                }
+                continue;
+            }
             for l in 0..LANES {
-                let (x, z) = (radial[l] - arc.ring.radius, height[l] - arc.ring.height);
+                // Selections and no branches: this is what the vector instructions are for.
+                let (x, z) = (radial[l] - radius, height[l] - level);
                 let length = (x * x + z * z).sqrt();
-                let is_between = (arc.from[0] * z - arc.from[1] * x >= 0.0)
-                    & (x * arc.to[1] - z * arc.to[0] >= 0.0)
-                    & (length > 0.0);
-                let (from, to) = (arc.from[0] * x + arc.from[1] * z, arc.to[0] * x + arc.to[1] * z);
-                let (side, normal) = if from >= to { (from, arc.from) } else { (to, arc.to) };
+                let (from, to) = (from_x * x + from_z * z, to_x * x + to_z * z);
+                let (past_from, past_to) = (from_x * z - from_z * x, x * to_z - z * to_x);
+                let least = if past_from < past_to { past_from } else { past_to };
+                let is_between = (least >= 0.0) & (length > 0.0);
+                let is_from = from >= to;
+                let side = if is_from { from } else { to };
+                let (side_x, side_z) = (if is_from { from_x } else { to_x }, if is_from { from_z } else { to_z });
                 let part = 1.0 / length;
-                let distance = if is_between { length } else { side } - arc.ring.rounding;
-                let (nx, nz) = if is_between { (x * part, z * part) } else { (normal[0], normal[1]) };
+                let distance = if is_between { length } else { side } - rounding;
+                let nx = if is_between { x * part } else { side_x };
+                let nz = if is_between { z * part } else { side_z };
                 let is_best = distance > gap[l];
                 gap[l] = if is_best { distance } else { gap[l] };
                 across[l] = if is_best { nx } else { across[l] };

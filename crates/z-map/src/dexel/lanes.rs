@@ -39,6 +39,9 @@ const ROUNDING: f64 = 1e-11;
 /// Slope of the entry along the whole motion that counts as level, mm: the entry is too high by less than that.
 const LEVEL: f64 = 1e-9;
 
+/// How often lines are looked at again from a better place.
+const AGAIN: usize = 3;
+
 /// Steps of Newton's method before lines are left to be searched one by one.
 const MAX_STEPS: usize = 7;
 
@@ -94,7 +97,7 @@ impl Lanes<'_, '_> {
         let shares = [share; LANES];
         let sense = 1.0 - 2.0 * share;
         let at_top = self.gaps(&shares, &self.tops);
-        let (is_untouched, is_open) = self.look(&at_top, &shares);
+        let (is_untouched, mut is_open) = self.look(&at_top, &shares);
         let mut verdicts = Verdicts { is_untouched, cut_from: [f64::NAN; LANES] };
         if !is_open.contains(&true) {
             return verdicts;
@@ -106,6 +109,8 @@ impl Lanes<'_, '_> {
             for l in 0..LANES {
                 let step = -here.gap[l] / here.up[l];
                 z[l] += step;
+                // A line that misses is not waited for.
+                is_open[l] &= here.up[l] < 0.0;
                 are_all_done &= ((step.abs() <= -1e-8 * here.up[l]) & (here.up[l] < 0.0)) | !is_open[l];
             }
             if are_all_done {
@@ -136,24 +141,62 @@ impl Lanes<'_, '_> {
             let inner = if g >= 0.0 { 1.0 } else { between };
             share[l] = if f <= 0.0 { 0.0 } else { inner };
         }
-        let at_top = self.gaps(&share, &self.tops);
+        let mut at_top = self.gaps(&share, &self.tops);
         let (mut is_untouched, mut is_open) = self.look(&at_top, &share);
         for l in 0..LANES {
             is_untouched[l] |= looks[0].0[l] | looks[1].0[l];
             is_open[l] = !is_untouched[l] & (is_open[l] | looks[0].1[l] | looks[1].1[l]);
         }
+        self.look_again(&mut is_untouched, &is_open, &mut at_top, &mut share, [&first.facing, &last.facing]);
         let mut verdicts = Verdicts { is_untouched, cut_from: [f64::NAN; LANES] };
         if is_open.contains(&true) {
-            self.lowest(&is_open, self.below(&at_top), &mut share, [&first, &last], &mut verdicts.cut_from);
+            self.lowest(is_open, self.below(&at_top), &mut share, [&first, &last], &mut verdicts.cut_from);
         }
         (verdicts, share[LANES - 1])
+    }
+
+    /// Looks at lines whose material ends outside of the body, but not clearly so, from places where the normal is better
+    /// across the motion.
+    #[inline(always)]
+    fn look_again(
+        &self,
+        is_untouched: &mut [bool; LANES],
+        is_open: &[bool; LANES],
+        at_top: &mut Gaps,
+        share: &mut Wide,
+        ends: [&Wide; 2],
+    ) {
+        let (mut left, mut right) = (([0.0; LANES], *ends[0]), ([1.0; LANES], *ends[1]));
+        for _ in 0..AGAIN {
+            let mut is_known = true;
+            for l in 0..LANES {
+                let is_between = (share[l] > 0.0) & (share[l] < 1.0);
+                is_known &= is_untouched[l] | is_open[l] | !is_between;
+                let f = at_top.facing[l];
+                let is_left = f > 0.0;
+                left.0[l] = if is_left { share[l] } else { left.0[l] };
+                left.1[l] = if is_left { f } else { left.1[l] };
+                right.0[l] = if is_left { right.0[l] } else { share[l] };
+                right.1[l] = if is_left { right.1[l] } else { f };
+                let next = left.0[l] + left.1[l] * (right.0[l] - left.0[l]) / (left.1[l] - right.1[l]);
+                share[l] = if is_between & (next > 0.0) & (next < 1.0) { next } else { share[l] };
+            }
+            if is_known {
+                return;
+            }
+            *at_top = self.gaps(share, &self.tops);
+            let (more, _) = self.look(at_top, share);
+            for l in 0..LANES {
+                is_untouched[l] |= more[l] & !is_open[l];
+            }
+        }
     }
 
     /// Entries at the places where they are lowest, of the lines that are open.
     #[inline(always)]
     fn lowest(
         &self,
-        is_open: &[bool; LANES],
+        mut is_open: [bool; LANES],
         mut z: Wide,
         share: &mut Wide,
         [first, last]: [&Gaps; 2],
@@ -174,6 +217,7 @@ impl Lanes<'_, '_> {
                 let step = -here.gap[l] / up;
                 z[l] += step;
                 let is_level = (f.abs() <= -LEVEL * up) | ((s == 0.0) & (f <= 0.0)) | ((s == 1.0) & (f >= 0.0));
+                is_open[l] &= up < 0.0;
                 let is_done = is_level & (step.abs() <= -1e-8 * up) & (up < 0.0);
                 cut_from[l] = if is_done & is_open[l] { z[l] } else { f64::NAN };
                 are_all_done &= is_done | !is_open[l];
