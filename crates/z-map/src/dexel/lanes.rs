@@ -135,11 +135,11 @@ impl Lanes<'_, '_> {
         let [first, last] = [self.gaps(&ends[0], &self.tops), self.gaps(&ends[1], &self.tops)];
         let looks = [self.look(&first, &ends[0]), self.look(&last, &ends[1])];
         let mut share = [0.0; LANES];
-        for l in 0..LANES {
+        for (l, share) in share.iter_mut().enumerate() {
             let (f, g) = (first.facing[l], last.facing[l]);
             let between = f / (f - g);
             let inner = if g >= 0.0 { 1.0 } else { between };
-            share[l] = if f <= 0.0 { 0.0 } else { inner };
+            *share = if f <= 0.0 { 0.0 } else { inner };
         }
         let mut at_top = self.gaps(&share, &self.tops);
         let (mut is_untouched, mut is_open) = self.look(&at_top, &share);
@@ -255,10 +255,10 @@ impl Lanes<'_, '_> {
     #[inline(always)]
     fn below(&self, at_top: &Gaps) -> Wide {
         let mut z = self.floors;
-        for l in 0..LANES {
+        for (l, z) in z.iter_mut().enumerate() {
             let up = at_top.up[l];
-            let step = if up < -1e-3 { self.tops[l] - at_top.gap[l] / up } else { z[l] };
-            z[l] = if step > z[l] { step } else { z[l] };
+            let step = if up < -1e-3 { self.tops[l] - at_top.gap[l] / up } else { *z };
+            *z = if step > *z { step } else { *z };
         }
         z
     }
