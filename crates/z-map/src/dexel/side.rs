@@ -66,6 +66,10 @@ pub(crate) struct Warm {
 /// by less than this. Much smaller, and rounding of the tunnel's heights would be larger than that.
 const ALONG_LINES: f64 = 1e-9;
 
+/// How far beside the line the point may be whose tangent plane tells the height, mm: the height is wrong by its square over
+/// the radius of curvature.
+const REACHED: f64 = 1e-6;
+
 /// Sine of the angle between the plane of a flat end and the motion below which it slides in its plane. On a body of
 /// 100 mm the swept solid is wrong by 10⁻⁷ mm.
 const IN_PLANE: f64 = 1e-9;
@@ -202,7 +206,9 @@ impl Tunnel {
             let width = bracket[1].0 - bracket[0].0;
             let step = off / slope;
             let next = m + step;
-            let has_converged = step.abs() < 1e-8 * (1.0 - m * m) && slope > 0.0;
+            let is_short = step.abs() < 1e-8 * (1.0 - m * m) && slope > 0.0;
+            // Beside a flat end the place jumps: there a short step does not mean that it is reached.
+            let has_converged = is_short && off.abs() < REACHED;
             if has_converged || width < 1e-15 {
                 let point = if has_converged { support.point } else { between(&bracket)? };
                 let share = place(&point);
@@ -213,7 +219,7 @@ impl Tunnel {
                 let height = base.z - (n.x * beside.x + n.y * beside.y) / n.z;
                 return (n.z < 0.0).then_some((Entry { height, normal: n }, share));
             }
-            m = if slope > 0.0 && next > bracket[0].0 && next < bracket[1].0 {
+            m = if slope > 0.0 && !is_short && next > bracket[0].0 && next < bracket[1].0 {
                 next
             } else {
                 0.5 * (bracket[0].0 + bracket[1].0)

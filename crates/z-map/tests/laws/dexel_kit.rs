@@ -51,7 +51,7 @@ pub(crate) fn stamp(cutter: [f64; 3], dilation: f64, pose: &ClPoint, [x, y]: [f6
     let reach = 2.0 * (cutter[0] + cutter[2] + dilation + 1.0);
     let (far_low, far_high) = (pose.tip.z - reach, pose.tip.z + reach);
     let (mut low, mut high) = (far_low, far_high);
-    for _ in 0..120 {
+    for _ in 0..70 {
         let (a, b) = (low + (high - low) / 3.0, high - (high - low) / 3.0);
         if f(a) < f(b) { high = b } else { low = a }
     }
@@ -61,7 +61,7 @@ pub(crate) fn stamp(cutter: [f64; 3], dilation: f64, pose: &ClPoint, [x, y]: [f6
     }
     let root = |mut out: f64| {
         let mut within = inside;
-        for _ in 0..60 {
+        for _ in 0..46 {
             let middle = 0.5 * (out + within);
             if f(middle) > 0.0 { out = middle } else { within = middle }
         }

@@ -9,19 +9,23 @@ use crate::kit::Random;
 const CUTTERS: [[f64; 3]; 6] =
     [[5.0, 1.0, 8.0], [5.0, 0.0, 8.0], [4.0, 4.0, 4.0], [4.0, 4.0, 9.0], [5.0, 2.5, 2.5], [6.0, 0.3, 3.0]];
 
-/// Cuts a deep block and compares every line with stamps. The dilated stamps may be a little wider than said at sharp
-/// edges; lines are compared by what lies outside.
-fn compare(cutter: [f64; 3], sweep: &Sweep, n: u32, dilation: f64, tolerance: f64, beyond: f64) {
-    let half = 13.5;
-    let mut map = block([-half, -half, -40.0], [half, half, 40.0], 1.5);
-    cut(&mut map, sweep.body, sweep.from, sweep.to, tolerance);
-    let grid = *map.grid();
-    for j in 0..grid.n_lines()[1] {
-        for i in 0..grid.n_lines()[0] {
+/// Cuts a block that is higher than the tool, and one that ends within it, and compares every line with stamps: those
+/// dilated by `within` must have lost all, those dilated by `beyond` must have lost all that is lost.
+fn compare(cutter: [f64; 3], sweep: &Sweep, n: u32, within: f64, beyond: f64, tolerance: f64) {
+    let (half, low) = (13.5, -40.0);
+    for top in [40.0, sweep.from.tip.z + 1.3] {
+        let mut map = block([-half, -half, low], [half, half, top], 2.25);
+        cut(&mut map, sweep.body, sweep.from, sweep.to, tolerance);
+        let grid = *map.grid();
+        for (i, j) in (0..grid.n_lines()[1]).flat_map(|j| (0..grid.n_lines()[0]).map(move |i| (i, j))) {
             let at = [grid.x(i), grid.y(j)];
-            let lost = lost(map.intervals(i, j), -40.0, 40.0);
-            let least = stamps(cutter, -beyond, sweep, n, at);
-            let most = stamps(cutter, dilation, sweep, n, at);
+            let lost = lost(map.intervals(i, j), low, top);
+            let mut least = stamps(cutter, within, sweep, n, at);
+            least.retain_mut(|part| {
+                part[1] = part[1].min(top);
+                part[0] < part[1]
+            });
+            let most = stamps(cutter, beyond, sweep, n, at);
             let (missed, extra) = (longest_outside(&least, &lost), longest_outside(&lost, &most));
             assert!(missed < 1e-8, "{cutter:?} {sweep:?} at {at:?}: {missed} mm of {least:?} left, lost {lost:?}");
             assert!(extra < 1e-8, "{cutter:?} {sweep:?} at {at:?}: {extra} mm of {lost:?} beyond {most:?}");
@@ -29,19 +33,47 @@ fn compare(cutter: [f64; 3], sweep: &Sweep, n: u32, dilation: f64, tolerance: f6
     }
 }
 
+/// Compares a motion without a turn.
+fn compare_straight(cutter: [f64; 3], from: Vector3<f64>, step: Vector3<f64>, axis: Vector3<f64>) {
+    let body = body(cutter[0], cutter[1], cutter[2]);
+    let sweep =
+        Sweep { body: &body, from: pose(from.into(), axis.into()), to: pose((from + step).into(), axis.into()) };
+    let n = 12;
+    // Between two stamps no point is farther than half their distance from one.
+    let beyond = step.norm() / (2.0 * f64::from(n)) + 1e-9;
+    compare(cutter, &sweep, n, -1e-9, beyond, 1.0);
+}
+
 #[test]
 fn a_straight_sweep_is_what_stamps_tend_to() {
     let mut random = Random(11);
     for cutter in CUTTERS {
-        let body = body(cutter[0], cutter[1], cutter[2]);
-        for k in 0..3 {
-            let axis = direction(&mut random);
-            let from = random.vector(6.0);
-            let step = random.vector([6.0, 1.0, 0.05][k]);
-            let sweep = Sweep { body: &body, from: pose(from.into(), axis), to: pose((from + step).into(), axis) };
-            let n = 24;
-            let dilation = step.norm() / (2.0 * f64::from(n)) + 1e-9;
-            compare(cutter, &sweep, n, dilation, 1.0, 1e-9);
+        for size in [6.0, 1.0, 0.05] {
+            let axis = Vector3::from(direction(&mut random));
+            compare_straight(cutter, random.vector(6.0), random.vector(size), axis);
+        }
+    }
+}
+
+#[test]
+fn upright_level_and_plunging_sweeps_are_what_stamps_tend_to() {
+    let mut random = Random(12);
+    let z = Vector3::z();
+    for cutter in CUTTERS {
+        let leaning = z + 0.2 * Vector3::x();
+        // Level, ramping, plunging; across the tilt, in the plane of the bottom, along the axis.
+        let cases = [
+            (z, Vector3::new(3.0, 1.0, 0.0)),
+            (z, Vector3::new(3.0, 1.0, -0.5)),
+            (z, -2.0 * z),
+            (leaning, Vector3::new(0.0, 3.0, 0.0)),
+            (leaning, leaning.cross(&Vector3::y())),
+            (leaning, -0.5 * leaning),
+            (-leaning, Vector3::new(0.5, 0.3, 0.1)),
+            (Vector3::x(), Vector3::new(0.0, 2.0, 0.0)),
+        ];
+        for (axis, step) in cases {
+            compare_straight(cutter, random.vector(3.0), step, axis);
         }
     }
 }
@@ -57,11 +89,12 @@ fn a_turning_sweep_is_within_its_tolerance_of_stamps() {
         let step = random.vector(2.0);
         let sweep =
             Sweep { body: &body, from: pose(from.into(), axis.into()), to: pose((from + step).into(), turned.into()) };
-        let n = 40;
+        let n = 24;
         let tolerance = 0.1;
         // Between two stamps no point moves farther than by the step and the turn.
         let moved = step.norm() + axis.angle(&turned) * cutter[0].hypot(cutter[2]);
-        compare(cutter, &sweep, n, tolerance + moved / (2.0 * f64::from(n)) + 1e-9, tolerance, tolerance);
+        let beyond = tolerance + moved / (2.0 * f64::from(n)) + 1e-9;
+        compare(cutter, &sweep, n, -tolerance, beyond, tolerance);
     }
 }
 
