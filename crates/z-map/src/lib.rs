@@ -1,4 +1,5 @@
-//! Z-map of a mesh: one height per node of a regular grid, one proven maximum per cell.
+//! Z-map of a mesh: one height per node of a regular grid, one proven maximum per cell. And dexel maps: stock with several
+//! intervals of material on each line.
 //!
 //! CLOPT tests a tool pose against a Z-map: the surface's z at the (x, y) of a point is compared with the point's z.
 //! Between nodes such an answer is an estimate ([`gouge_estimate`], [`ring_estimate`], [`corners_estimate`]); a
@@ -26,7 +27,28 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! The map's frame is the caller's choice, z pointing away from the material; everything below the topmost surface
+//! A [`DexelMap`] is a solid as parallel lines. What a body of revolution sweeps is taken out of it ([`DexelMap::remove`]),
+//! from each line exactly what is inside, or within a stated tolerance where the axis turns; [`DexelMap::meets`] only asks. It is
+//! made from a box, a cylinder or a closed mesh with an allowance, kept as bytes, and told as a closed mesh.
+//!
+//! ```
+//! use facemill_cl_data::ClPoint;
+//! use facemill_tool_model::Cutter;
+//! use facemill_z_map::{DexelMap, Sweep, TurnedBody};
+//! use nalgebra::{Isometry3, Point3, Vector3};
+//!
+//! let mut stock = DexelMap::of_box(&Isometry3::identity(), [0.0; 3], [60.0, 40.0, 20.0], 0.5)?;
+//! let body = TurnedBody::of_cutter(&Cutter::new(5.0, 1.0, 15.0)?);
+//! let at = |x: f64| ClPoint { tip: Point3::new(x, 20.0, 18.0), axis: Vector3::z_axis() };
+//! let cut = stock.remove(&Sweep { body: &body, from: at(-10.0), to: at(70.0) }, 0.01)?;
+//! // A slot of 10 mm, 2 mm deep, less what its two round corners of 1 mm leave.
+//! let section = 20.0 - 2.0 * (1.0 - std::f64::consts::FRAC_PI_4);
+//! assert!((cut.volume / (60.0 * section) - 1.0).abs() < 0.03);
+//! assert_eq!(DexelMap::from_bytes(&stock.to_bytes())?, stock);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! A Z-map's frame is the caller's choice, z pointing away from the material; everything below the topmost surface
 //! counts as material there, so under an overhang nothing is ever proven free. Lengths are mm. It must not know
 //! machines.
 

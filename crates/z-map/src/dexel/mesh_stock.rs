@@ -30,7 +30,7 @@ pub enum MeshStockError {
         /// Allowance asked for, mm.
         allowance: f64,
     },
-    /// The mesh is too far from the map's origin to be counted in [`QUANTUM`].
+    /// The mesh is too far from the map's origin to be counted in whole quanta of 2⁻²⁶ mm.
     #[error("the stock mesh reaches {reach:.3e} mm from the dexels' origin, more than {:.3e} mm; move it", MAX_REACH)]
     TooFar {
         /// Largest coordinate, map frame, mm.
