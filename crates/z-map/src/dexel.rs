@@ -8,6 +8,7 @@ mod grid;
 mod lanes;
 mod map;
 mod mesh_stock;
+mod placed;
 mod run;
 mod side;
 mod skin;

@@ -1,6 +1,6 @@
 //! Eight lines of a row at once: most of them are decided by one look at where their material ends.
 
-use crate::dexel::body::Placed;
+use crate::dexel::placed::Placed;
 
 /// Lines side by side.
 pub(crate) const LANES: usize = 8;

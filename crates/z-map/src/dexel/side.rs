@@ -2,8 +2,9 @@
 
 use nalgebra::Vector3;
 
-use crate::dexel::body::{Corner, Entry, Placed, Support};
+use crate::dexel::body::Corner;
 use crate::dexel::lanes::{Lanes, Verdicts, Wide};
+use crate::dexel::placed::{Entry, Placed, Support};
 
 /// A body's straight motion, seen from below.
 ///

@@ -5,9 +5,10 @@ use std::f64::consts::PI;
 use facemill_cl_data::ClPoint;
 use nalgebra::Vector3;
 
-use crate::dexel::body::{Placed, TurnedBody};
+use crate::dexel::body::TurnedBody;
 use crate::dexel::grid::DexelGrid;
 use crate::dexel::lanes::{Verdicts, Wide};
+use crate::dexel::placed::Placed;
 use crate::dexel::side::{Side, Warm};
 
 /// Directions in which the outline is bounded on each side of a row: it is too wide by some 10⁻³ of the body's radius.
