@@ -1,9 +1,9 @@
-//! Eight lines of a row at once: most of them are decided by one look at where their material ends.
+//! Sixteen lines of a row at once: most of them are decided by one look at where their material ends.
 
 use crate::dexel::placed::Placed;
 
 /// Lines side by side.
-pub(crate) const LANES: usize = 8;
+pub(crate) const LANES: usize = 16;
 
 /// A number for each of the lines.
 pub(crate) type Wide = [f64; LANES];
@@ -16,7 +16,7 @@ pub(crate) struct Gaps {
     pub(crate) facing: Wide,
 }
 
-/// What is known of eight lines.
+/// What is known of sixteen lines.
 pub(crate) struct Verdicts {
     /// The line's material is below the swept solid.
     pub(crate) is_untouched: [bool; LANES],
@@ -74,7 +74,7 @@ impl Placed<'_> {
     }
 }
 
-/// A run of eight lines whose material ends at `tops`, under a straight sweep that is not below `floors`.
+/// A run of sixteen lines whose material ends at `tops`, under a straight sweep that is not below `floors`.
 pub(crate) struct Lanes<'a, 'b> {
     /// The body at the start of its motion.
     pub(crate) start: &'a Placed<'b>,

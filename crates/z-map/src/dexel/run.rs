@@ -68,7 +68,7 @@ impl NullaryFnOnce for Scan<'_, '_> {
 }
 
 impl Scan<'_, '_> {
-    /// Eight lines or what is left of the row; returns how many.
+    /// Sixteen lines or what is left of the row; returns how many.
     #[inline(always)]
     fn block(&mut self, first: usize, last: usize, lost: &mut (f64, u64)) -> usize {
         let n = LANES.min(last - first + 1);

@@ -130,7 +130,7 @@ impl<'a> Side<'a> {
         self.start.holds(p) || self.end.holds(p)
     }
 
-    /// What eight lines lose, as far as that is quickly told: first by the part that the last line met.
+    /// What sixteen lines lose, as far as that is quickly told: first by the part that the last line met.
     #[inline(always)]
     pub(crate) fn verdicts(&self, x: &Wide, y: f64, tops: &Wide, floors: &Wide, warm: &mut Warm) -> Verdicts {
         let motion = self.motion.into();

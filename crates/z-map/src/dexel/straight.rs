@@ -68,7 +68,7 @@ impl<'a> Straight<'a> {
         Some([entry.height, -entry.normal.x / entry.normal.z])
     }
 
-    /// What eight lines lose, as far as that is quickly told.
+    /// What sixteen lines lose, as far as that is quickly told.
     #[inline(always)]
     pub(crate) fn verdicts(&self, x: &Wide, y: f64, tops: &Wide, floors: &Wide, warmth: &mut Warmth) -> Verdicts {
         self.below.verdicts(x, y, tops, floors, &mut warmth.below)
