@@ -77,7 +77,7 @@ fn threads(n: usize) -> ThreadPool {
 fn dexel(c: &mut Criterion) {
     let pool = threads(1);
     let mut group = c.benchmark_group("dexel");
-    group.sample_size(10).measurement_time(Duration::from_secs(3));
+    group.sample_size(10).warm_up_time(Duration::from_secs(1)).measurement_time(Duration::from_secs(2));
     for (name, radius, corner, axis) in CUTTERS {
         let body = TurnedBody::of_cutter(&Cutter::new(radius, corner, 50.0).expect("lengths are in range"));
         let [along, lifted, single] = [pass(axis, 0.0), pass(axis, 0.01), apart(axis)];
@@ -108,7 +108,7 @@ fn dexel(c: &mut Criterion) {
 /// Wall time.
 fn scaling(c: &mut Criterion) {
     let mut group = c.benchmark_group("dexel_threads");
-    group.sample_size(10).measurement_time(Duration::from_secs(4));
+    group.sample_size(10).warm_up_time(Duration::from_secs(1)).measurement_time(Duration::from_secs(4));
     let (_, radius, corner, axis) = CUTTERS[2];
     let body = TurnedBody::of_cutter(&Cutter::new(radius, corner, 50.0).expect("lengths are in range"));
     let motions = pass(axis, 0.0);

@@ -103,7 +103,7 @@ impl Scan<'_, '_> {
             if found.cut_from[l].is_nan() {
                 self.one(line + l, x[l], tops[l], lost);
             } else {
-                count(self.tile.subtract(line + l, found.cut_from[l], f64::INFINITY), lost);
+                count(self.tile.cut_down(line + l, found.cut_from[l]), lost);
             }
         }
         n

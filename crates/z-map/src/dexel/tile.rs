@@ -84,6 +84,7 @@ impl Tile {
         self.has_further[row] == 0
     }
 
+    #[inline(always)]
     pub(crate) fn has_more(&self, line: usize) -> bool {
         self.has_further[line / SIDE] & (1 << (line % SIDE)) != 0
     }
@@ -143,6 +144,21 @@ impl Tile {
             (true, true) => self.set(line, &[Interval { bottom, top: low }, Interval { bottom: high, top }]),
         }
         high - low
+    }
+
+    /// Takes all above a height out of a line: [`Tile::subtract`] without an upper end.
+    #[inline(always)]
+    pub(crate) fn cut_down(&mut self, line: usize, from: f64) -> f64 {
+        let (bottom, top) = (self.bottom[line], self.top[line]);
+        if self.has_more(line) || from <= bottom {
+            return self.subtract(line, from, f64::INFINITY);
+        }
+        let length = top - from;
+        if length <= DUST || length.is_nan() {
+            return 0.0;
+        }
+        self.top[line] = from;
+        length
     }
 
     fn subtract_from_many(&mut self, line: usize, from: f64, to: f64) -> f64 {
