@@ -91,7 +91,11 @@ fn dexel(c: &mut Criterion) {
                 b.iter_custom(|n| {
                     let once = |_| {
                         let mut map = map.clone();
-                        pool.install(|| spent(|| drop(black_box(removed(&mut map, black_box(sweeps))))))
+                        pool.install(|| {
+                            spent(|| {
+                                black_box(removed(&mut map, black_box(sweeps)));
+                            })
+                        })
                     };
                     (0..n).map(once).sum()
                 });

@@ -1,5 +1,5 @@
-//! Z-map of a mesh: one height per node of a regular grid, one proven maximum per cell. And dexel maps: stock with several
-//! intervals of material on each line.
+//! Z-map of a mesh: one height per node of a regular grid, one proven maximum per cell. And dexel maps: stock with
+//! several intervals of material on each line.
 //!
 //! CLOPT tests a tool pose against a Z-map: the surface's z at the (x, y) of a point is compared with the point's z.
 //! Between nodes such an answer is an estimate ([`gouge_estimate`], [`ring_estimate`], [`corners_estimate`]); a
@@ -27,9 +27,10 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! A [`DexelMap`] is a solid as parallel lines. What a body of revolution sweeps is taken out of it ([`DexelMap::remove`]),
-//! from each line exactly what is inside, or within a stated tolerance where the axis turns; [`DexelMap::meets`] only asks. It is
-//! made from a box, a cylinder or a closed mesh with an allowance, kept as bytes, and told as a closed mesh.
+//! A [`DexelMap`] is a solid as parallel lines. What a body of revolution sweeps is taken out of it
+//! ([`DexelMap::remove`]), from each line exactly what is inside, or within a stated tolerance where the axis turns;
+//! [`DexelMap::meets`] only asks. It is made from a box, a cylinder or a closed mesh with an allowance, kept as
+//! bytes, and told as a closed mesh.
 //!
 //! ```
 //! use facemill_cl_data::ClPoint;

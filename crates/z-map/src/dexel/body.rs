@@ -16,9 +16,9 @@ pub struct RoundRing {
 
 /// A convex body of revolution: the convex hull of rounded rings about one axis.
 ///
-/// Every convex part of a tool is of this kind: a ball is one ring of radius 0, a bull-nose cutter the ring of its corner
-/// and the sharp one at the end of its flute, a section of a shank or holder two rings. Tool frame: origin at the tip, z
-/// toward the spindle, mm.
+/// Every convex part of a tool is of this kind: a ball is one ring of radius 0, a bull-nose cutter the ring of its
+/// corner and the sharp one at the end of its flute, a section of a shank or holder two rings. Tool frame: origin at
+/// the tip, z toward the spindle, mm.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TurnedBody {
     corners: Vec<Corner>,
@@ -41,7 +41,8 @@ pub enum BodyError {
     #[error("a body of revolution needs at least one ring")]
     NoRing,
     /// More rings than the outline is made for.
-    #[error("{0} rings are more than the {max} of one body; give a stack as several bodies", max = TurnedBody::MAX_RINGS)]
+    #[error("{0} rings are more than the {max} of one body; give a stack as several bodies",
+        max = TurnedBody::MAX_RINGS)]
     TooManyRings(usize),
     /// A length is not finite or a radius below zero.
     #[error("ring {index}: radius {}, height {} and rounding {} mm must be finite, radius and rounding not below 0",
@@ -162,7 +163,8 @@ impl TurnedBody {
         best
     }
 
-    /// The same for several points: distance (less beyond the upper edge), and the normal's parts across and along the axis.
+    /// The same for several points: distance (less beyond the upper edge), and the normal's parts across and along
+    /// the axis.
     #[inline(always)]
     pub(crate) fn gaps(&self, radial: &Wide, height: &Wide) -> (Wide, Wide, Wide) {
         let (mut gap, mut across, mut along) = ([f64::NEG_INFINITY; LANES], [0.0; LANES], [-1.0; LANES]);

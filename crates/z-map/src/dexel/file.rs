@@ -58,9 +58,9 @@ pub enum StockFileError {
 impl DexelMap {
     /// The map as bytes: the same bytes for the same map on every machine.
     ///
-    /// Little-endian: magic, version, number of lines along x and y (u32), cell, origin (2), translation (3) and rotation
-    /// (i, j, k, w) of `work_from_map` (f64), number of intervals (u64); the number of intervals of each line, row by row
-    /// (u32); bottom and top of each (f64); the BLAKE3 checksum of all that.
+    /// Little-endian: magic, version, number of lines along x and y (u32), cell, origin (2), translation (3) and
+    /// rotation (i, j, k, w) of `work_from_map` (f64), number of intervals (u64); the number of intervals of each
+    /// line, row by row (u32); bottom and top of each (f64); the BLAKE3 checksum of all that.
     pub fn to_bytes(&self) -> Vec<u8> {
         let grid = &self.grid;
         let [nx, ny] = grid.n_lines();

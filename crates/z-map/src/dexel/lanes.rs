@@ -127,8 +127,8 @@ impl Lanes<'_, '_> {
     /// What is known where lines meet any part, and the place on the motion that the last line touches.
     ///
     /// The place is where the entry is lowest: there the normal is across the motion. It is found by the secant method
-    /// while Newton's method finds the entry. The entry is a convex function of the place, so what it is above its least
-    /// by is not more than its slope.
+    /// while Newton's method finds the entry. The entry is a convex function of the place, so what it is above its
+    /// least by is not more than its slope.
     #[inline(always)]
     pub(crate) fn any(&self) -> (Verdicts, f64) {
         let ends = [[0.0; LANES], [1.0; LANES]];
@@ -155,8 +155,8 @@ impl Lanes<'_, '_> {
         (verdicts, share[LANES - 1])
     }
 
-    /// Looks at lines whose material ends outside of the body, but not clearly so, from places where the normal is better
-    /// across the motion.
+    /// Looks at lines whose material ends outside of the body, but not clearly so, from places where the normal is
+    /// better across the motion.
     #[inline(always)]
     fn look_again(
         &self,
@@ -235,8 +235,8 @@ impl Lanes<'_, '_> {
 
     /// Which lines lose nothing, and which have the end of their material inside the body.
     ///
-    /// A normal at which the material's end is beyond all of the swept solid, and that does not look upward, proves that
-    /// the line loses nothing: all that is below is beyond it as well.
+    /// A normal at which the material's end is beyond all of the swept solid, and that does not look upward, proves
+    /// that the line loses nothing: all that is below is beyond it as well.
     #[inline(always)]
     fn look(&self, at: &Gaps, share: &Wide) -> ([bool; LANES], [bool; LANES]) {
         let (mut is_untouched, mut is_open) = ([false; LANES], [false; LANES]);

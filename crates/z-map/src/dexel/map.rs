@@ -140,7 +140,8 @@ impl DexelMap {
         of_line.into_iter().flat_map(|(tile, line)| self.tiles[tile].intervals(line))
     }
 
-    /// Volume of the material, mm³: the length of all intervals by the area of a cell. The same on any number of threads.
+    /// Volume of the material, mm³: the length of all intervals by the area of a cell. The same on any number of
+    /// threads.
     pub fn volume(&self) -> f64 {
         let lengths: Vec<f64> = self.tiles.par_iter().map(Tile::length).collect();
         lengths.iter().sum::<f64>() * self.grid.cell() * self.grid.cell()

@@ -14,8 +14,8 @@ pub enum MeshStockError {
     #[error(transparent)]
     Grid(#[from] GridError),
     /// A line goes in and out of the mesh at different numbers of places, or out before in.
-    #[error("the stock mesh is not closed and wound outward: the line through ({:.3}, {:.3}, {:.3}) mm goes in \
-        {n_in} times and out {n_out} times, or out first; close the mesh there or turn its triangles", at.x, at.y, at.z)]
+    #[error("the stock mesh is not closed and wound outward: the line through ({:.3}, {:.3}, {:.3}) mm goes \
+        in {n_in} times and out {n_out} times, or out first; close the mesh there or turn its triangles", at.x, at.y, at.z)]
     NotClosed {
         /// Where the line is first out of order, workpiece frame, mm.
         at: Point3<f64>,
@@ -38,8 +38,8 @@ pub enum MeshStockError {
     },
 }
 
-/// Where triangles and lines are rounded to in the lattice's plane, mm: sides of edges are then whole numbers, and exact.
-/// Larger, the stock would be wrong by more; smaller, large parts would not fit.
+/// Where triangles and lines are rounded to in the lattice's plane, mm: sides of edges are then whole numbers, and
+/// exact. Larger, the stock would be wrong by more; smaller, large parts would not fit.
 const QUANTUM: f64 = 1.0 / (1u64 << 26) as f64;
 
 /// Largest coordinate: products of two differences must fit into 127 bits with room to spare.
@@ -71,8 +71,8 @@ impl DexelMap {
     /// The solid that a closed mesh bounds, as lines of a lattice that begins at its low corner. Where shells overlap
     /// there is material.
     ///
-    /// Lines through edges and corners do not leak: each line counts as moved by an infinitely small step, along x and by
-    /// far less along y, and sides are decided exactly on coordinates rounded to 1.5·10⁻⁸ mm.
+    /// Lines through edges and corners do not leak: each line counts as moved by an infinitely small step, along x
+    /// and by far less along y, and sides are decided exactly on coordinates rounded to 1.5·10⁻⁸ mm.
     ///
     /// # Errors
     /// When a line finds the mesh not closed or not wound outward, a length is no number to work with, or the map too
@@ -225,8 +225,9 @@ impl Facet {
     }
 }
 
-/// Twice the area of the triangle from an edge to a place, and whether the place, moved by an infinitely small step along
-/// x and a far smaller one along y, is to the left of the edge. The answer for the edge turned round is the opposite.
+/// Twice the area of the triangle from an edge to a place, and whether the place, moved by an infinitely small step
+/// along x and a far smaller one along y, is to the left of the edge. The answer for the edge turned round is the
+/// opposite.
 fn side(a: Place, b: Place, at: Place) -> (i128, bool) {
     let [dx, dy] = [0, 1].map(|k| i128::from(b[k]) - i128::from(a[k]));
     let [px, py] = [0, 1].map(|k| i128::from(at[k]) - i128::from(a[k]));

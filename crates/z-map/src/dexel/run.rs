@@ -9,8 +9,8 @@ use crate::dexel::lanes::LANES;
 use crate::dexel::straight::{Straight, Warmth};
 use crate::dexel::tile::{SIDE, Tile};
 
-/// What a bound must clear the material by, mm: above the rounding of heights and of the slopes that bounds are made of.
-/// Larger costs the exact answer for lines that are nearly touched.
+/// What a bound must clear the material by, mm: above the rounding of heights and of the slopes that bounds are made
+/// of. Larger costs the exact answer for lines that are nearly touched.
 const CLEAR: f64 = 1e-6;
 
 /// The lines of a row that may meet a swept solid.
@@ -40,7 +40,8 @@ impl Run {
 
 /// Cutting a run.
 ///
-/// Of its own type, because of a closure called by [`pulp::Arch::dispatch`] only a shell would get the vector instructions.
+/// Of its own type, because of a closure called by [`pulp::Arch::dispatch`] only a shell would get the vector
+/// instructions.
 pub(crate) struct Scan<'a, 'b> {
     pub(crate) grid: &'a DexelGrid,
     pub(crate) straight: &'a Straight<'b>,

@@ -63,12 +63,12 @@ pub(crate) struct Warm {
     sine: f64,
 }
 
-/// Length in the lattice's plane below which a motion counts as being along the lines, mm: the swept solid is then wrong
-/// by less than this. Much smaller, and rounding of the tunnel's heights would be larger than that.
+/// Length in the lattice's plane below which a motion counts as being along the lines, mm: the swept solid is then
+/// wrong by less than this. Much smaller, and rounding of the tunnel's heights would be larger than that.
 const ALONG_LINES: f64 = 1e-9;
 
-/// How far beside the line the point may be whose tangent plane tells the height, mm: the height is wrong by its square over
-/// the radius of curvature.
+/// How far beside the line the point may be whose tangent plane tells the height, mm: the height is wrong by its
+/// square over the radius of curvature.
 const REACHED: f64 = 1e-6;
 
 /// Sine of the angle between the plane of a flat end and the motion below which it slides in its plane. On a body of

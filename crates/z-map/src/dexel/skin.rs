@@ -5,8 +5,8 @@ use crate::dexel::map::DexelMap;
 use crate::dexel::tile::Interval;
 
 impl DexelMap {
-    /// The boundary of the material as a closed mesh wound outward, workpiece frame, mm: every interval is the prism over
-    /// its cell, and the mesh encloses exactly the map's [`DexelMap::volume`].
+    /// The boundary of the material as a closed mesh wound outward, workpiece frame, mm: every interval is the prism
+    /// over its cell, and the mesh encloses exactly the map's [`DexelMap::volume`].
     ///
     /// Vertices are shared and no edge ends within another, so every edge has as many triangles on one side as on the
     /// other. Where two prisms touch in an edge only, four triangles meet there.

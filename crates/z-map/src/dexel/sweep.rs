@@ -3,8 +3,8 @@ use nalgebra::{Isometry3, Point3, Unit, Vector3};
 
 use crate::dexel::body::TurnedBody;
 
-/// A body's motion from one pose to another, workpiece frame: the tip on a straight line, the axis turning evenly in the
-/// plane of both.
+/// A body's motion from one pose to another, workpiece frame: the tip on a straight line, the axis turning evenly in
+/// the plane of both.
 #[derive(Clone, Copy, Debug)]
 pub struct Sweep<'a> {
     /// What moves.
@@ -50,12 +50,12 @@ pub const MAX_PIECES: usize = 1 << 16;
 const NO_TURN: f64 = 1e-12;
 
 impl Sweep<'_> {
-    /// Straight motions whose swept solids are, together, within the tolerance of the swept solid: no point of either is
-    /// farther than that from the other. Poses in the map's frame, both of a piece with the same axis.
+    /// Straight motions whose swept solids are, together, within the tolerance of the swept solid: no point of either
+    /// is farther than that from the other. Poses in the map's frame, both of a piece with the same axis.
     ///
-    /// Each piece has the axis of its middle, and its tip is set so that the middle of the body moves from where it is to
-    /// where it will be. With a turn of θ per piece and a body that reaches ρ from its middle, which is c from the tip, a
-    /// point is off by at most ρθ/2 for the axis and cθ²/8 for the chord of the middle's path.
+    /// Each piece has the axis of its middle, and its tip is set so that the middle of the body moves from where it
+    /// is to where it will be. With a turn of θ per piece and a body that reaches ρ from its middle, which is c from
+    /// the tip, a point is off by at most ρθ/2 for the axis and cθ²/8 for the chord of the middle's path.
     pub(crate) fn pieces(
         &self,
         index: usize,

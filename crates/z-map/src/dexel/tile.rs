@@ -3,8 +3,8 @@ pub(crate) const SIDE: usize = 32;
 /// Lines of a tile.
 pub(crate) const LINES: usize = SIDE * SIDE;
 
-/// Length that is too little to be taken out of an interval, mm: surfaces that are cut again along the same solid differ by
-/// rounding. Smaller, every repeated cut would take dust off; larger, cuts would be less than exact.
+/// Length that is too little to be taken out of an interval, mm: surfaces that are cut again along the same solid
+/// differ by rounding. Smaller, every repeated cut would take dust off; larger, cuts would be less than exact.
 pub(crate) const DUST: f64 = 1e-9;
 
 /// One interval of material, both ends included, mm.

@@ -6,8 +6,8 @@ use crate::dexel::map::{Broken, DexelMap, StockError};
 use crate::dexel::mesh_stock::MeshStockError;
 use crate::dexel::sweep::{Sweep, SweepError};
 
-/// One stock as three maps, with lines along the workpiece's x, y and z, that are cut together: walls that are steep for
-/// one are flat for another.
+/// One stock as three maps, with lines along the workpiece's x, y and z, that are cut together: walls that are steep
+/// for one are flat for another.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TriDexel {
     maps: [DexelMap; 3],
