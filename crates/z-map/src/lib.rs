@@ -66,7 +66,7 @@ mod separation;
 pub use certain::certainly_free;
 pub use dexel::{
     BodyError, Broken, Contact, Cut, DexelGrid, DexelMap, GridError, Interval, MAX_PIECES, MeshStockError, RoundRing,
-    StockError, StockFileError, Sweep, SweepError, TriDexel, TurnedBody,
+    Step, StepResult, StockError, StockFileError, Sweep, SweepError, TriDexel, TurnedBody,
 };
 pub use estimate::{PointClearance, Ring, corners_estimate, gouge_estimate, ring_estimate};
 pub use heights::NodeHeights;

@@ -29,7 +29,7 @@ pub struct Contact {
 }
 
 /// Pieces that are placed before tiles are gone through: bounds the memory for their outlines.
-const BATCH: usize = 512;
+pub(crate) const BATCH: usize = 512;
 
 impl DexelMap {
     /// Takes what a body sweeps out of the material.
@@ -95,7 +95,8 @@ impl DexelMap {
             let work = self.work(&placed);
             let busy: Vec<usize> = (0..self.tiles.len()).filter(|&k| !work[k].is_empty()).collect();
             let of_tile = |&k: &usize| {
-                let glance = Glance { map: self, i0: k % tiles_x * SIDE, j0: k / tiles_x * SIDE, tile: &self.tiles[k] };
+                let glance =
+                    Glance { grid: &self.grid, i0: k % tiles_x * SIDE, j0: k / tiles_x * SIDE, tile: &self.tiles[k] };
                 work[k].iter().filter_map(|&p| glance.deepest(&placed[p as usize].1)).reduce(deeper)
             };
             let found: Vec<_> = busy.par_iter().filter_map(of_tile).collect();
@@ -105,7 +106,7 @@ impl DexelMap {
             .map(|(i, j, [from, to])| Contact { place: self.grid.in_work(i, j, 0.5 * (from + to)), depth: to - from }))
     }
 
-    fn pieces<'a>(&self, sweeps: &'a [Sweep<'a>], tolerance: f64) -> Result<Vec<Piece<'a>>, SweepError> {
+    pub(crate) fn pieces<'a>(&self, sweeps: &'a [Sweep<'a>], tolerance: f64) -> Result<Vec<Piece<'a>>, SweepError> {
         let map_from_work = self.grid.work_from_map().inverse();
         let mut pieces = Vec::with_capacity(sweeps.len());
         for (index, sweep) in sweeps.iter().enumerate() {
@@ -116,7 +117,7 @@ impl DexelMap {
     }
 
     /// The pieces that may touch each tile, in order.
-    fn work(&self, placed: &[(usize, Straight)]) -> Vec<Vec<u32>> {
+    pub(crate) fn work(&self, placed: &[(usize, Straight)]) -> Vec<Vec<u32>> {
         let mut work = vec![Vec::new(); self.tiles.len()];
         let tiles_x = self.tiles_x();
         for (p, (_, straight)) in placed.iter().enumerate() {
@@ -131,9 +132,9 @@ impl DexelMap {
     }
 }
 
-type Piece<'a> = (usize, &'a Sweep<'a>, [facemill_cl_data::ClPoint; 2]);
+pub(crate) type Piece<'a> = (usize, &'a Sweep<'a>, [facemill_cl_data::ClPoint; 2]);
 
-fn placed<'a>(batch: &[Piece<'a>], grid: &DexelGrid) -> Vec<(usize, Straight<'a>)> {
+pub(crate) fn placed<'a>(batch: &[Piece<'a>], grid: &DexelGrid) -> Vec<(usize, Straight<'a>)> {
     let place = |(index, sweep, [from, to]): &Piece<'a>| Some((*index, Straight::new(sweep.body, from, to, grid)?));
     if batch.len() > 4 {
         batch.par_iter().filter_map(place).collect()
@@ -142,26 +143,26 @@ fn placed<'a>(batch: &[Piece<'a>], grid: &DexelGrid) -> Vec<(usize, Straight<'a>
     }
 }
 
-type Deepest = (usize, usize, [f64; 2]);
+pub(crate) type Deepest = (usize, usize, [f64; 2]);
 
 /// The deeper one; the first of two that are equal.
-fn deeper(a: Deepest, b: Deepest) -> Deepest {
+pub(crate) fn deeper(a: Deepest, b: Deepest) -> Deepest {
     if b.2[1] - b.2[0] > a.2[1] - a.2[0] { b } else { a }
 }
 
 /// A tile that is being cut.
-struct Window<'a> {
-    grid: &'a DexelGrid,
-    i0: usize,
-    j0: usize,
-    tile: &'a mut Tile,
+pub(crate) struct Window<'a> {
+    pub(crate) grid: &'a DexelGrid,
+    pub(crate) i0: usize,
+    pub(crate) j0: usize,
+    pub(crate) tile: &'a mut Tile,
     /// What vector instructions there are.
-    arch: pulp::Arch,
+    pub(crate) arch: pulp::Arch,
 }
 
 impl Window<'_> {
     /// Length taken out, and number of lines.
-    fn cut(&mut self, straight: &Straight) -> [f64; 2] {
+    pub(crate) fn cut(&mut self, straight: &Straight) -> [f64; 2] {
         let Some(rows) = rows_to_look_at(self.grid, self.i0, self.j0, self.tile, straight) else { return [0.0; 2] };
         let (mut length, mut lines) = (0.0, 0);
         let mut warmth = Warmth::default();
@@ -186,16 +187,16 @@ impl Window<'_> {
 }
 
 /// A tile that is being asked.
-struct Glance<'a> {
-    map: &'a DexelMap,
-    i0: usize,
-    j0: usize,
-    tile: &'a Tile,
+pub(crate) struct Glance<'a> {
+    pub(crate) grid: &'a DexelGrid,
+    pub(crate) i0: usize,
+    pub(crate) j0: usize,
+    pub(crate) tile: &'a Tile,
 }
 
 impl Glance<'_> {
-    fn deepest(&self, straight: &Straight) -> Option<Deepest> {
-        let grid = &self.map.grid;
+    pub(crate) fn deepest(&self, straight: &Straight) -> Option<Deepest> {
+        let grid = self.grid;
         let mut deepest: Option<Deepest> = None;
         let warmth = Warmth::default();
         for j in rows_to_look_at(grid, self.i0, self.j0, self.tile, straight)? {
