@@ -196,7 +196,7 @@ impl DeadCore {
 }
 
 /// Height above the bottom at which the core may not meet stock, mm.
-fn recess(tool: &ToolAssembly) -> f64 {
+pub(crate) fn recess(tool: &ToolAssembly) -> f64 {
     if tool.max_ramp_angle() >= std::f64::consts::FRAC_PI_2 {
         return f64::INFINITY;
     }
@@ -227,7 +227,7 @@ fn depth_in_stock(p: &Point3<f64>, o: &SceneObstacle<'_>) -> Option<f64> {
     (depth > SLACK).then_some(depth)
 }
 
-fn cl_of(work_from_tool: &Isometry3<f64>) -> ClPoint {
+pub(crate) fn cl_of(work_from_tool: &Isometry3<f64>) -> ClPoint {
     ClPoint {
         tip: work_from_tool.translation.vector.into(),
         axis: nalgebra::Unit::new_unchecked(work_from_tool.rotation * Vector3::z()),

@@ -83,8 +83,10 @@ mod rates_laws;
 mod reader_notes;
 mod report;
 mod scene;
+mod segments;
 mod setup;
 mod stepping;
+mod stock_run;
 mod timing;
 mod tool_vectors;
 mod track;
@@ -98,4 +100,5 @@ pub use finding::{
     AxisReading, ClearancePlace, Finding, FindingKind, GougePlace, Measure, Pose, SectionGouge, Verification,
 };
 pub use setup::{GougeSection, ObstacleKind, VerifyError, VerifySettings, VirtualObstacle, VirtualSetup};
+pub use stock_run::{BlockCut, StockRun, run_stock};
 pub use verify::verify;

@@ -20,6 +20,9 @@ pub(crate) struct Report<'a> {
     pub(crate) moves: &'a [Move],
 }
 
+/// What the stock is called that the program cuts; its index is behind those of the obstacles.
+const STOCK: &str = "stock";
+
 impl Report<'_> {
     /// One report of all chunks, which are in the order of the program.
     pub(crate) fn assemble(&self, results: Vec<ChunkResult>, faults: &[TextFault]) -> Verification {
@@ -83,7 +86,7 @@ impl Report<'_> {
         }
     }
 
-    fn finding(&self, e: &Episode) -> Finding {
+    pub(crate) fn finding(&self, e: &Episode) -> Finding {
         let Contact { key, measure, place, ref axes, cl } = e.worst;
         let worst = self.block(e.worst_move);
         let body = match key.body {
@@ -160,7 +163,7 @@ impl Report<'_> {
     }
 
     fn obstacle(&self, index: usize) -> String {
-        self.scene.obstacles[index].name.clone()
+        self.scene.obstacles.get(index).map_or_else(|| STOCK.to_owned(), |o| o.name.clone())
     }
 
     fn block(&self, move_index: usize) -> &ReadBlock {

@@ -192,6 +192,12 @@ pub enum VerifyError {
         /// As given.
         value: f64,
     },
+    /// A motion cannot be swept.
+    #[error("the stock cannot be cut: {problem}")]
+    Sweep {
+        /// Why.
+        problem: String,
+    },
     /// A section does not follow the one before.
     #[error(
         "section `{section}` starts on line {line}: sections must be in the order of their lines, from 1, each on its own"

@@ -1,0 +1,126 @@
+//! The stock as programs cut it: volumes of slots, what meets it in rapids and behind the flute, and laws of the run.
+
+mod kit;
+
+use facemill_cl_data::Silent;
+use facemill_nc_program::{Dialect, read_program};
+use facemill_virtual_machine::{FindingKind, StockRun, VerifySettings, run_stock};
+use facemill_z_map::DexelMap;
+use kit::{CORNER, HEAD, RADIUS, Shop, Text};
+use nalgebra::Isometry3;
+
+const TOLERANCE: f64 = 0.01;
+
+/// A block on the plate, 400 mm square and this high.
+fn block(height: f64, cell: f64) -> DexelMap {
+    DexelMap::of_box(&Isometry3::identity(), [-200.0, -200.0, 0.0], [200.0, 200.0, height], cell).unwrap()
+}
+
+fn run(shop: &Shop, text: &str, stock: &mut DexelMap) -> StockRun {
+    let program = read_program(text, Dialect::Fanuc).unwrap();
+    let before = stock.volume();
+    let run = run_stock(&program, &shop.setup(), &VerifySettings::default(), stock, TOLERANCE, &Silent).unwrap();
+    stock.check_invariants().unwrap();
+    let lost = before - stock.volume();
+    assert!((run.removed_mm3 - lost).abs() <= 1e-9 * before, "{} told, {lost} lost", run.removed_mm3);
+    run
+}
+
+fn kinds(run: &StockRun) -> Vec<(FindingKind, u32)> {
+    run.findings.iter().map(|f| (f.kind, f.worst_line - HEAD)).collect()
+}
+
+/// Straight through the block at this height, in from the side.
+fn slot(shop: &Shop, z: f64) -> String {
+    let start = Text::new(shop).rapid([-260.0, 0.0, z + 200.0]).rapid([-260.0, 0.0, z]);
+    start.cut([260.0, 0.0, z]).rapid([260.0, 0.0, z + 200.0]).text
+}
+
+#[test]
+fn a_slot_has_its_section_times_its_length() {
+    let shop = Shop::new();
+    let section = 2.0 * RADIUS * 10.0 - 2.0 * CORNER * CORNER * (1.0 - std::f64::consts::FRAC_PI_4);
+    let mut errors = Vec::new();
+    for cell in [2.0, 1.0, 0.5] {
+        let run = run(&shop, &slot(&shop, 10.0), &mut block(20.0, cell));
+        assert!(run.findings.is_empty(), "{:?}", run.findings);
+        let exact = 400.0 * section;
+        errors.push((run.removed_mm3 - exact).abs() / exact);
+        let [cut] = run.blocks.iter().filter(|b| b.removed_mm3 > 0.0).collect::<Vec<_>>()[..] else { panic!() };
+        assert!((cut.way_mm - 520.0).abs() < 0.01, "{cut:?}");
+    }
+    // A midpoint rule across a section with two vertical flanks.
+    assert!(errors[0] < 0.02 && errors[2] < 0.002, "{errors:?}");
+}
+
+#[test]
+fn a_rapid_through_the_block_is_found_on_its_line_and_none_above_it() {
+    let shop = Shop::new();
+    let rapid =
+        |z: f64| Text::new(&shop).rapid([-260.0, 0.0, 200.0]).rapid([-260.0, 0.0, z]).rapid([260.0, 0.0, z]).text;
+    let through = run(&shop, &rapid(19.0), &mut block(20.0, 1.0));
+    assert_eq!(kinds(&through), [(FindingKind::RapidCollision, 3)], "{:?}", through.findings);
+    assert_eq!(through.removed_mm3, 0.0);
+    // Half a cell's diagonal is kept.
+    assert!(run(&shop, &rapid(20.8), &mut block(20.0, 1.0)).findings.is_empty());
+    // Where two slots beside each other have been cut before, a rapid between their walls is free.
+    let cut = |text: Text<'_>, y: f64| {
+        let start = Text { shop: &shop, ..text }.rapid([-260.0, y, 200.0]).rapid([-260.0, y, 18.0]);
+        start.cut([260.0, y, 18.0]).rapid([260.0, y, 200.0]).text
+    };
+    let first = cut(Text::new(&shop), -10.0);
+    let both = Text { text: cut(Text { text: first, shop: &shop }, 10.0), shop: &shop };
+    let both = both.rapid([-260.0, 0.0, 200.0]).rapid([-260.0, 0.0, 19.0]).rapid([260.0, 0.0, 19.0]).text;
+    let both = run(&shop, &both, &mut block(20.0, 1.0));
+    assert!(both.findings.is_empty(), "{:?}", both.findings);
+}
+
+#[test]
+fn a_slot_deeper_than_the_flute_is_a_collision_with_the_body_behind_it() {
+    let shop = Shop::new();
+    // The flute ends 12 mm above the tip, and the body behind it is narrower: it meets what is left above.
+    let deep = run(&shop, &slot(&shop, 20.0 - 12.1), &mut block(20.0, 2.0));
+    assert_eq!(kinds(&deep), [(FindingKind::HolderCollision, 3)], "{:?}", deep.findings);
+    assert_eq!(deep.findings[0].body.as_deref(), Some("cutter body section 1"));
+    let shallow = run(&shop, &slot(&shop, 20.0 - 11.9), &mut block(20.0, 2.0));
+    assert!(shallow.findings.is_empty(), "{:?}", shallow.findings);
+}
+
+#[test]
+fn a_plunge_into_the_block_is_too_steep_and_one_beside_it_is_not() {
+    let shop = Shop::new();
+    let plunge = |x: f64| Text::new(&shop).rapid([x, 0.0, 200.0]).rapid([x, 0.0, 30.0]).cut([x, 0.0, 15.0]).text;
+    let inside = run(&shop, &plunge(0.0), &mut block(20.0, 1.0));
+    assert_eq!(kinds(&inside), [(FindingKind::RampTooSteep, 3)], "{:?}", inside.findings);
+    assert!(run(&shop, &plunge(-260.0), &mut block(20.0, 1.0)).findings.is_empty());
+}
+
+/// Turning motions: what is cut does not depend on how blocks are divided, or on the number of threads.
+#[test]
+fn what_is_cut_depends_on_the_motion_alone() {
+    let shop = Shop::new();
+    let pose = |t: f64| {
+        let tilt = 0.05 + 0.25 * t;
+        ([-150.0 + 300.0 * t, 60.0 * t, 12.0 - 6.0 * t], [tilt.sin(), 0.3 * t, tilt.cos()])
+    };
+    let (start, end) = (shop.axes_at(pose(0.0).0, pose(0.0).1), shop.axes_at(pose(1.0).0, pose(1.0).1));
+    let program = |n: usize| {
+        let mut text = Text::new(&shop).rapid_tilted([-260.0, -260.0, 200.0], pose(0.0).1).text;
+        for k in 0..=n {
+            let q = start.lerp(&end, k as f64 / n as f64);
+            let words = shop.words.words(q.as_slice()).unwrap();
+            let words: Vec<String> = words.iter().map(|w| format!("{}{:.5}", w.letter, w.value)).collect();
+            text.push_str(&format!("G1 {} F1000.\n", words.join(" ")));
+        }
+        text
+    };
+    let mut maps = [block(40.0, 1.0), block(40.0, 1.0)];
+    let volumes = [1, 16].map(|n| run(&shop, &program(n), &mut maps[usize::from(n > 1)]).removed_mm3);
+    // Both are within 2·TOLERANCE of the truth on the whole border of what is cut.
+    let border = 4.0 * 400.0 * 100.0;
+    assert!(volumes[0] > 1e5 && (volumes[0] - volumes[1]).abs() < 4.0 * TOLERANCE * border, "{volumes:?}");
+    let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    let mut again = block(40.0, 1.0);
+    one.install(|| run(&shop, &program(1), &mut again));
+    assert_eq!(again, maps[0]);
+}
