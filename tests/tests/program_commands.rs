@@ -360,6 +360,16 @@ fn programs_from_anywhere_are_run_as_the_job_stands() {
     assert_eq!(file["smallest_clearance"]["distance_mm"], json!(planned.report.worst.clearance_mm));
     assert_eq!(file["certificates"]["certified"], file["certificates"]["blocks"]);
 
+    // The stock as it is cut: nothing meets it, and the program finds nothing more to cut in its own rest.
+    let rest = path("rest.stock");
+    let cut = verify("program.nc", &["--stock-cell-mm", "2", "--rest-out", &rest]);
+    assert_eq!(cut.status.code(), Some(0), "{}", String::from_utf8_lossy(&cut.stdout));
+    let removed = |file: &Value| file["stock"]["removed_mm3"].as_f64().unwrap();
+    let first = removed(&found());
+    assert!(first > 0.3 * found()["stock"]["before_mm3"].as_f64().unwrap());
+    assert_eq!(verify("program.nc", &["--rest", &rest]).status.code(), Some(0));
+    assert!(removed(&found()).abs() < 1e-3 * first, "{} of {first}", removed(&found()));
+
     // One position of a pass 0.2 mm deeper along the spindle.
     let is_cut = |l: &str| l.contains(" Z") && l.contains(" B") && l.contains(" F");
     let lines: Vec<&str> = text.lines().collect();
@@ -387,6 +397,10 @@ fn programs_from_anywhere_are_run_as_the_job_stands() {
         ("nothing.nc", &[], "nothing.nc"),
         ("program.nc", &["--setup", "3"], "no setup \"3\""),
         ("program.nc", &["--gouge-mm", "-1"], "at least 0"),
+        ("program.nc", &["--stock-cell-mm", "0"], "dexel cell of 0 mm"),
+        ("program.nc", &["--stock-cell-mm", "1", "--stock-tolerance-mm", "0"], "above 0 mm"),
+        ("program.nc", &["--rest", &path("job.json")], "job.json"),
+        ("program.nc", &["--rest-out", &path("rest.stock")], "nothing is cut"),
         ("program.nc", &["--dialect", "tnc"], "heidenhain"),
     ] {
         let output = verify(program, more);

@@ -68,6 +68,7 @@ mod solution_space;
 pub mod solution_space_file;
 mod solution_svg;
 mod stock;
+mod stock_map;
 mod summary;
 mod timing;
 mod tip_feed;
@@ -91,7 +92,9 @@ pub use refeed::{Refed, RefeedSettings, RefeedSummary, refeed};
 pub use refeed_law::{RefeedLaw, RefeedLawTimes};
 pub use solution_space::{SolutionSpace, SolutionSpaceRequest, solution_space};
 pub use summary::{clock, summary};
-pub use verify_program::{VERIFICATION_FORMAT, VerificationFile, VerifyRequest, verify_program};
+pub use verify_program::{
+    CutRequest, StockReport, VERIFICATION_FORMAT, VerificationFile, Verified, VerifyRequest, verify_program,
+};
 
 pub use facemill_cc_path as cc_path;
 pub use facemill_chip_area as chip_area;

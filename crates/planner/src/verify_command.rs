@@ -6,7 +6,8 @@ use std::process::ExitCode;
 use clap::Args;
 use facemill::nc_program::Dialect;
 use facemill::virtual_machine::Verification;
-use facemill::{Failure, Job, VerificationFile, VerifyRequest, clock, files, verify_program};
+use facemill::z_map::DexelMap;
+use facemill::{CutRequest, Failure, Job, VerificationFile, Verified, VerifyRequest, clock, files, verify_program};
 
 use crate::cli::{Bars, say};
 use crate::feedrate_command::{dialect, dialect_of};
@@ -31,6 +32,18 @@ pub(crate) struct VerifyArguments {
     /// Prove for every block what happens between its ends
     #[arg(long)]
     certificates: bool,
+    /// Cut the stock on lines so far apart, and hold tool assembly and rapids against it as it is at every moment
+    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
+    stock_cell_mm: Option<f64>,
+    /// How far from the truth what is cut may be
+    #[arg(long, value_name = "MM", default_value_t = 0.05, allow_negative_numbers = true)]
+    stock_tolerance_mm: f64,
+    /// Begin with the rest that another program left (--rest-out) in place of the job's stock
+    #[arg(long, value_name = "FILE", conflicts_with = "stock_cell_mm")]
+    rest: Option<PathBuf>,
+    /// File to write the stock behind the program to
+    #[arg(long, value_name = "FILE")]
+    rest_out: Option<PathBuf>,
     /// File to write what was found to, as JSON
     #[arg(short, long, value_name = "FILE")]
     out: Option<PathBuf>,
@@ -50,8 +63,9 @@ pub(crate) fn run(arguments: &VerifyArguments) -> Result<ExitCode, Failure> {
         setup,
         gouge_limit: arguments.gouge_mm,
         certificates: arguments.certificates,
+        cut: cut_of(arguments)?,
     };
-    let file = verify_program(&job, &text, &request, &Bars)?;
+    let Verified { file, rest } = verify_program(&job, &text, &request, &Bars)?;
     let told = told(&file);
     let clean = file.verification.faults().next().is_none();
     if !crate::progress::start_writing() {
@@ -60,8 +74,25 @@ pub(crate) fn run(arguments: &VerifyArguments) -> Result<ExitCode, Failure> {
     if let Some(out) = &arguments.out {
         files::write_one(out, facemill::file_format::to_json(&file).into_bytes())?;
     }
+    if let (Some(out), Some(rest)) = (&arguments.rest_out, rest) {
+        files::write_one(out, rest.to_bytes())?;
+    }
     say(&told)?;
     Ok(if clean { ExitCode::SUCCESS } else { ExitCode::from(1) })
+}
+
+/// What the options say of the stock.
+fn cut_of(arguments: &VerifyArguments) -> Result<Option<CutRequest>, Failure> {
+    let tolerance = arguments.stock_tolerance_mm;
+    if let Some(path) = &arguments.rest {
+        let rest = DexelMap::from_bytes(&files::read(path)?).map_err(|e| Failure::input(path, e))?;
+        return Ok(Some(CutRequest { cell: rest.grid().cell(), tolerance, rest: Some(rest) }));
+    }
+    match (arguments.stock_cell_mm, &arguments.rest_out) {
+        (Some(cell), _) => Ok(Some(CutRequest { cell, tolerance, rest: None })),
+        (None, Some(out)) => Err(Failure::input(out, "--rest-out needs --stock-cell-mm or --rest: nothing is cut")),
+        (None, None) => Ok(None),
+    }
 }
 
 /// Index of the setup of this name or number.
@@ -103,6 +134,15 @@ fn told(file: &VerificationFile) -> String {
             None => "  smallest clearance none".to_owned(),
         },
     ];
+    if let Some(s) = &file.stock {
+        lines.push(format!(
+            "  stock             {:.1} of {:.1} cm3 cut, on lines {} mm apart; {} blocks in air",
+            s.removed_mm3 / 1000.0,
+            s.before_mm3 / 1000.0,
+            s.cell_mm,
+            s.blocks_in_air
+        ));
+    }
     if let Some(c) = &file.certificates {
         lines.push(format!("  certified blocks  {} of {}", c.certified, c.blocks));
     }

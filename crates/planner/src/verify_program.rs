@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use facemill_nc_program::{Compensation, Dialect, ReadProgram, WordMap, read_program};
-use facemill_virtual_machine::{Certificates, Verification, VerifySettings, VirtualSetup, certify, verify};
+use facemill_virtual_machine::{Certificates, Verification, VerifySettings, VirtualSetup, certify, run_stock, verify};
+use facemill_z_map::DexelMap;
 use nalgebra::Isometry3;
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -13,13 +14,14 @@ use crate::dual::{HEADS_APART, dual_word_map, merged_runs, proven_for_both};
 use crate::load::{Job, Setup};
 use crate::output::{name_obstacles, not_verified, virtual_obstacles};
 use crate::program::{rtcp_frame, word_map};
+use crate::stock_map::stock_map;
 use crate::{Failure, Stages};
 
 /// Value of the key `format` in the file of a verification.
 pub const VERIFICATION_FORMAT: &str = "facemill-verification/1";
 
 /// How a program is run.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct VerifyRequest<'a> {
     /// What errors call the program.
     pub program: &'a Path,
@@ -32,6 +34,44 @@ pub struct VerifyRequest<'a> {
     pub gouge_limit: Option<f64>,
     /// Prove what every block does between its ends, too.
     pub certificates: bool,
+    /// Cut the stock as the program goes, and hold tool assembly and rapids against it as it then is. Without it they are held
+    /// against the stock as it was at first.
+    pub cut: Option<CutRequest>,
+}
+
+/// How stock is cut.
+#[derive(Clone, Debug)]
+pub struct CutRequest {
+    /// Distance of the lines that the stock is made of, mm.
+    pub cell: f64,
+    /// How far from the truth what is cut may be, mm.
+    pub tolerance: f64,
+    /// The rest of another program, which this one begins with in place of the job's stock.
+    pub rest: Option<DexelMap>,
+}
+
+/// What was found, and what is left of the stock where it was cut.
+#[derive(Clone, Debug)]
+pub struct Verified {
+    /// As it is written.
+    pub file: VerificationFile,
+    /// The stock behind the program.
+    pub rest: Option<DexelMap>,
+}
+
+/// What was cut.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct StockReport {
+    /// Distance of the lines that the stock is made of, mm.
+    pub cell_mm: f64,
+    /// How far from the truth what is cut may be, on every line, mm.
+    pub tolerance_mm: f64,
+    /// Volume of the stock before the program, mm³.
+    pub before_mm3: f64,
+    /// What the program took, mm³.
+    pub removed_mm3: f64,
+    /// Cutting blocks that took nothing.
+    pub blocks_in_air: usize,
 }
 
 /// What a program does on a job's setup, as it is written.
@@ -50,6 +90,9 @@ pub struct VerificationFile {
     /// What the run showed.
     #[serde(flatten)]
     pub verification: Verification,
+    /// What was cut; absent where the stock was not.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stock: Option<StockReport>,
     /// What is proven of each block; absent where it was not asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub certificates: Option<Certificates>,
@@ -59,8 +102,8 @@ pub struct VerificationFile {
 /// fixtures and stock. Of two heads it is run for each.
 ///
 /// How the program was made does not matter; the operations of the job only say how deep the cutter may go. What it
-/// guarantees is what [`verify`] does: positions are tested exactly, between them only certificates prove something, and
-/// the stock is as it was before cutting.
+/// guarantees is what [`verify`] does: positions are tested exactly, and between them only certificates prove something.
+/// Where the stock is cut, what [`run_stock`] guarantees holds, too.
 ///
 /// # Errors
 /// When a file of the job is wrong, the setup does not exist, the program is not understood (line, column and text), or the
@@ -70,7 +113,7 @@ pub fn verify_program(
     text: &[u8],
     request: &VerifyRequest<'_>,
     stages: &dyn Stages,
-) -> Result<VerificationFile, Failure> {
+) -> Result<Verified, Failure> {
     let setups = &job.file.setups;
     let setup = setups
         .get(request.setup)
@@ -78,22 +121,28 @@ pub fn verify_program(
     if request.gouge_limit.is_some_and(|g| !(g >= 0.0 && g.is_finite())) {
         return Err(job.wrong("the gouge limit must be a depth of at least 0 mm"));
     }
+    if request.cut.as_ref().is_some_and(|c| !(c.tolerance > 0.0 && c.tolerance.is_finite())) {
+        return Err(job.wrong("the tolerance of the cut stock must be a length above 0 mm"));
+    }
     let program = read_program(text, request.dialect).map_err(|e| Failure::input(request.program, e))?;
     let gouge_limit = request.gouge_limit.unwrap_or_else(|| {
         let limits = job.operations_of(setup).map(|(_, o)| budget(job, o).simulated());
         limits.reduce(f64::min).unwrap_or(0.0)
     });
     let run = Run { program: &program, request, gouge_limit, stages };
-    let (verification, certificates) = if job.second.is_some() { run.two_heads(job)? } else { run.one_head(job)? };
-    Ok(VerificationFile {
+    let mut found = if job.second.is_some() { run.two_heads(job)? } else { run.one_head(job)? };
+    found.verification.findings.sort_by_key(|f| (f.first_line, f.kind));
+    let file = VerificationFile {
         format: VERIFICATION_FORMAT,
         job: job.file.name.clone(),
         setup: setup.name.clone(),
         dialect: request.dialect.name().to_owned(),
         gouge_limit_mm: gouge_limit,
-        verification,
-        certificates,
-    })
+        verification: found.verification,
+        stock: found.stock,
+        certificates: found.certificates,
+    };
+    Ok(Verified { file, rest: found.rest })
 }
 
 /// A program and how it is looked at.
@@ -104,7 +153,13 @@ struct Run<'a> {
     stages: &'a dyn Stages,
 }
 
-type Found = (Verification, Option<Certificates>);
+/// What the runs show.
+struct Found {
+    verification: Verification,
+    certificates: Option<Certificates>,
+    stock: Option<StockReport>,
+    rest: Option<DexelMap>,
+}
 
 impl Run<'_> {
     fn one_head(&self, job: &Job) -> Result<Found, Failure> {
@@ -118,11 +173,56 @@ impl Run<'_> {
             }
             None => Isometry3::identity(),
         };
-        self.found(&virtual_setup(job, &setup, &words, frame), &setup, "")
+        let at = virtual_setup(job, &setup, &words, frame);
+        let mut found = self.found(&at, &setup, "")?;
+        if let Some(cut) = &self.request.cut {
+            self.cut(job, &at, &setup, cut, &mut found)?;
+        }
+        Ok(found)
+    }
+
+    /// Cuts the stock, and adds what was found to the rest.
+    fn cut(
+        &self,
+        job: &Job,
+        at: &VirtualSetup<'_>,
+        setup: &Setup<'_>,
+        cut: &CutRequest,
+        found: &mut Found,
+    ) -> Result<(), Failure> {
+        let mut stock = match &cut.rest {
+            Some(rest) => rest.clone(),
+            None => stock_map(job, setup, cut.cell)?,
+        };
+        let before = stock.volume();
+        let monitor = self.stages.start("cut the stock", self.program.blocks.len());
+        let run = run_stock(self.program, at, &self.settings(), &mut stock, cut.tolerance, &*monitor);
+        let run = run.map_err(not_verified)?;
+        found.verification.findings.extend(run.findings);
+        found.stock = Some(StockReport {
+            cell_mm: stock.grid().cell(),
+            tolerance_mm: cut.tolerance,
+            before_mm3: before,
+            removed_mm3: run.removed_mm3,
+            blocks_in_air: run.blocks.iter().filter(|b| b.removed_mm3 == 0.0).count(),
+        });
+        found.rest = Some(stock);
+        Ok(())
+    }
+
+    fn settings(&self) -> VerifySettings {
+        VerifySettings {
+            gouge_limit: self.gouge_limit,
+            stock_is_cut: self.request.cut.is_some(),
+            ..VerifySettings::default()
+        }
     }
 
     /// For each head, with the other one's tool as it is.
     fn two_heads(&self, job: &Job) -> Result<Found, Failure> {
+        if self.request.cut.is_some() {
+            return Err(job.wrong("the stock of machines with two heads is not cut; verify without it"));
+        }
         if self.uses_rtcp() {
             let message = "its words are the tip's (RTCP), which is not known of machines with two heads";
             return Err(Failure::input(self.request.program, message));
@@ -136,9 +236,10 @@ impl Run<'_> {
             let setup = virtual_setup(&seen[h], &setups[h], &words, frame);
             self.found(&VirtualSetup { machine: &machines[h], ..setup }, &setups[h], ["head 1", "head 2"][h])
         };
-        let ((first, proven), (second, also_proven)) = (of_head(0)?, of_head(1)?);
-        let certificates = proven.zip(also_proven).map(|(a, b)| proven_for_both(&[a, b]));
-        Ok((merged_runs([first, second], Vec::new()), certificates))
+        let (first, second) = (of_head(0)?, of_head(1)?);
+        let certificates = first.certificates.zip(second.certificates).map(|(a, b)| proven_for_both(&[a, b]));
+        let verification = merged_runs([first.verification, second.verification], Vec::new());
+        Ok(Found { verification, certificates, stock: None, rest: None })
     }
 
     fn uses_rtcp(&self) -> bool {
@@ -147,7 +248,7 @@ impl Run<'_> {
     }
 
     fn found(&self, at: &VirtualSetup<'_>, setup: &Setup<'_>, head: &'static str) -> Result<Found, Failure> {
-        let settings = VerifySettings { gouge_limit: self.gouge_limit, ..VerifySettings::default() };
+        let settings = self.settings();
         let blocks = self.program.blocks.len();
         let monitor = self.stages.start(if head.is_empty() { "verify program" } else { head }, blocks);
         let mut verification = verify(self.program, at, &settings, &*monitor).map_err(not_verified)?;
@@ -157,7 +258,7 @@ impl Run<'_> {
             let monitor = self.stages.start("certify program", blocks);
             certify(self.program, at, &settings, &*monitor).map_err(not_verified)
         });
-        Ok((verification, certificates.transpose()?))
+        Ok(Found { verification, certificates: certificates.transpose()?, stock: None, rest: None })
     }
 }
 

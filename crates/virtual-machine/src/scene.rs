@@ -52,8 +52,10 @@ pub(crate) struct SceneObstacle<'a> {
     pub(crate) frame: Frame,
     /// Material that the cutter has to leave on it, mm; the clearance of a body of the machine.
     pub(crate) allowance: f64,
-    /// Distance that everything else and the cutter in rapid keep from its mesh at least, mm.
+    /// Distance that everything else keeps from its mesh at least, mm.
     pub(crate) stock: f64,
+    /// The same of the tool assembly and the cutter in rapid.
+    pub(crate) tool_stock: f64,
     pub(crate) role: Role,
     /// Whether the cutter moves against it.
     pub(crate) meets_cutter: bool,
@@ -103,7 +105,7 @@ impl<'a> Scene<'a> {
         let work_from_table = setup.table_from_work.inverse();
         let links = Links::new(setup.machine);
         let machine = setup.machine.bodies().iter().enumerate();
-        let mut obstacles: Vec<_> = setup.obstacles.iter().map(SceneObstacle::of_mesh).collect();
+        let mut obstacles: Vec<_> = setup.obstacles.iter().map(|o| SceneObstacle::of_mesh(o, settings)).collect();
         let stays = machine.clone().filter(|(_, b)| b.carrier() != Some(Carrier::Head));
         for (k, _) in stays {
             obstacles.push(SceneObstacle::of_body(setup.machine, k, &links, &work_from_table)?);
@@ -123,7 +125,11 @@ impl<'a> Scene<'a> {
         });
         let mut bodies: Vec<_> = tool.chain(moving).collect();
         for body in &mut bodies {
-            body.meets = obstacles.iter().map(|o| may_meet(setup.machine, &links, body.mount, o)).collect();
+            let on_tool = matches!(body.mount, Mount::Tool(_));
+            // What is cut in a run of its own the tool meets there.
+            let is_left = |o: &SceneObstacle<'_>| o.meets_cutter || !on_tool || o.body.is_some();
+            body.meets =
+                obstacles.iter().map(|o| is_left(o) && may_meet(setup.machine, &links, body.mount, o)).collect();
         }
         Ok(Self {
             setup,
@@ -153,7 +159,7 @@ impl<'a> Scene<'a> {
                 Some(CutterLimit { thickness, depth: self.settings.clearance_slack.min(thickness), kind })
             }
             (true, Role::Work(_)) => {
-                let thickness = obstacle.stock.max(obstacle.allowance);
+                let thickness = obstacle.tool_stock.max(obstacle.allowance);
                 Some(CutterLimit { thickness, depth, kind: FindingKind::RapidCollision })
             }
             (false, Role::Work(ObstacleKind::Stock)) => None,
@@ -177,7 +183,7 @@ impl<'a> Scene<'a> {
         let slack = self.settings.clearance_slack;
         match obstacle.role {
             Role::Machine => (body.clearance + obstacle.stock - slack).max(0.0),
-            Role::Work(_) => obstacle.stock + (body.clearance - slack).max(0.0),
+            Role::Work(_) => obstacle.stock_for(body) + (body.clearance - slack).max(0.0),
         }
     }
 }
@@ -264,14 +270,21 @@ impl SceneBody {
 }
 
 impl<'a> SceneObstacle<'a> {
-    fn of_mesh(o: &VirtualObstacle<'a>) -> Self {
+    /// Distance that a body keeps from the mesh at least, mm.
+    pub(crate) fn stock_for(&self, body: &SceneBody) -> f64 {
+        if matches!(body.mount, Mount::Tool(_)) { self.tool_stock } else { self.stock }
+    }
+
+    fn of_mesh(o: &VirtualObstacle<'a>, settings: &VerifySettings) -> Self {
+        let is_cut = settings.stock_is_cut;
         Self {
             name: o.name.clone(),
             frame: Frame::Work,
             allowance: o.allowance,
             stock: o.stock,
+            tool_stock: if is_cut { o.allowance } else { o.stock },
             role: Role::Work(o.kind),
-            meets_cutter: true,
+            meets_cutter: !(is_cut && o.kind == ObstacleKind::Stock),
             // The raw stock is gone where the cutter has been: only of the others is the distance worth telling.
             counts: o.kind != ObstacleKind::Stock,
             body: None,
@@ -298,6 +311,7 @@ impl<'a> SceneObstacle<'a> {
             frame: if stands_still { Frame::Work } else { Frame::Machine(index) },
             allowance: body.clearance,
             stock: body.clearance,
+            tool_stock: body.clearance,
             role: Role::Machine,
             meets_cutter: links.between(Link::Tool, Link::Body(index)) > 0,
             counts: stands_still || body.carrier() == Some(Carrier::OtherHead),

@@ -82,6 +82,10 @@ pub struct VerifySettings {
     pub ramp_slack: f64,
     /// Fraction by which an axis may exceed its largest velocity: feeds are written with few digits.
     pub velocity_slack: f64,
+    /// Whether the stock is cut in a run of its own ([`run_stock`](crate::run_stock)): tool assembly, cutter in rapid, ramps
+    /// and the cutter's core are then held against it there, as it is at every moment, and not here, as it was at first.
+    /// Bodies of the machine still are.
+    pub stock_is_cut: bool,
 }
 
 /// A part of the program, from one line to that of the next section, such as an operation with its error budget.
@@ -120,6 +124,7 @@ impl Default for VerifySettings {
             near_miss: 0.0,
             ramp_slack: 0.1_f64.to_radians(),
             velocity_slack: 0.02,
+            stock_is_cut: false,
         }
     }
 }

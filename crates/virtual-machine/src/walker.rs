@@ -274,7 +274,7 @@ impl<'a> Walker<'a> {
         let scene = self.scene;
         let (body, o) = (&scene.bodies[index], &scene.obstacles[obstacle]);
         let smallest = self.result.clearance.map_or(f64::INFINITY, |c| c.distance);
-        let near = o.stock + body.clearance + scene.settings.near_miss;
+        let near = o.stock_for(body) + body.clearance + scene.settings.near_miss;
         let need = body.rounding + if o.counts { near.max(smallest) } else { near };
         let track = &mut self.bodies[index * scene.obstacles.len() + obstacle];
         let Some(nearest) = track.nearest_within(need, &body.shape, at, o.mesh()) else { return };
@@ -307,6 +307,9 @@ impl<'a> Walker<'a> {
     fn test_ramp(&mut self, here: &Position<'_>, before: &ClPoint, rounding: f64) {
         let scene = self.scene;
         let tool = scene.setup.tool;
+        if scene.settings.stock_is_cut {
+            return;
+        }
         let descent = Descent::between(before, &here.cl, tool.cutter().radius());
         if !descent.is_steeper_than(tool.max_ramp_angle() + scene.settings.ramp_slack, rounding) {
             return;

@@ -81,6 +81,19 @@ impl DexelMap {
         Self::of_mesh_with_allowance(mesh, work_from_map, cell, 0.0)
     }
 
+    /// All that is within an allowance of a mesh, which need not be closed: a layer on both sides of it.
+    ///
+    /// # Errors
+    /// As for [`DexelMap::of_mesh_with_allowance`], but for a mesh that is not closed.
+    pub fn of_layer(
+        mesh: &TriMesh,
+        work_from_map: &Isometry3<f64>,
+        cell: f64,
+        allowance: f64,
+    ) -> Result<Self, MeshStockError> {
+        Self::of_triangles(mesh, work_from_map, cell, (allowance, false))
+    }
+
     /// The solid of a closed mesh and all that is within an allowance of it.
     ///
     /// On each line the material is the mesh's own, and of every triangle all that is not farther from it than the
@@ -93,6 +106,15 @@ impl DexelMap {
         work_from_map: &Isometry3<f64>,
         cell: f64,
         allowance: f64,
+    ) -> Result<Self, MeshStockError> {
+        Self::of_triangles(mesh, work_from_map, cell, (allowance, true))
+    }
+
+    fn of_triangles(
+        mesh: &TriMesh,
+        work_from_map: &Isometry3<f64>,
+        cell: f64,
+        (allowance, is_closed): (f64, bool),
     ) -> Result<Self, MeshStockError> {
         if !(allowance >= 0.0 && allowance.is_finite()) {
             return Err(MeshStockError::BadAllowance { allowance });
@@ -110,7 +132,8 @@ impl DexelMap {
         let bins = bins(&map, &moved, allowance);
         let tiles_x = map.tiles_x();
         let cast = |(k, tile): (usize, &mut Tile)| {
-            Cast { grid: &grid, i0: k % tiles_x * SIDE, j0: k / tiles_x * SIDE }.fill(tile, &moved, &bins[k], allowance)
+            let (i0, j0) = (k % tiles_x * SIDE, k / tiles_x * SIDE);
+            Cast { grid: &grid, i0, j0, is_closed }.fill(tile, &moved, &bins[k], allowance)
         };
         let results: Vec<_> = map.tiles.par_iter_mut().enumerate().map(cast).collect();
         results.into_iter().collect::<Result<(), _>>()?;
@@ -147,6 +170,8 @@ struct Cast<'a> {
     grid: &'a DexelGrid,
     i0: usize,
     j0: usize,
+    /// Whether the mesh bounds a solid.
+    is_closed: bool,
 }
 
 impl Cast<'_> {
@@ -178,7 +203,8 @@ impl Cast<'_> {
             for i in columns[0].max(self.i0)..=columns[1].min(self.i0 + SIDE - 1) {
                 let line = ((j - self.j0) * SIDE + i - self.i0) as u16;
                 let (x, y) = (self.grid.x(i), self.grid.y(j));
-                if let Some((height, is_begin)) = facet.crossing([x, y].map(|c| (c / QUANTUM).round() as i64)) {
+                let place = [x, y].map(|c| (c / QUANTUM).round() as i64);
+                if let Some((height, is_begin)) = facet.crossing(place).filter(|_| self.is_closed) {
                     ends.push(End { line, height, is_begin, is_mesh: true });
                 }
                 if let Some([bottom, top]) = dilated.as_ref().and_then(|d| d.interval(x, y)) {
