@@ -337,6 +337,21 @@ fn programs_that_keep_the_tip_on_a_line_are_planned_and_verified_with_their_rapi
     plan_for("heidenhain", "rtcp", "tip_linear_vector_turned", &["PATHCTRL VECTOR"]);
 }
 
+/// A template without FGROUP lets F count the linear axes alone: not the feeds that were planned.
+#[test]
+fn a_template_that_changes_what_f_counts_is_refused() {
+    let job = tiny_patch();
+    smoothing(&job);
+    let template = Dialect::Siemens840d.template().text;
+    let without = template.replace("FGROUP({%", "; ({%").replace("FGREF[{{", "; [{{");
+    assert_ne!(template, without);
+    job.write("shop.j2", without.as_bytes());
+    let post = [("/post/dialect", json!("siemens_840d")), ("/post/template", json!("shop.j2"))];
+    job.set("job.json", &post);
+    let why = job.try_plan().err().expect("other feeds").to_string();
+    assert!(why.contains("shop.j2") && why.contains("FGROUP") && why.contains("planned"), "{why}");
+}
+
 /// A program from anywhere is run as the job stands: what the plan itself wrote has the figures of its report, with one
 /// block deeper it gouges there, and what is not understood is told by its line.
 #[test]

@@ -177,6 +177,32 @@ impl OwnProgram<'_> {
     }
 }
 
+/// By what share the time of the written program's cuts may differ from the planned one: F words have few digits.
+const SAME_TIME: f64 = 0.02;
+
+/// That the text's feeds mean what was planned: its cutting blocks take the planned time, as the control counts F.
+///
+/// # Errors
+/// When they do not: a shop's own template or dialect file lets F count other axes, or changes feeds.
+pub(crate) fn check_feeds(job: &Job, timed: &Timed, run: Option<&Verification>) -> Result<(), Failure> {
+    let planned = timed.cutting_time + timed.approach_time;
+    let Some(found) = run.map(|v| v.cutting_time_s) else { return Ok(()) };
+    if (found - planned).abs() <= SAME_TIME * planned {
+        return Ok(());
+    }
+    let own = job.file.post.template.as_ref().or(job.file.post.dialect_file.as_ref());
+    let what = format!(
+        "the cutting blocks of the written program take {found:.1} s on the control, {planned:.1} s were planned: its F is not \
+         what was meant"
+    );
+    Err(match own {
+        Some(name) => {
+            job.wrong(format!("post: {name}: {what} (on a Siemens control FGROUP and FGREF say which axes it counts)"))
+        }
+        None => Failure::Internal(what),
+    })
+}
+
 /// The file of the certificates.
 pub(crate) fn certificates_json(certificates: Certificates) -> Vec<u8> {
     facemill_file_format::to_json(&CertificatesFile { format: CERTIFICATES_FORMAT, certificates }).into_bytes()

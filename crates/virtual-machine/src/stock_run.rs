@@ -85,7 +85,7 @@ pub fn run_stock(
         .moves
         .iter()
         .zip(volumes)
-        .filter(|(m, _)| !m.is_rapid())
+        .filter(|(m, _)| !m.is_rapid)
         .map(|(m, (removed_mm3, way_mm))| BlockCut { line: program.blocks[m.block].line, removed_mm3, way_mm });
     let blocks: Vec<BlockCut> = blocks.collect();
     let mut findings: Vec<Finding> = episodes.all.iter().map(|e| report.finding(e)).collect();
@@ -249,7 +249,7 @@ impl Run<'_, '_> {
         let tool = self.scene.setup.tool;
         let descent = Descent::between(&segment.from, &segment.to, tool.cutter().radius());
         let limit = tool.max_ramp_angle() + self.scene.settings.ramp_slack;
-        if volume <= 0.0 || m.is_rapid() || !descent.is_steeper_than(limit, self.coarse.tolerance) {
+        if volume <= 0.0 || m.is_rapid || !descent.is_steeper_than(limit, self.coarse.tolerance) {
             return;
         }
         let key = Key::of_cutter(FindingKind::RampTooSteep, self.scene.obstacles.len());

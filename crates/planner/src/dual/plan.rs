@@ -19,6 +19,7 @@ use crate::load::{Job, Setup};
 use crate::mending::ROUNDS;
 use crate::moves::{Move, MoveSettings, PieceMoves};
 use crate::operation::{Ground, PlannedOperation, move_settings};
+use crate::output::check_feeds;
 use crate::plan::{Clock, PlanSettings, Planned, name_parts, planned_files};
 use crate::reporting::report;
 use crate::{Failure, Stages};
@@ -144,6 +145,7 @@ pub(crate) fn plan_dual_setup(
         operations.into_iter().map(|(head, _, o)| (o, head)).unzip();
     with_mended_stops(&mut planned, &parts);
     let jobs_of: Vec<&Job> = heads.iter().map(|&h| jobs[h]).collect();
+    check_feeds(job, &texts.timed, verifications.as_ref().map(|[first, _]| first))?;
     let verification = verifications.map(|v| merged(v, &heads, &parts, &planned));
     let certificates = certificates.as_ref().map(proven_for_both);
     let turning = texts.turning(&parts, &ground);
