@@ -32,6 +32,15 @@ fn not_negative(field: String, axis: Option<&str>, value: f64) -> Checked {
     if value >= 0.0 { Ok(()) } else { Err(fail(field, axis, FieldProblem::Negative { value })) }
 }
 
+/// Largest length on a machine, mm: a kilometre.
+const FARTHEST: f64 = 1e6;
+
+fn length(field: String, axis: Option<&str>, value: f64) -> Checked {
+    finite(field.clone(), axis, value)?;
+    let is_near = value.abs() <= FARTHEST;
+    if is_near { Ok(()) } else { Err(fail(field, axis, FieldProblem::TooFar { value, largest: FARTHEST })) }
+}
+
 fn range(field: String, axis: Option<&str>, min: f64, max: f64) -> Checked {
     if max < min { Err(fail(field, axis, FieldProblem::EmptyRange { min, max })) } else { Ok(()) }
 }
@@ -43,7 +52,8 @@ pub(crate) fn check_row(field: &str, row: &DhRow) -> Checked {
     });
     let values = [("a_mm", row.a_mm), ("alpha_deg", row.alpha_deg), ("d_mm", row.d_mm), ("theta_deg", row.theta_deg)];
     for (key, value) in values {
-        finite(format!("{field}.{key}"), axis, value)?;
+        let field = format!("{field}.{key}");
+        if key.ends_with("_mm") { length(field, axis, value)? } else { finite(field, axis, value)? }
     }
     check_bodies(&format!("{field}.bodies"), &row.bodies)
 }
@@ -61,7 +71,7 @@ fn prismatic_axis(field: &str, j: &PrismaticJoint, carried_by: Carrier) -> Resul
     let key = |key: &str| format!("{field}.{key}");
     let letter = letter(field, &j.axis)?;
     for (name, value) in [("min_mm", j.min_mm), ("max_mm", j.max_mm), ("home_mm", j.home_mm)] {
-        finite(key(name), axis, value)?;
+        length(key(name), axis, value)?;
     }
     range(key("max_mm"), axis, j.min_mm, j.max_mm)?;
     home_inside(key("home_mm"), axis, j.home_mm, j.min_mm, j.max_mm)?;
@@ -135,16 +145,25 @@ pub(crate) fn check_bodies(field: &str, bodies: &[BodyFile]) -> Checked {
         check_name(&format!("{field}.name"), &body.name)?;
         for (key, values) in [("position_mm", body.position_mm), ("rotation_xyz_deg", body.rotation_xyz_deg)] {
             for (i, v) in values.into_iter().enumerate() {
-                finite(format!("{field}.{key}[{i}]"), None, v)?;
+                length(format!("{field}.{key}[{i}]"), None, v)?;
             }
         }
         not_negative(format!("{field}.clearance_mm"), None, body.clearance_mm)?;
+        length(format!("{field}.clearance_mm"), None, body.clearance_mm)?;
         check_shape(&format!("{field}.shape"), &body.shape)?;
     }
     Ok(())
 }
 
 fn check_shape(field: &str, shape: &ShapeFile) -> Checked {
+    let positive = |field: String, axis: Option<&str>, value: f64| {
+        positive(field.clone(), axis, value)?;
+        length(field, axis, value)
+    };
+    let not_negative = |field: String, axis: Option<&str>, value: f64| {
+        not_negative(field.clone(), axis, value)?;
+        length(field, axis, value)
+    };
     match *shape {
         ShapeFile::Box { size_mm } => size_mm
             .into_iter()

@@ -140,6 +140,14 @@ pub enum FieldProblem {
         /// The value in the file.
         value: f64,
     },
+    /// No machine is that large.
+    #[error("is {value}, more than {largest} from 0: is the unit right?")]
+    TooFar {
+        /// As given, mm.
+        value: f64,
+        /// Largest length, mm.
+        largest: f64,
+    },
     /// The upper end of a range is below the lower one.
     #[error("is {max}, which is below the minimum {min}")]
     EmptyRange {

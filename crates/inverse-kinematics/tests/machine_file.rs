@@ -94,6 +94,12 @@ fn faults_are_told_with_field_and_axis() {
     assert!(refusal(|f| f.tool_chains[0].rows[4].d_mm = f64::NAN).starts_with("tool_chains[0].rows[4].d_mm: "));
     assert!(refusal(|f| f.tool_chains[0].rows[4].bodies[1].clearance_mm = -1.0).contains("bodies[1].clearance_mm"));
     assert!(refusal(|f| f.tool_chains[0].rows[4].bodies[0].name.clear()).contains("bodies[0].name"));
+    let far = |f: &mut MachineFile| f.tool_chains[0].rows[4].bodies[0].position_mm[1] = 2e6;
+    assert!(
+        refusal(far).ends_with("bodies[0].position_mm[1]: is 2000000, more than 1000000 from 0: is the unit right?")
+    );
+    assert!(refusal(|f| f.tool_chains[0].rows[2].a_mm = -1e300).contains("rows[2].a_mm (axis Z): is -1"));
+    assert!(refusal(|f| prismatic(&mut f.tool_chains[0].rows[1]).max_mm = 1e7).contains("max_mm (axis X): is 1000"));
     assert!(refusal(|f| f.feed.max_mm_min = 0.5).starts_with("feed.max_mm_min"));
     assert!(refusal(|f| f.motion.control_tolerance.path_mm = -0.1).contains("control_tolerance.path_mm"));
 }
