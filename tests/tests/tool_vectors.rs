@@ -26,7 +26,7 @@ fn with_vectors(dialect: &str, cutting: &str) -> JobFolder {
         "max_line_length": 150
     });
     let offset = json!({ "linear_mm": { "X": OFFSET[0], "Y": OFFSET[1], "Z": OFFSET[2] } });
-    let job = variant(&[("/post", post), ("/setups/0/work_offset", offset)]);
+    let job = variant(&[("/post", post), ("/setups/0/work_offset", offset), ("/feeds_within", json!("velocity"))]);
     let tolerance = json!({ "path_mm": 0.005, "orientation_deg": 0.001 });
     let motion = json!({ "cutting": cutting, "rapid": "linear", "control_tolerance": tolerance });
     job.set("machine.json", &[("/motion", motion)]);

@@ -6,7 +6,7 @@ mod kit;
 use std::fmt::Write;
 
 use facemill_cl_data::Silent;
-use facemill_inverse_kinematics::{CuttingLawFile, Machine, RapidLawFile};
+use facemill_inverse_kinematics::{AxisValues, CuttingLawFile, Machine, RapidLawFile};
 use facemill_nc_program::{AxisKind, Dialect, read_program};
 use facemill_virtual_machine::{
     Certificates, FindingKind, Verification, VerifySettings, VirtualSetup, certify, verify,
@@ -38,7 +38,11 @@ fn unit([x, y, z]: [f64; 3]) -> [f64; 3] {
 }
 
 fn rotary(shop: &Shop, (tip, axis): Pose) -> String {
-    let words = shop.words.words(shop.axes_at(tip, axis).as_slice()).unwrap();
+    rotary_words(shop, &shop.axes_at(tip, axis))
+}
+
+fn rotary_words(shop: &Shop, axes: &AxisValues) -> String {
+    let words = shop.words.words(axes.as_slice()).unwrap();
     let of = words.iter().filter(|w| w.letter.kind() == AxisKind::Rotary);
     of.fold(String::new(), |mut line, w| {
         write!(line, " {}{:.6}", w.letter, w.value).unwrap();
@@ -59,8 +63,10 @@ fn vector(axis: [f64; 3]) -> String {
 fn start(shop: &Shop, first: Pose) -> String {
     let (tip, above) = (first.0, [first.0[0], first.0[1], 200.0]);
     let at = rotary(shop, first);
+    // At the pole the table turns alone: a vector turned out of it by both axes would have one of them jump.
+    let table = &at[at.find(" C").unwrap()..];
     format!(
-        "G710 G90 G94\nT7 M6\nS2000 M3\nG0 B0 C0\nD1\nTRAORI\nORIWKS ORIVECT\nFGROUP(X,Y,Z)\nG0{}{at}\nG1{} F20\n",
+        "G710 G90 G94\nT7 M6\nS2000 M3\nG0 B0 C0\nD1\nTRAORI\nORIWKS ORIVECT\nFGROUP(X,Y,Z)\nG0{table}\nG0{}{at}\nG1{} F20\n",
         linear(above),
         linear(tip)
     )
@@ -72,9 +78,14 @@ fn with_vectors(shop: &Shop, poses: &[Pose]) -> String {
     text
 }
 
+/// The axes go on from where they are: a jump to the other branch would be no even turn of the tool's vector.
 fn with_words(shop: &Shop, poses: &[Pose]) -> String {
     let mut text = start(shop, poses[0]);
-    poses[1..].iter().for_each(|p| writeln!(text, "G1{}{}", linear(p.0), rotary(shop, *p)).unwrap());
+    let mut at = shop.axes_at(poses[0].0, poses[0].1);
+    for (tip, axis) in &poses[1..] {
+        at = shop.axes_near(*tip, *axis, &at);
+        writeln!(text, "G1{}{}", linear(*tip), rotary_words(shop, &at)).unwrap();
+    }
     text
 }
 

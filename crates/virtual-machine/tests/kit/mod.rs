@@ -102,13 +102,17 @@ impl Shop {
     }
 
     pub fn axes_at(&self, tip: [f64; 3], axis: [f64; 3]) -> AxisValues {
+        self.axes_near(tip, axis, &AxisValues::from([0.0, 0.0, 0.0, 0.3, 0.0]))
+    }
+
+    /// The solution that is nearest to these.
+    pub fn axes_near(&self, tip: [f64; 3], axis: [f64; 3], near: &AxisValues) -> AxisValues {
         let cl = ClPoint { tip: Point3::from(tip), axis: Unit::new_normalize(Vector3::from(axis)) };
         let cl = ClPoint {
             tip: self.table_from_work * cl.tip,
             axis: Unit::new_normalize(self.table_from_work.rotation * cl.axis.into_inner()),
         };
-        let near = AxisValues::from([0.0, 0.0, 0.0, 0.3, 0.0]);
-        self.machine.nearest_inverse(&cl, self.tool.gauge_length(), Some(&near), BranchPreference::Positive).unwrap()
+        self.machine.nearest_inverse(&cl, self.tool.gauge_length(), Some(near), BranchPreference::Positive).unwrap()
     }
 }
 
