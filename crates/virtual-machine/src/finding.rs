@@ -194,6 +194,8 @@ pub enum FindingKind {
     UnknownBlock,
     /// A function of the machine builder (M), which is not simulated.
     UnknownFunction,
+    /// The text chooses another motion between positions, or more smoothing, than the machine file states and is simulated.
+    OtherMotion,
 }
 
 /// Size of a fault, or of what is left.
@@ -312,6 +314,7 @@ impl fmt::Display for FindingKind {
             Self::BehindEnd => "text behind the end of the program",
             Self::UnknownBlock => "block not simulated",
             Self::UnknownFunction => "function not simulated",
+            Self::OtherMotion => "another motion than simulated",
         })
     }
 }

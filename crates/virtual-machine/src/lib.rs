@@ -73,6 +73,7 @@ mod doubts;
 mod episodes;
 mod feeds;
 mod finding;
+mod motion_modes;
 mod moves;
 mod proof;
 mod prover;

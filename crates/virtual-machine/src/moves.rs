@@ -10,6 +10,7 @@ use crate::{
     FindingKind, VerifySettings, VirtualSetup,
     control::{Control, own_head},
     feeds::Feeds,
+    motion_modes::MotionModes,
     tool_vectors::{Unturned, turned_to},
 };
 
@@ -94,6 +95,7 @@ struct State<'a> {
     /// The same by axis, of several heads.
     lengths: AxisLengths,
     /// What F counts.
+    modes: MotionModes,
     feeds: Feeds,
     /// Index of the axis along the spindle of the setup's head; `None` on a machine of one head.
     spindle_axis: Option<usize>,
@@ -126,6 +128,7 @@ impl<'a> State<'a> {
             compensation: Compensation::Off,
             lengths: AxisLengths::default(),
             feeds: Feeds::new(program.dialect),
+            modes: MotionModes::new(setup.machine.motion_law(), program.dialect),
             spindle_axis: setup.words.axes().iter().position(|a| Some(a.letter) == own),
             section: 0,
             out: Moves::default(),
@@ -139,6 +142,9 @@ impl<'a> State<'a> {
             }
         }
         self.feeds.read(block);
+        for note in self.modes.strange(block) {
+            self.fault(FindingKind::OtherMotion, index, None, note);
+        }
         self.start_rtcp(index, block);
         self.cancel(index, block);
         let Some(motion) = &block.motion else { return };

@@ -337,3 +337,35 @@ fn blocks_take_the_time_of_the_axes_that_the_control_counts() {
     };
     assert!(is_clear("") && is_clear("FGROUP(X,Y,Z)\n") && !is_clear(&all("X,Y,Z,B,C")));
 }
+
+/// Words that choose another motion than the machine file states are told where they stand.
+#[test]
+fn words_that_choose_another_motion_are_findings() {
+    let shop = Shop::new();
+    let told = |dialect: Dialect, text: &str| -> Vec<u32> {
+        let program = read_program(text, dialect).unwrap_or_else(|e| panic!("{e}: {text}"));
+        let v = verify(&program, &shop.setup(), &VerifySettings::default(), &Silent).unwrap();
+        v.findings.iter().filter(|f| f.kind == FindingKind::OtherMotion).map(|f| f.first_line).collect()
+    };
+    // The shop's control goes on lines with all axes and smooths nothing.
+    for (word, is_strange) in [
+        ("ORIAXES", false),
+        ("RTLION", false),
+        ("CYCLE832()", false),
+        ("CYCLE832(0,0,1)", false),
+        ("G60", false),
+        ("ORIVECT", true),
+        ("ORICURVE", true),
+        ("RTLIOF", true),
+        ("COMPCAD", true),
+        ("CYCLE832(0.02,1,1)", true),
+        ("G641 ADIS=0.5", true),
+    ] {
+        let found = told(Dialect::Siemens840d, &format!("G710 G90 G94\n{word}\nG0 X0. Y0.\n"));
+        assert_eq!(found, if is_strange { vec![2] } else { vec![] }, "{word}");
+    }
+    for (path, lines) in [("AXIS", vec![]), ("VECTOR", vec![1])] {
+        let text = format!("BEGIN PGM A MM\nFUNCTION TCPM F TCP AXIS POS PATHCTRL {path}\nEND PGM A MM\n");
+        assert_eq!(told(Dialect::Heidenhain, &text), lines.into_iter().map(|l: u32| l + 1).collect::<Vec<_>>());
+    }
+}

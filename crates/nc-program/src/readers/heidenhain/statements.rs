@@ -256,6 +256,7 @@ impl HeidenhainReader {
                 }
                 self.state.has_tcpm = true;
                 self.state.has_axis_feed = joined.contains("F CONT");
+                block.commands.push(ReadCommand::Mode(words.join(" ")));
                 self.state.update_compensation();
             }
             ["FUNCTION", "RESET", "TCPM"] => {
