@@ -54,7 +54,7 @@
 //!
 //! What it measures with is the distance between solids and mesh, not the test the search decided by; what it measures is
 //! the text. A position is tested exactly; between two positions, which are at most a proven distance apart, nothing is
-//! claimed. Stock is a thickness on a mesh or the raw solid: nothing is cut yet.
+//! claimed. There stock is a thickness on a mesh or the raw solid; [`run_stock`] cuts it and holds the tool against what is left.
 //!
 //! A program of a machine with several heads is run once for each ([`VirtualSetup`]); findings name the head in their note.
 //!

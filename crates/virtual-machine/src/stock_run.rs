@@ -49,8 +49,10 @@ pub struct BlockCut {
 /// - A body is asked as it is before its segment is cut: what it meets then is a collision. With its clearance, less
 ///   [`VerifySettings::clearance_slack`], it is asked after the flute has passed.
 /// - In rapids the cutter is asked, with half the diagonal of a cell around it: no rapid through a cell's material is missed.
-/// - Bodies are found wherever they meet the material of a line. A clearance of half a cell's diagonal or more, less the
+/// - What is no deeper than twice the tolerance is no finding: so far the ways may be off.
+/// - Bodies are found wherever else they meet the material of a line. A clearance of half a cell's diagonal or more, less the
 ///   slack, makes up for what lies between lines.
+/// - Faults of the text, and motions that are not simulated, are `verify`'s to tell: nothing is cut on them.
 /// - Bodies of the machine are not asked: `verify` holds them against the stock as it was before cutting.
 ///
 /// The stock is changed in place, and is the rest when this returns without an error; with an error it is of no use. The
