@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use crate::dexel::grid::DexelGrid;
 use crate::dexel::map::DexelMap;
 use crate::dexel::run::{Scan, rows_to_look_at, run_of_row};
+use crate::dexel::steps::{Step, StepResult};
 use crate::dexel::straight::{Straight, Warmth};
 use crate::dexel::sweep::{Sweep, SweepError};
 use crate::dexel::tile::{DUST, SIDE, Tile};
@@ -50,31 +51,9 @@ impl DexelMap {
     /// # Errors
     /// As for one; the index tells which. The map is unchanged then.
     pub fn remove_all(&mut self, sweeps: &[Sweep], tolerance: f64) -> Result<Vec<Cut>, SweepError> {
-        let pieces = self.pieces(sweeps, tolerance)?;
-        let mut cuts = vec![Cut::default(); sweeps.len()];
-        let grid = self.grid;
-        let tiles_x = self.tiles_x();
-        let arch = pulp::Arch::new();
-        for batch in pieces.chunks(BATCH) {
-            let placed = placed(batch, &grid);
-            let work = self.work(&placed);
-            let of_tile = |(k, tile): (usize, &mut Tile)| {
-                let mut window = Window { grid: &grid, i0: k % tiles_x * SIDE, j0: k / tiles_x * SIDE, tile, arch };
-                let cut = |&p: &u32| (placed[p as usize].0, window.cut(&placed[p as usize].1));
-                work[k].iter().map(cut).collect::<Vec<_>>()
-            };
-            let is_worth_threads = placed.len() > 4;
-            let losses: Vec<Vec<(usize, [f64; 2])>> = if is_worth_threads {
-                self.tiles.par_iter_mut().enumerate().map(of_tile).collect()
-            } else {
-                self.tiles.iter_mut().enumerate().filter(|(k, _)| !work[*k].is_empty()).map(of_tile).collect()
-            };
-            for (sweep, [length, lines]) in losses.into_iter().flatten() {
-                cuts[sweep].volume += length * grid.cell() * grid.cell();
-                cuts[sweep].lines += lines as u64;
-            }
-        }
-        Ok(cuts)
+        let steps: Vec<Step<'_>> = sweeps.iter().map(|sweep| Step::Remove(*sweep)).collect();
+        let cuts = self.run(&steps, tolerance)?;
+        Ok(cuts.into_iter().map(|StepResult { volume, lines, .. }| Cut { volume, lines }).collect())
     }
 
     /// Where what a body sweeps is deepest in the material, along the lines; `None` where no line's material is met.

@@ -71,7 +71,12 @@ impl DexelMap {
                 });
                 done.collect()
             };
-            let of_tiles: Vec<Vec<OnTile>> = self.tiles.par_iter_mut().enumerate().map(of_tile).collect();
+            let is_worth_threads = placed.len() > 4;
+            let of_tiles: Vec<Vec<OnTile>> = if is_worth_threads {
+                self.tiles.par_iter_mut().enumerate().map(of_tile).collect()
+            } else {
+                self.tiles.iter_mut().enumerate().filter(|(k, _)| !work[*k].is_empty()).map(of_tile).collect()
+            };
             for (step, [length, lines], met) in of_tiles.into_iter().flatten() {
                 results[step].volume += length;
                 results[step].lines += lines as u64;
