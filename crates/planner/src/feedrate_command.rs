@@ -53,7 +53,7 @@ pub(crate) fn dialect(name: &str) -> Result<Dialect, String> {
 }
 
 /// The control that a file's ending stands for.
-pub(crate) fn dialect_of(path: &Path) -> Dialect {
+fn dialect_of(path: &Path) -> Dialect {
     let ending = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_lowercase();
     match ending.as_str() {
         "ngc" => Dialect::LinuxCnc,

@@ -10,7 +10,7 @@ use facemill::z_map::DexelMap;
 use facemill::{CutRequest, Failure, Job, VerificationFile, Verified, VerifyRequest, clock, files, verify_program};
 
 use crate::cli::{Bars, say};
-use crate::feedrate_command::{dialect, dialect_of};
+use crate::feedrate_command::dialect;
 
 #[derive(Args)]
 pub(crate) struct VerifyArguments {
@@ -22,8 +22,7 @@ pub(crate) struct VerifyArguments {
     /// Name of the job's setup, or its number from 1; where it is not given, the job must have one
     #[arg(long, value_name = "SETUP")]
     setup: Option<String>,
-    /// Control that the program is for: fanuc, haas, mazak, linuxcnc, siemens_840d, heidenhain; by the file's ending where it is
-    /// not given (ngc, mpf, h, else fanuc)
+    /// Control that the program is for: fanuc, haas, mazak, linuxcnc, siemens_840d, heidenhain; the job's where it is not given
     #[arg(long, value_name = "NAME", value_parser = dialect)]
     dialect: Option<Dialect>,
     /// Depth of the cutter that is a finding; where it is not given the smallest that the setup's operations allow
@@ -59,7 +58,7 @@ pub(crate) fn run(arguments: &VerifyArguments) -> Result<ExitCode, Failure> {
     let text = files::read(&arguments.program)?;
     let request = VerifyRequest {
         program: &arguments.program,
-        dialect: arguments.dialect.unwrap_or_else(|| dialect_of(&arguments.program)),
+        dialect: arguments.dialect.unwrap_or_else(|| job.post.dialect()),
         setup,
         gouge_limit: arguments.gouge_mm,
         certificates: arguments.certificates,
