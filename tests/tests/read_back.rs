@@ -119,10 +119,10 @@ fn check_deviation_bounds(job: &JobFolder, back: &ReadBack, motions: &[Motion]) 
 
 #[test]
 fn patch_program_read_back_stays_within_its_budget() {
-    check_program(&small_patch(), (1, 7));
+    check_program(&small_patch(), (2, 13));
 }
 
 #[test]
 fn propeller_program_read_back_stays_within_its_budget() {
-    check_program(&small_propeller(), (5, 61));
+    check_program(&small_propeller(), (7, 101));
 }
