@@ -199,6 +199,9 @@ pub fn shared_mesh_job(name: &str) -> Option<JobFolder> {
 const CLEARANCE: f64 = 280.0;
 const MOUNT: f64 = 1500.0;
 
+/// Height of the ridges between passes, mm.
+const CUSP: f64 = 0.5;
+
 fn job_file(case: &MeshCase) -> Value {
     let [radius, _] = case.cutter;
     let [step_over, step] = case.steps;
@@ -244,7 +247,7 @@ fn job_file(case: &MeshCase) -> Value {
                 "linearisation_mm": 0.02,
                 "gouge_mm": 0.02,
                 "max_lift_mm": 0.3,
-                "cusp_mm": 0.5,
+                "cusp_mm": CUSP,
                 "max_step_over_mm": step_over,
             },
             "infeasible": { "trim": { "max_trimmed_fraction": 0.05 } },
@@ -277,12 +280,21 @@ fn tool_file(case: &MeshCase) -> Value {
     })
 }
 
-/// Plans every shared mesh that is there.
-pub fn outcomes() -> Vec<MeshOutcome> {
+/// Plans every shared mesh that is there, with passes `spread` times as far apart as [`CASES`] says where these are many.
+pub fn outcomes(spread: f64) -> Vec<MeshOutcome> {
     CASES
         .iter()
         .filter_map(|case| {
             let job = shared_mesh_job(case.file)?;
+            let [step_over, _] = case.steps;
+            if step_over >= 4.0 {
+                let tolerances = [
+                    ("/operations/0/tolerances/max_step_over_mm", json!(spread * step_over)),
+                    // The cusp grows with the square of the step-over.
+                    ("/operations/0/tolerances/cusp_mm", json!(spread * spread * CUSP)),
+                ];
+                job.set("job.json", &tolerances);
+            }
             Some(MeshOutcome { file: case.file, coverage: coverage(&job, case), result: job.try_plan(), case })
         })
         .collect()
