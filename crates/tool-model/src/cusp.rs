@@ -96,10 +96,12 @@ impl Section<'_> {
         if !(g_low < 0.0 && g_high > 0.0) {
             return best;
         }
-        // Regula falsi, every other step a bisection, so that the bracket shrinks whatever the outlines' shape.
+        // Regula falsi that gives an end half its weight when it stays (Illinois), every third step a bisection, so that the
+        // bracket shrinks whatever the outlines' shape.
+        let mut went_up = None;
         for k in 0..200 {
             let secant = low - g_low * (high - low) / (g_high - g_low);
-            let s = if k % 2 == 0 && low < secant && secant < high { secant } else { 0.5 * (low + high) };
+            let s = if k % 3 < 2 && low < secant && secant < high { secant } else { 0.5 * (low + high) };
             if s <= low || s >= high {
                 break;
             }
@@ -109,11 +111,16 @@ impl Section<'_> {
             if g.abs() <= 1e-10 {
                 break;
             }
-            if g < 0.0 {
+            let up = g < 0.0;
+            let stays = went_up == Some(up);
+            if up {
                 (low, g_low) = (s, g);
+                g_high *= if stays { 0.5 } else { 1.0 };
             } else {
                 (high, g_high) = (s, g);
+                g_low *= if stays { 0.5 } else { 1.0 };
             }
+            went_up = Some(up);
         }
         best
     }

@@ -83,10 +83,12 @@ impl Outline {
         if !(from.x <= y && y <= to.x) {
             return None;
         }
-        // y grows with the normal's angle: Newton within a bracket that at least every other step halves.
+        // y grows with the normal's angle: Newton within a bracket, which is halved instead where Newton's step leaves it or
+        // does not come at least twice as near as the last.
         let close = 1e-13 * self.cutter.radius();
         let mut phi = 0.5 * (low + high);
-        for step in 0..200 {
+        let mut last = f64::INFINITY;
+        for _ in 0..200 {
             let (p, radius) = self.point_and_radius(phi);
             let miss = y - p.x;
             if miss.abs() <= close {
@@ -102,7 +104,9 @@ impl Outline {
             if middle <= low || middle >= high {
                 break;
             }
-            phi = if step % 2 == 0 && low < newton && newton < high { newton } else { middle };
+            let nears = miss.abs() <= 0.5 * last;
+            last = miss.abs();
+            phi = if nears && low < newton && newton < high { newton } else { middle };
         }
         // A straight piece of the outline: its two ends have the same normal.
         let span = to.x - from.x;
