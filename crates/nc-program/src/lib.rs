@@ -85,6 +85,7 @@ mod read_error;
 mod read_position;
 mod read_program;
 mod readers;
+mod said_words;
 mod siemens;
 mod word_map;
 mod word_rule;
@@ -122,6 +123,7 @@ pub use readers::{
     heidenhain::{HeidenhainReader, read_heidenhain},
     siemens::{SiemensReader, read_siemens},
 };
+pub use said_words::{SaidWords, StateWord};
 pub use siemens::{
     ReadPair, ReadPairBlock, SiemensFault, SiemensFeed, SiemensPair, SiemensReadError, SiemensSettings,
     read_siemens_pair, write_siemens_pair,

@@ -1,6 +1,8 @@
 use std::ops::Range;
 
-use crate::{AxisLengths, AxisWords, Coolant, Dialect, FeedMode, FeedPlace, ReadPosition, RtcpRapids, WorkOffset};
+use crate::{
+    AxisLengths, AxisWords, Coolant, Dialect, FeedMode, FeedPlace, ReadPosition, RtcpRapids, SaidWords, WorkOffset,
+};
 
 /// An NC program as its text says it: modal state resolved, nothing executed.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -33,6 +35,8 @@ pub struct ReadBlock {
     /// Whether it moves axes or changes what the control remembers of motions: it has macro text or any word but M, S, T
     /// and those of a dwell.
     pub sets_state: bool,
+    /// State words that it says.
+    pub said: SaidWords,
     /// Length compensation in force behind the block, whether it moves or not.
     pub compensation: Compensation,
     /// The same by axis, for machines of several heads.
@@ -220,7 +224,8 @@ pub enum ReadCommand {
     /// Any other M function, which is the machine builder's.
     Function(u32),
     /// A word of the control that changes how a path is kept, how fast it is gone, or what is shown, as it stands
-    /// (`COMPCAD`, `FGROUP(X,Y)`, `OVR=50`): it changes no position and no number of a feed.
+    /// (`COMPCAD`, `FGROUP(X,Y)`, `OVR=50`): it changes no position and no number of a feed. In the language of FANUC and its
+    /// relatives with the words of the block that may belong to it (`G64 P0.01 Q0.001`).
     Mode(String),
     /// What is called, and with which arguments: a cycle, a subprogram. What it may do to axes or offsets, a
     /// [`ReadCommand::Macro`] of the same block tells, or the [`MotionKind::Cycle`] of the motions; without one it does

@@ -6,7 +6,7 @@ use super::{
 };
 use crate::{
     AxisKind, AxisLetter, CallKind, Coolant, MacroKind, ReadBlock, ReadCall, ReadCommand, ReadError, ReadFault,
-    readers::modal::Modal,
+    StateWord, readers::modal::Modal,
 };
 
 /// mm per inch.
@@ -126,6 +126,9 @@ impl BlockReading<'_> {
             8 => ReadCommand::Coolant(Coolant::Flood),
             9 => ReadCommand::Coolant(Coolant::Off),
             98 | 99 => {
+                if code == 99 {
+                    self.say(StateWord::Return);
+                }
                 self.set_role(AxisRole::Data, MacroKind::Call);
                 if code == 98 {
                     self.keep_call(false);

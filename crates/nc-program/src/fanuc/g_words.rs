@@ -6,8 +6,8 @@ use super::{
     variant::Variant,
 };
 use crate::{
-    AxisKind, AxisLengths, AxisLetter, Compensation, MacroKind, Plane, ReadError, ReadFault, WorkOffset,
-    readers::modal::MotionCode,
+    AxisKind, AxisLengths, AxisLetter, Compensation, MacroKind, Plane, ReadCommand, ReadError, ReadFault, StateWord,
+    WorkOffset, readers::modal::MotionCode,
 };
 
 impl BlockReading<'_> {
@@ -41,20 +41,29 @@ impl BlockReading<'_> {
             40 => self.role = AxisRole::Dwell,
             50 | 51 => self.look_ahead(word)?,
             // Look-ahead, exact stop, path modes: they change how exactly a path is kept, not where it goes.
-            80 | 610 | 611 | 620 | 640 => self.has_parameters = true,
+            80 | 610 | 611 | 620 | 640 => self.keep_mode(word),
             // States that are off: exact stop once, polar words, polar interpolation, scaling, mirror, rotation, stroke check.
-            90 | 110 | 131 | 150 | 230 | 400 | 500 | 501 | 690 | 970 | 980 | 990 => {}
+            400 => self.say(StateWord::RadiusOff),
+            90 | 110 | 131 | 150 | 230 | 500 | 501 | 690 | 970 | 980 | 990 => {}
             100 | 520 | 920 => self.set_role(AxisRole::Data, MacroKind::Setting),
             170 => modal.plane = Plane::Xy,
             180 => modal.plane = Plane::Zx,
             190 => modal.plane = Plane::Yz,
-            200 => modal.is_inch = true,
-            210 => modal.is_inch = false,
+            200 | 210 => {
+                modal.is_inch = code == 200;
+                self.say(StateWord::Unit);
+            }
             280 => self.role = AxisRole::Reference(1),
             300 => self.role = AxisRole::Reference(self.second_reference()?),
             430 => self.set_compensation(Compensation::Length(0)),
             434 => self.set_compensation(Compensation::Rtcp(0)),
-            490 => self.set_compensation(Compensation::Off),
+            490 => {
+                self.say(StateWord::LengthOff);
+                if self.variant != Variant::LinuxCnc {
+                    self.say(StateWord::RtcpOff);
+                }
+                self.set_compensation(Compensation::Off);
+            }
             530 => self.role = AxisRole::MachineTarget,
             540 | 550 | 560 | 570 | 580 | 590 => self.set_offset(WorkOffset::new(code / 10 - 53)),
             541 => self.additional_offset(word)?,
@@ -68,8 +77,10 @@ impl BlockReading<'_> {
                 self.has_parameters = true;
                 self.keep_cycle(word);
             }
-            900 => modal.is_incremental = false,
-            910 => modal.is_incremental = true,
+            900 | 910 => {
+                modal.is_incremental = code == 910;
+                self.say(StateWord::Distance);
+            }
             930 | 940 => self.set_feed_mode(code == 930),
             410 | 420 => return Err(self.unsupported(word, "cutter radius compensation moves the tool off the words")),
             435 => return Err(self.unsupported(word, "words with tool vectors")),
@@ -90,8 +101,21 @@ impl BlockReading<'_> {
             return Err(self.unsupported(word, "a spline"));
         }
         self.role = AxisRole::Data;
-        self.has_parameters = true;
+        self.keep_mode(word);
         Ok(())
+    }
+
+    /// Keeps a word that says how a path is kept, with the words that may belong to it.
+    pub(super) fn keep_mode(&mut self, word: &Word) {
+        self.has_parameters = true;
+        let is_code = |w: &Word| w.letter == word.letter && w.value == word.value;
+        let is_own = |w: &Word| is_code(w) || matches!(w.letter, b'P' | b'Q' | b'R' | b'E');
+        let text = self.line.words_text(is_own);
+        self.block.commands.push(ReadCommand::Mode(text));
+    }
+
+    pub(super) fn say(&mut self, word: StateWord) {
+        self.block.said.add(word);
     }
 
     fn set_motion(&mut self, code: MotionCode) {
@@ -112,6 +136,7 @@ impl BlockReading<'_> {
     }
 
     fn set_feed_mode(&mut self, inverse_time: bool) {
+        self.say(StateWord::FeedMode);
         if inverse_time != self.modal.inverse_time {
             self.modal.feed = None;
         }
@@ -120,6 +145,7 @@ impl BlockReading<'_> {
 
     pub(super) fn set_offset(&mut self, offset: Option<WorkOffset>) {
         if let Some(offset) = offset {
+            self.say(StateWord::WorkOffset);
             self.modal.set_offset(offset);
         }
     }
@@ -164,6 +190,7 @@ impl BlockReading<'_> {
         let named = self.take(b'H');
         if let Some(word) = named {
             self.modal.length_register = Some(self.whole(&word)?);
+            self.say(StateWord::LengthRegister);
         }
         self.axis_lengths(named.is_some());
         let Some(register) = self.modal.length_register else {

@@ -6,7 +6,7 @@ use super::{
 };
 use crate::{
     AxisLengths, Compensation, FeedPlace, MacroKind, NoteKind, ReadBlock, ReadCommand, ReadError, ReadFault, ReadNote,
-    ReadProgram, RtcpRapids, ToolLengthNote,
+    ReadProgram, RtcpRapids, SaidWords, ToolLengthNote,
     readers::{modal::Modal, notes::Notes, variables::Variables},
 };
 
@@ -128,6 +128,7 @@ impl FanucReader {
             text: if self.keeps_no_text { Box::default() } else { String::from_utf8_lossy(text).into() },
             skippable: false,
             sets_state: false,
+            said: SaidWords::default(),
             compensation: Compensation::Off,
             lengths: AxisLengths::default(),
             feed_place: FeedPlace::of_line(line_start),

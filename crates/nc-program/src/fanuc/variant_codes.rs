@@ -5,7 +5,7 @@ use super::{
     lexer::Word,
     variant::Variant,
 };
-use crate::{CallKind, Compensation, MacroKind, ReadCall, ReadCommand, ReadError, ReadFault, WorkOffset};
+use crate::{CallKind, Compensation, MacroKind, ReadCall, ReadCommand, ReadError, ReadFault, StateWord, WorkOffset};
 
 impl BlockReading<'_> {
     /// Takes a G word as the variant has it; `false` where it is as on all controls. `code` is ten times its number.
@@ -45,8 +45,9 @@ impl BlockReading<'_> {
                 self.has_parameters = true;
                 self.keep_cycle(word);
             }
-            // Mirror off, look-ahead limit, smoothness, axes to a screen.
-            1000 | 1020 | 1030 | 1870 => self.has_parameters = true,
+            1870 => self.keep_mode(word),
+            // Mirror off, look-ahead limit, axes to a screen.
+            1000 | 1020 | 1030 => self.has_parameters = true,
             1100..=1290 if code.is_multiple_of(10) => self.set_offset(WorkOffset::new(code / 10 - 103)),
             1540 => self.additional_offset(word)?,
             1360 | 2540 | 2550 | 2690 => self.set_role(AxisRole::Data, MacroKind::Setting),
@@ -64,8 +65,9 @@ impl BlockReading<'_> {
 
     fn mazak_code(&mut self, word: &Word, code: u16) -> Result<bool, ReadError> {
         match code {
-            // Modes of the path, rotated planes and mirror images switched off.
-            612 | 695 => self.has_parameters = true,
+            612 => self.keep_mode(word),
+            // Rotated planes switched off.
+            695 => self.has_parameters = true,
             109 | 925 | 1090 => self.set_role(AxisRole::Data, MacroKind::Setting),
             683..=685 => return Err(self.unsupported(word, "a tilted working plane")),
             1100 | 1110 => return Err(self.unsupported(word, "axes of another name")),
@@ -137,6 +139,9 @@ impl BlockReading<'_> {
             // Kinematics of the tip, and of the joints, as all sample configurations with a table or a head call them.
             (Variant::LinuxCnc, 428 | 429) => {
                 self.has_parameters = true;
+                if code == 429 {
+                    self.say(StateWord::RtcpOff);
+                }
                 self.change_compensation(match (code, self.modal.compensation) {
                     (428, Compensation::Off) => Compensation::Rtcp(0),
                     (428, Compensation::Length(register)) => Compensation::Rtcp(register),

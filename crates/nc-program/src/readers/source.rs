@@ -1,6 +1,6 @@
 use crate::{
     AxisLengths, Compensation, FeedPlace, NoteKind, ReadBlock, ReadError, ReadFault, ReadNote, ReadProgram, RtcpRapids,
-    ToolLengthNote, readers::notes::Notes,
+    SaidWords, ToolLengthNote, readers::notes::Notes,
 };
 
 /// What readers keep of the lines of a program besides what the lines mean.
@@ -32,6 +32,7 @@ impl Source {
             text: if self.keeps_no_text { Box::default() } else { String::from_utf8_lossy(line.trim_ascii()).into() },
             skippable: false,
             sets_state: false,
+            said: SaidWords::default(),
             compensation: Compensation::Off,
             lengths: AxisLengths::default(),
             feed_place: FeedPlace::of_line(self.line_start),

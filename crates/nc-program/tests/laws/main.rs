@@ -20,4 +20,5 @@ mod samples;
 mod siemens;
 mod siemens_reader;
 mod slow_control;
+mod state_words;
 mod vectors;

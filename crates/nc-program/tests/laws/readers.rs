@@ -308,8 +308,6 @@ fn every_digit_of_a_moving_block_counts() {
         }
     }
     let expected = [
-        // G64 leaves the offset that a program begins with.
-        ("fanuc", "G54"),
         // Neither of two variables is known; the value of a fixed point says nothing.
         ("siemens", "Y=AC(R2)"),
         ("siemens", "R9"),

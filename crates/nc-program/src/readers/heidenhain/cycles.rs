@@ -2,7 +2,7 @@
 
 use super::{HeidenhainReader, line_macro, statements::push_call, words::Code};
 use crate::{
-    CallKind, MacroKind, ReadBlock, ReadCommand, ReadError, ReadFault, WorkOffset,
+    CallKind, MacroKind, ReadBlock, ReadCommand, ReadError, ReadFault, StateWord, WorkOffset,
     readers::expression::{self, Syntax},
 };
 
@@ -118,7 +118,10 @@ impl HeidenhainReader {
         let is_said = self.code[start..].windows(4).any(|word| word == b"Q339");
         let number = self.variables.get(b"Q339").filter(|n| is_said && n.fract() == 0.0 && (1.0..1e4).contains(n));
         match number.and_then(|n| WorkOffset::new(n as u16)) {
-            Some(offset) => self.state.modal.set_offset(offset),
+            Some(offset) => {
+                block.said.add(StateWord::WorkOffset);
+                self.state.modal.set_offset(offset);
+            }
             None => self.setting(line, block),
         }
     }

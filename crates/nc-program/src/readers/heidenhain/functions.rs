@@ -6,7 +6,7 @@ use super::{
     statements::push_call,
     words::{Key, Word},
 };
-use crate::{CallKind, Coolant, MacroKind, ReadBlock, ReadCommand, ReadError, ReadFault};
+use crate::{CallKind, Coolant, MacroKind, ReadBlock, ReadCommand, ReadError, ReadFault, StateWord};
 
 impl State {
     /// M functions that switch nothing that words depend on.
@@ -89,6 +89,7 @@ impl Reading<'_> {
         for (code, _) in self.codes() {
             match code {
                 129 => {
+                    self.block.said.add(StateWord::RtcpOff);
                     self.state.has_tcpm = false;
                     self.state.update_compensation();
                 }

@@ -2,7 +2,7 @@
 
 use super::{HeidenhainReader, line_macro, words::Code};
 use crate::{
-    CallKind, MacroKind, NoteKind, Plane, ReadBlock, ReadCall, ReadCommand, ReadError, ReadFault,
+    CallKind, MacroKind, NoteKind, Plane, ReadBlock, ReadCall, ReadCommand, ReadError, ReadFault, StateWord,
     readers::expression::{self, Syntax},
 };
 
@@ -93,6 +93,7 @@ impl HeidenhainReader {
         let text = String::from_utf8_lossy(&self.code[at..]).trim().to_owned();
         let is_inch = text.split_whitespace().next_back() == Some("INCH");
         self.state.modal.is_inch = is_inch;
+        block.said.add(StateWord::Unit);
         block.commands.push(ReadCommand::Comment(text));
     }
 
@@ -260,6 +261,7 @@ impl HeidenhainReader {
                 self.state.update_compensation();
             }
             ["FUNCTION", "RESET", "TCPM"] => {
+                block.said.add(StateWord::RtcpOff);
                 self.state.has_tcpm = false;
                 self.state.update_compensation();
             }

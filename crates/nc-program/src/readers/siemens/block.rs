@@ -7,7 +7,9 @@ use super::{
     names::{self, Name},
     statements::is_assignment,
 };
-use crate::{AxisLetter, Coolant, MacroKind, ReadBlock, ReadCommand, ReadError, ReadFault, readers::source::Source};
+use crate::{
+    AxisLetter, Coolant, MacroKind, ReadBlock, ReadCommand, ReadError, ReadFault, StateWord, readers::source::Source,
+};
 
 /// mm per inch.
 pub(super) const INCH: f64 = 25.4;
@@ -111,6 +113,9 @@ impl BlockReading<'_> {
             Name::Mode => self.keep_mode(item),
             Name::TransformationOn | Name::TransformationOff => {
                 self.state.is_transformed = meaning == Name::TransformationOn;
+                if meaning == Name::TransformationOff {
+                    self.say(StateWord::RtcpOff);
+                }
                 self.state.update_compensation();
             }
             Name::Frame => self.setting(Role::Data),
@@ -124,6 +129,10 @@ impl BlockReading<'_> {
             Name::Unsupported(why) => return Err(self.unsupported(item, why)),
         }
         Ok(())
+    }
+
+    pub(super) fn say(&mut self, word: StateWord) {
+        self.block.said.add(word);
     }
 
     /// Keeps a mode of the path as it stands.
@@ -188,6 +197,7 @@ impl BlockReading<'_> {
         if let Some(item) = self.take(b'D') {
             match self.whole(&item)? {
                 Some(edge) => {
+                    self.say(StateWord::LengthRegister);
                     self.state.edge = Some(edge);
                     self.state.update_compensation();
                 }

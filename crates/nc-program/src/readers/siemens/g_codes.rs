@@ -4,7 +4,7 @@ use super::{
     block::{BlockReading, Role},
     items::Item,
 };
-use crate::{Plane, ReadError, ReadFault, WorkOffset, readers::modal::MotionCode};
+use crate::{Plane, ReadError, ReadFault, StateWord, WorkOffset, readers::modal::MotionCode};
 
 impl BlockReading<'_> {
     /// Every G code of the block, in order.
@@ -35,7 +35,8 @@ impl BlockReading<'_> {
             // Exact stop, path modes, feed at corners.
             9 | 60 | 62 | 64 | 601..=603 | 621 | 641..=645 => self.keep_mode(item),
             // Radius compensation off, and how it would be switched.
-            40 | 140..=143 | 450 | 451 | 460..=462 => {}
+            40 => self.say(StateWord::RadiusOff),
+            140..=143 | 450 | 451 | 460..=462 => {}
             17 => modal.plane = Plane::Xy,
             18 => modal.plane = Plane::Zx,
             19 => modal.plane = Plane::Yz,
@@ -45,12 +46,16 @@ impl BlockReading<'_> {
             54..=57 | 505..=599 => self.offset(code),
             500 => self.setting(self.role),
             58 | 59 => self.setting(Role::Data),
-            70 | 700 => (modal.is_inch, self.state.has_inch_feed) = (true, code == 700),
-            71 | 710 => (modal.is_inch, self.state.has_inch_feed) = (false, false),
+            70 | 71 | 700 | 710 => {
+                (modal.is_inch, self.state.has_inch_feed) = (matches!(code, 70 | 700), code == 700);
+                self.say(StateWord::Unit);
+            }
             74 => self.role = Role::Reference(1),
             75 => self.role = Role::Reference(self.fixed_point()?),
-            90 => modal.is_incremental = false,
-            91 => modal.is_incremental = true,
+            90 | 91 => {
+                modal.is_incremental = code == 91;
+                self.say(StateWord::Distance);
+            }
             93 | 94 => self.feed_mode(code == 93),
             971 => self.feed_mode(false),
             // Poles of polar words, which are refused where they stand.
@@ -74,11 +79,13 @@ impl BlockReading<'_> {
     fn offset(&mut self, code: u32) {
         let number = if code < 500 { code - 53 } else { code - 500 };
         if let Some(offset) = u16::try_from(number).ok().and_then(WorkOffset::new) {
+            self.say(StateWord::WorkOffset);
             self.state.modal.set_offset(offset);
         }
     }
 
     fn feed_mode(&mut self, inverse_time: bool) {
+        self.say(StateWord::FeedMode);
         let modal = &mut self.state.modal;
         if inverse_time != modal.inverse_time {
             modal.feed = None;
