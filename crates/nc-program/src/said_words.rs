@@ -17,7 +17,7 @@ pub enum StateWord {
     Distance,
     /// What F means (G93, G94).
     FeedMode,
-    /// The program goes back to whoever called it (M99 of FANUC and its relatives).
+    /// The program goes back to whoever called it (M99 of FANUC and its relatives, M17, RET).
     Return,
 }
 

@@ -173,7 +173,7 @@ impl OwnProgram<'_> {
             })
             .collect();
         // Nothing is cut before the first operation.
-        VerifySettings { gouge_limit: 0.0, sections, ..VerifySettings::default() }
+        VerifySettings { gouge_limit: 0.0, sections, is_whole: true, ..VerifySettings::default() }
     }
 }
 

@@ -2,14 +2,17 @@
 
 use std::collections::BTreeMap;
 
-use facemill_nc_program::{AxisLengths, AxisLetter, Compensation, MappedHead, ReadBlock, ReadCommand, ReadProgram};
+use facemill_nc_program::{
+    AxisLengths, AxisLetter, Compensation, Dialect, MappedHead, ReadBlock, ReadCommand, ReadProgram, StateWord,
+};
 use facemill_tool_model::SpindleRotation;
 
-use crate::{FindingKind, VirtualSetup, moves::TextFault};
+use crate::{FindingKind, VirtualSetup, moves::TextFault, tool_vectors::not_unit};
 
 /// What a program has set so far, and what is wrong with it.
 pub(crate) struct Control<'a> {
     setup: &'a VirtualSetup<'a>,
+    dialect: Dialect,
     /// The head of the setup, on a machine of several.
     head: Option<&'a MappedHead>,
     compensation: Compensation,
@@ -46,9 +49,10 @@ const ORIENTATION: u32 = 19;
 
 impl<'a> Control<'a> {
     /// A control before the first block.
-    pub(crate) fn new(setup: &'a VirtualSetup<'a>) -> Self {
+    pub(crate) fn new(setup: &'a VirtualSetup<'a>, dialect: Dialect) -> Self {
         Self {
             setup,
+            dialect,
             head: own_head(setup),
             compensation: Compensation::Off,
             lengths: AxisLengths::default(),
@@ -92,6 +96,8 @@ impl<'a> Control<'a> {
     /// `may_cut`: the tool moves against the work and is not known to be away from it.
     pub(crate) fn block(&mut self, index: usize, block: &ReadBlock, is_home: bool, may_cut: bool) {
         self.behind_end(index, block);
+        self.rtcp_at_end(index, block);
+        self.vectors(index, block);
         self.skippable(index, block);
         self.length_register(index, block);
         let is_changed = self.tool(index, block, is_home);
@@ -210,6 +216,25 @@ impl<'a> Control<'a> {
         let is_nothing = |c: &ReadCommand| matches!(c, ReadCommand::Comment(_) | ReadCommand::End);
         if self.has_ended && (block.sets_state || !block.commands.iter().all(is_nothing)) {
             self.last(FindingKind::BehindEnd, index, "not run: the program ends before".to_owned());
+        }
+    }
+
+    /// What RTCP that is left on does to the next program, or to whoever moves the axes by hand, this one does not say.
+    fn rtcp_at_end(&mut self, index: usize, block: &ReadBlock) {
+        let ends = block.commands.contains(&ReadCommand::End) && !block.said.has(StateWord::Return);
+        if ends && !self.has_ended && matches!(block.compensation, Compensation::Rtcp(_)) {
+            let note = "the program ends with RTCP on: switch it off on the way home";
+            self.fault(FindingKind::RtcpLeftOn, index, note.to_owned());
+        }
+    }
+
+    /// Heidenhain takes vectors as they stand; the others bring them to length 1 themselves.
+    fn vectors(&mut self, index: usize, block: &ReadBlock) {
+        let Some(tool) = block.motion.as_ref().and_then(|m| m.tool.as_ref()) else { return };
+        if self.dialect == Dialect::Heidenhain {
+            for note in not_unit(tool) {
+                self.last(FindingKind::NotUnitVector, index, note.to_owned());
+            }
         }
     }
 

@@ -196,6 +196,12 @@ pub enum FindingKind {
     UnknownFunction,
     /// The text chooses another motion between positions, or more smoothing, than the machine file states and is simulated.
     OtherMotion,
+    /// RTCP is on where other axes than the spindle's go to machine positions, or where the program ends.
+    RtcpLeftOn,
+    /// A tool or normal vector that is none of length 1, on a control that takes it as it stands.
+    NotUnitVector,
+    /// The text stops without a word that ends the program.
+    NoEnd,
 }
 
 /// Size of a fault, or of what is left.
@@ -315,6 +321,9 @@ impl fmt::Display for FindingKind {
             Self::UnknownBlock => "block not simulated",
             Self::UnknownFunction => "function not simulated",
             Self::OtherMotion => "another motion than simulated",
+            Self::RtcpLeftOn => "RTCP left on",
+            Self::NotUnitVector => "vector not of length 1",
+            Self::NoEnd => "no end of the program",
         })
     }
 }

@@ -1,21 +1,27 @@
 //! Words of a program that choose another motion between positions than the one that is simulated.
 
 use facemill_cl_data::{CuttingLaw, MotionLaw, RapidLaw};
-use facemill_nc_program::{Dialect, ReadBlock, ReadCall, ReadCommand};
+use facemill_nc_program::{Dialect, ReadBlock, ReadCall, ReadCommand, ReadProgram};
 
 /// Laws that the machine file states, and the control whose words are read.
 #[derive(Clone, Copy)]
 pub(crate) struct MotionModes {
     law: MotionLaw,
     dialect: Dialect,
+    /// mm of a length in the text: where any motion counts in inches, all do.
+    unit: f64,
 }
 
 /// By how much a tolerance in the text may exceed the machine file's: its last decimal.
 const ROUNDING: f64 = 1e-6;
 
+/// Q of G64 up to which no blocks are joined, mm: what programs write that have to say one.
+const NO_JOINING: f64 = 1e-4;
+
 impl MotionModes {
-    pub(crate) fn new(law: MotionLaw, dialect: Dialect) -> Self {
-        Self { law, dialect }
+    pub(crate) fn new(law: MotionLaw, program: &ReadProgram) -> Self {
+        let is_inch = program.motions().any(|(_, m)| m.is_inch);
+        Self { law, dialect: program.dialect, unit: if is_inch { 25.4 } else { 1.0 } }
     }
 
     /// What a block chooses that is not simulated.
@@ -24,6 +30,9 @@ impl MotionModes {
             (Dialect::Siemens840d, ReadCommand::Mode(text)) => self.siemens(&text.to_uppercase()),
             (Dialect::Siemens840d, ReadCommand::Call(call)) if call.name == "CYCLE832" => self.cycle832(call),
             (Dialect::Heidenhain, ReadCommand::Mode(text)) => self.heidenhain(&text.to_uppercase()),
+            (Dialect::Heidenhain, ReadCommand::Call(call)) if call.name == "32" => self.cycle32(call),
+            (Dialect::LinuxCnc, ReadCommand::Mode(text)) => self.g64(text),
+            (Dialect::Haas, ReadCommand::Mode(text)) => self.g187(text),
             _ => None,
         };
         block.commands.iter().filter_map(of_command).collect()
@@ -42,9 +51,11 @@ impl MotionModes {
             "COMPON" | "COMPCURV" | "COMPCAD" | "COMPSURF" => {
                 Some("a compressor leaves the blocks within a tolerance of the control's own".to_owned())
             }
-            "ADIS" | "ADISPOS" => {
-                let way = word.split_once('=').and_then(|(_, value)| value.trim().parse::<f64>().ok());
-                beyond("rounds corners within", way, self.law.control_tolerance.path, "mm")
+            "ADIS" | "ADISPOS" | "CTOL" => {
+                beyond("rounds corners within", self.length(assigned(word)), self.law.control_tolerance.path, "mm")
+            }
+            "OTOL" => {
+                beyond("smooths within", assigned(word), self.law.control_tolerance.orientation.to_degrees(), "deg")
             }
             _ => None,
         }
@@ -59,9 +70,53 @@ impl MotionModes {
         }
         let value = |text: Option<&str>| text.map_or(Some(0.0), |t| t.parse::<f64>().ok());
         let allowed = self.law.control_tolerance;
-        let path = value(path);
+        let path = self.length(value(path));
         beyond("smooths within", path, allowed.path, "mm")
             .or_else(|| beyond("smooths within", value(orientation), allowed.orientation.to_degrees(), "deg"))
+    }
+
+    /// `CYCL DEF 32.1 T0.05`, `CYCL DEF 32.2 HSC-MODE:1 TA0.5`. Without T the control's own tolerance is taken again.
+    fn cycle32(&self, call: &ReadCall) -> Option<String> {
+        let (step, words) = call.arguments.strip_prefix('.')?.split_once(' ')?;
+        if step == "0" {
+            return None;
+        }
+        let allowed = self.law.control_tolerance;
+        words.split_whitespace().find_map(|word| match (word.strip_prefix("TA"), word.strip_prefix('T')) {
+            (Some(angle), _) => beyond("smooths within", number(angle), allowed.orientation.to_degrees(), "deg"),
+            (None, Some(path)) => beyond("smooths within", self.length(number(path)), allowed.path, "mm"),
+            (None, None) => None,
+        })
+    }
+
+    /// G64 P Q: blocks that are straight within Q (P where there is none) are joined first, and what is left is rounded
+    /// within P; without P as far as the axes' accelerations want.
+    fn g64(&self, text: &str) -> Option<String> {
+        let text = text.to_uppercase();
+        let words: Vec<&str> = text.split_whitespace().collect();
+        if !words.contains(&"G64") {
+            return None;
+        }
+        let of = |letter: char| words.iter().find_map(|w| w.strip_prefix(letter)).map(|v| self.length(number(v)));
+        let Some(path) = of('P').filter(|p| p.is_none_or(|p| p > 0.0)) else {
+            return Some("rounds corners without any bound (G64 without P); write G64 P".to_owned());
+        };
+        let joined = of('Q').unwrap_or(path);
+        let both = path.zip(joined).map(|(p, q)| if q <= NO_JOINING + ROUNDING { p } else { p + q });
+        let unit = "mm (P and Q, which is P where it is not said)";
+        beyond("rounds corners and joins blocks within", both, self.law.control_tolerance.path, unit)
+    }
+
+    /// G187 E: how far corners are rounded; without E a setting says it.
+    fn g187(&self, text: &str) -> Option<String> {
+        let words = text.to_uppercase();
+        let value = words.split_whitespace().find_map(|word| word.strip_prefix('E')).map(number)?;
+        beyond("rounds corners within", self.length(value), self.law.control_tolerance.path, "mm")
+    }
+
+    /// mm of a length in the text.
+    fn length(&self, value: Option<f64>) -> Option<f64> {
+        value.map(|v| v * self.unit)
     }
 
     fn heidenhain(&self, text: &str) -> Option<String> {
@@ -76,6 +131,16 @@ impl MotionModes {
             _ => None,
         }
     }
+}
+
+/// The number behind a word's letters; `None` where it is not evaluated.
+fn number(text: &str) -> Option<f64> {
+    text.parse().ok().filter(|v: &f64| v.is_finite())
+}
+
+/// The number behind `=`.
+fn assigned(word: &str) -> Option<f64> {
+    word.split_once('=').and_then(|(_, value)| number(value.trim()))
 }
 
 fn other(chosen: &str, simulated: &str) -> String {

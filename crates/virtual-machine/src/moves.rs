@@ -61,7 +61,7 @@ pub(crate) struct Moves {
 /// Resolves every block. At the start all axes are at home.
 pub(crate) fn resolve(program: &ReadProgram, setup: &VirtualSetup<'_>, settings: &VerifySettings) -> Moves {
     let mut state = State::new(setup, program);
-    let mut control = Control::new(setup);
+    let mut control = Control::new(setup, program.dialect);
     control.tool_lengths(program);
     for (index, block) in program.blocks.iter().enumerate() {
         state.section = settings.section_of(block.line);
@@ -128,7 +128,7 @@ impl<'a> State<'a> {
             compensation: Compensation::Off,
             lengths: AxisLengths::default(),
             feeds: Feeds::new(program.dialect),
-            modes: MotionModes::new(setup.machine.motion_law(), program.dialect),
+            modes: MotionModes::new(setup.machine.motion_law(), program),
             spindle_axis: setup.words.axes().iter().position(|a| Some(a.letter) == own),
             section: 0,
             out: Moves::default(),
@@ -270,6 +270,14 @@ impl<'a> State<'a> {
             self.fault(FindingKind::UnknownBlock, index, None, note);
             self.is_known.fill(false);
             return;
+        }
+        let spindle: Vec<AxisLetter> =
+            self.lengthened(Compensation::Length(0)).map(|k| self.setup.words.axes()[k].letter).collect();
+        let is_other = |letter: &AxisLetter| motion.position.is_programmed(*letter) && !spindle.contains(letter);
+        if let Some(letter) = self.setup.words.axes().iter().map(|a| a.letter).find(is_other) {
+            let note =
+                "goes home with RTCP on: send the spindle axis home alone, then switch RTCP off (G49)".to_owned();
+            self.fault(FindingKind::RtcpLeftOn, index, Some(letter), note);
         }
         let home = |at: AxisAt| matches!(at, AxisAt::Reference(_)).then_some(at);
         let end = self.words_end(motion, |letter| motion.position.get(letter).and_then(home));

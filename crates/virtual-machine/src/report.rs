@@ -53,6 +53,7 @@ impl Report<'_> {
         v.smallest_clearance = clearance.map(|c| self.clearance_place(&c));
         v.findings = episodes.all.iter().map(|e| self.finding(e)).chain(self.text_findings(faults)).collect();
         v.findings.extend(reader_notes::findings(self.program));
+        v.findings.extend(reader_notes::no_end(self.program).filter(|_| self.scene.settings.is_whole));
         v.findings.sort_by_key(|f| (f.first_line, f.kind));
         v
     }

@@ -86,6 +86,8 @@ pub struct VerifySettings {
     /// and the cutter's core are then held against it there, as it is at every moment, and not here, as it was at first.
     /// Bodies of the machine still are.
     pub stock_is_cut: bool,
+    /// Whether the text is a whole program, which has to say where it ends.
+    pub is_whole: bool,
 }
 
 /// A part of the program, from one line to that of the next section, such as an operation with its error budget.
@@ -125,6 +127,7 @@ impl Default for VerifySettings {
             ramp_slack: 0.1_f64.to_radians(),
             velocity_slack: 0.02,
             stock_is_cut: false,
+            is_whole: false,
         }
     }
 }

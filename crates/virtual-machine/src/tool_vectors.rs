@@ -2,7 +2,7 @@
 
 use facemill_cl_data::ClPoint;
 use facemill_inverse_kinematics::{AxisValues, UnclearChoice};
-use facemill_nc_program::AxisLetter;
+use facemill_nc_program::{AxisLetter, ToolVectors};
 use nalgebra::{Point3, Unit, Vector3};
 
 use crate::{FindingKind, VirtualSetup};
@@ -40,6 +40,20 @@ impl Unturned {
             }
         }
     }
+}
+
+/// By how much the length of a unit vector may differ from 1: three decimals, more than any rounding of programs.
+const SAME_LENGTH: f64 = 1e-3;
+
+/// Which vectors of a block are none of length 1.
+pub(crate) fn not_unit(tool: &ToolVectors) -> impl Iterator<Item = &'static str> {
+    let is_unit = |v: [f64; 3]| (Vector3::from(v).norm() - 1.0).abs() <= SAME_LENGTH;
+    let of = |v: Option<[f64; 3]>, note| v.filter(|v| !is_unit(*v)).map(|_| note);
+    let told = [
+        of(tool.axis, "TX TY TZ: the control takes the tool's axis as it stands"),
+        of(tool.normal, "NX NY NZ: the control takes the surface normal as it stands"),
+    ];
+    told.into_iter().flatten()
 }
 
 /// Axis values at the end of a block from `from` with the tip at `tip` (table frame) and the tool along `vector`, which is

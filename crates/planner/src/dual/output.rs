@@ -263,7 +263,7 @@ impl DualProgram<'_, '_> {
             GougeSection { name: part_name(part), first_line, gouge_limit: limit }
         };
         let sections = self.parts.iter().zip(&self.texts.part_lines).map(section).collect();
-        VerifySettings { gouge_limit: 0.0, sections, ..VerifySettings::default() }
+        VerifySettings { gouge_limit: 0.0, sections, is_whole: true, ..VerifySettings::default() }
     }
 }
 

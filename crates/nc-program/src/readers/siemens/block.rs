@@ -125,7 +125,10 @@ impl BlockReading<'_> {
             Name::SpindlePosition => self.block.commands.push(ReadCommand::Function(19)),
             // Of the arc or the fixed point, which take them.
             Name::Turns | Name::Radius | Name::Angle | Name::FixedPoint => self.items[k].is_used = false,
-            Name::Return => self.block.commands.push(ReadCommand::End),
+            Name::Return => {
+                self.say(StateWord::Return);
+                self.block.commands.push(ReadCommand::End);
+            }
             Name::Unsupported(why) => return Err(self.unsupported(item, why)),
         }
         Ok(())
@@ -164,6 +167,9 @@ impl BlockReading<'_> {
     }
 
     fn function(&mut self, code: u32) {
+        if code == 17 {
+            self.say(StateWord::Return);
+        }
         let command = match code {
             0 | 1 => ReadCommand::Stop { optional: code == 1 },
             2 | 17 | 30 => ReadCommand::End,
