@@ -3,7 +3,9 @@
 use std::path::Path;
 
 use facemill_nc_program::{Compensation, Dialect, ReadProgram, WordMap, read_program};
-use facemill_virtual_machine::{Certificates, Verification, VerifySettings, VirtualSetup, certify, run_stock, verify};
+use facemill_virtual_machine::{
+    Assumption, Certificates, Verification, VerifySettings, VirtualSetup, assumptions, certify, run_stock, verify,
+};
 use facemill_z_map::DexelMap;
 use nalgebra::Isometry3;
 use schemars::JsonSchema;
@@ -90,6 +92,8 @@ pub struct VerificationFile {
     /// What the run showed.
     #[serde(flatten)]
     pub verification: Verification,
+    /// What the run rests on because the program does not say it.
+    pub assumptions: Vec<Assumption>,
     /// What was cut; absent where the stock was not.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stock: Option<StockReport>,
@@ -132,6 +136,10 @@ pub fn verify_program(
     let run = Run { program: &program, request, gouge_limit, stages };
     let mut found = if job.second.is_some() { run.two_heads(job)? } else { run.one_head(job)? };
     found.verification.findings.sort_by_key(|f| (f.first_line, f.kind));
+    let machine = match &job.second {
+        None => job.machine.clone(),
+        Some(_) => job.seen_by(0, 0.0).machine,
+    };
     let file = VerificationFile {
         format: VERIFICATION_FORMAT,
         job: job.file.name.clone(),
@@ -139,6 +147,7 @@ pub fn verify_program(
         dialect: request.dialect.name().to_owned(),
         gouge_limit_mm: gouge_limit,
         verification: found.verification,
+        assumptions: assumptions(&program, &machine),
         stock: found.stock,
         certificates: found.certificates,
     };
@@ -214,6 +223,7 @@ impl Run<'_> {
         VerifySettings {
             gouge_limit: self.gouge_limit,
             stock_is_cut: self.request.cut.is_some(),
+            is_whole: true,
             ..VerifySettings::default()
         }
     }

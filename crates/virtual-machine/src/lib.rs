@@ -63,6 +63,7 @@
 #[cfg(test)]
 extern crate self as facemill_virtual_machine;
 
+mod assumptions;
 mod certificate;
 mod chunk_result;
 mod control;
@@ -86,6 +87,7 @@ mod report;
 mod scene;
 mod segments;
 mod setup;
+mod smoothing;
 mod stepping;
 mod stock_run;
 mod timing;
@@ -95,6 +97,7 @@ mod turned_rotaries;
 mod verify;
 mod walker;
 
+pub use assumptions::{Assumption, assumptions};
 pub use certificate::{Certificate, Certificates, certify};
 pub use counted_axes::CountedAxes;
 pub use finding::{

@@ -1,6 +1,8 @@
 //! What a program sets besides axes: each fault in its text is found once, where it is, and its twin is not.
 
 mod kit;
+#[path = "control/left_unsaid.rs"]
+mod left_unsaid;
 
 use facemill_cl_data::Silent;
 use facemill_nc_program::{Dialect, read_program};

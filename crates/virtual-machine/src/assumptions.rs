@@ -1,0 +1,312 @@
+//! What a run of a program rests on because the text does not say it.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use facemill_cl_data::{CuttingLaw, MotionLaw, RapidLaw};
+use facemill_inverse_kinematics::Machine;
+use facemill_nc_program::{
+    AxisAt, AxisKind, AxisLetter, Compensation, Dialect, FeedMode, MotionKind, ReadBlock, ReadCommand, ReadMotion,
+    ReadProgram, RtcpRapids, SaidWords, StateWord,
+};
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use crate::smoothing::Smoothing;
+
+/// Something that a program leaves to the control, and what the run took for it.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, JsonSchema)]
+pub struct Assumption {
+    /// First line that rests on it, from 1; absent where none does by itself.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub line: Option<u32>,
+    /// What is not said, and what was taken.
+    pub text: String,
+}
+
+/// What [`verify`](crate::verify) and [`certify`](crate::certify) take for granted of a program on a machine because its text
+/// does not say it: smoothing, motion laws, axes that F counts, offset, length, states that a program before may have left on,
+/// and where the axes stand at its start.
+///
+/// What the text says is not listed. Sorted by line, each once, with the first line that rests on it. What it says wrongly is
+/// a finding, and what the setup holds (lengths in registers, offsets, the machine file) is the setup's.
+#[must_use]
+pub fn assumptions(program: &ReadProgram, machine: &Machine) -> Vec<Assumption> {
+    let mut state = State::new(program, machine);
+    for block in &program.blocks {
+        state.block(block);
+    }
+    if !state.has_cut {
+        let text = "no cutting move: nothing was held against the part but ways at rapid rate";
+        state.all.insert(text.to_owned(), None);
+    }
+    let mut all: Vec<Assumption> = state.all.into_iter().map(|(text, line)| Assumption { line, text }).collect();
+    all.sort();
+    all
+}
+
+fn is_rtcp(block: &ReadBlock) -> bool {
+    matches!(block.compensation, Compensation::Rtcp(_))
+}
+
+/// What the text has said so far.
+struct State {
+    dialect: Dialect,
+    rtcp_rapids: RtcpRapids,
+    law: MotionLaw,
+    /// Axes of the machine that the text has not sent to a place of the machine.
+    unplaced: Vec<AxisLetter>,
+    said: SaidWords,
+    smoothing: Smoothing,
+    /// A word chooses how the tool turns under RTCP.
+    has_turn_law: bool,
+    /// RTLION or RTLIOF.
+    has_rapid_law: bool,
+    /// FGROUP with axes.
+    has_group: bool,
+    /// PLANE RESET.
+    has_plane_reset: bool,
+    uses_rtcp: bool,
+    is_rtcp: bool,
+    /// Spindles that turn, 0 for the only one.
+    spindles: BTreeSet<u32>,
+    has_started: bool,
+    has_cut: bool,
+    all: BTreeMap<String, Option<u32>>,
+}
+
+impl State {
+    fn new(program: &ReadProgram, machine: &Machine) -> Self {
+        Self {
+            dialect: program.dialect,
+            rtcp_rapids: program.rtcp_rapids,
+            law: machine.motion_law(),
+            unplaced: machine.axes().iter().filter_map(|a| a.letter.as_str().parse().ok()).collect(),
+            said: SaidWords::default(),
+            smoothing: Smoothing::default(),
+            has_turn_law: false,
+            has_rapid_law: false,
+            has_group: false,
+            has_plane_reset: false,
+            uses_rtcp: program.blocks.iter().any(is_rtcp),
+            is_rtcp: false,
+            spindles: BTreeSet::new(),
+            has_started: false,
+            has_cut: false,
+            all: BTreeMap::new(),
+        }
+    }
+
+    fn block(&mut self, block: &ReadBlock) {
+        if block.commands.contains(&ReadCommand::ToolChange) {
+            // A new tool's edge is whatever the control takes with it.
+            self.said = self.said.without(StateWord::LengthRegister);
+        }
+        self.said = self.said.or(block.said);
+        self.smoothing.read(self.dialect, block);
+        let was_on = std::mem::replace(&mut self.is_rtcp, is_rtcp(block));
+        if self.dialect == Dialect::Heidenhain && self.is_rtcp && !was_on {
+            // M128 does not say it; FUNCTION TCPM of the same block does.
+            self.has_turn_law = false;
+        }
+        let mut spindle = 0;
+        for command in &block.commands {
+            match command {
+                ReadCommand::Mode(text) => self.mode(&text.to_uppercase()),
+                ReadCommand::Call(call) => self.has_plane_reset |= call.name == "PLANE RESET",
+                ReadCommand::Spindle(number) => spindle = *number,
+                ReadCommand::SpindleOn { .. } => drop(self.spindles.insert(spindle)),
+                ReadCommand::SpindleOff if spindle > 0 => drop(self.spindles.remove(&spindle)),
+                ReadCommand::SpindleOff | ReadCommand::ToolChange => self.spindles.clear(),
+                ReadCommand::End if !block.said.has(StateWord::Return) => self.end(block),
+                _ => {}
+            }
+        }
+        if let Some(motion) = &block.motion {
+            self.motion(block, motion);
+        }
+    }
+
+    fn mode(&mut self, text: &str) {
+        let name: String = text.chars().take_while(char::is_ascii_alphanumeric).collect();
+        match (self.dialect, name.as_str()) {
+            (Dialect::Siemens840d, "ORIAXES" | "ORIVECT" | "ORIPLANE") => self.has_turn_law = true,
+            (Dialect::Siemens840d, "ORICURVE" | "ORICONCW" | "ORICONCCW" | "ORICONTO" | "ORICONIO") => {
+                self.has_turn_law = true;
+            }
+            (Dialect::Siemens840d, "RTLION" | "RTLIOF") => self.has_rapid_law = true,
+            (Dialect::Siemens840d, "FGROUP") => self.has_group = text.chars().any(|c| "XYZ".contains(c)),
+            (Dialect::Heidenhain, "FUNCTION") => self.has_turn_law = text.contains("PATHCTRL"),
+            _ => {}
+        }
+    }
+
+    /// Spindles are stopped by M30 on most controls.
+    fn end(&mut self, block: &ReadBlock) {
+        if !self.spindles.is_empty() {
+            self.rests(block, "the spindle is on where the program ends, which is taken to stop it".to_owned());
+        }
+        self.spindles.clear();
+    }
+
+    fn motion(&mut self, block: &ReadBlock, motion: &ReadMotion) {
+        let named = |at: fn(AxisAt) -> bool| {
+            motion.position.iter().any(|(letter, place)| motion.position.is_programmed(letter) && at(place))
+        };
+        let in_words = named(|at| matches!(at, AxisAt::Word(_))) || motion.tool.is_some() || motion.via.is_some();
+        let is_placed = |letter: &AxisLetter| {
+            motion.position.is_programmed(*letter)
+                && matches!(motion.position.get(*letter), Some(AxisAt::Machine(_) | AxisAt::Reference(_)))
+        };
+        self.unplaced.retain(|letter| !is_placed(letter));
+        if named(|at| matches!(at, AxisAt::Machine(_)))
+            && self.dialect == Dialect::Heidenhain
+            && motion.compensation != Compensation::Off
+        {
+            self.rests(block, "M91 is taken to count without the tool's length".to_owned());
+        }
+        if in_words {
+            if !std::mem::replace(&mut self.has_started, true) {
+                self.start(block);
+            }
+            self.offset(block, motion);
+        }
+        self.length(block, motion);
+        self.rtcp(block, motion);
+        if motion.kind.is_rapid() {
+            self.rapid(block, motion);
+        } else {
+            self.cut(block, motion);
+        }
+    }
+
+    /// What may still be on from before, at the first move in words.
+    fn start(&mut self, block: &ReadBlock) {
+        let (on_fanuc, on_linuxcnc) = match self.dialect {
+            Dialect::Fanuc | Dialect::Haas | Dialect::Mazak => (true, false),
+            Dialect::LinuxCnc => (true, true),
+            _ => (false, false),
+        };
+        let is_heidenhain = self.dialect == Dialect::Heidenhain;
+        let is_siemens = self.dialect == Dialect::Siemens840d;
+        let off_word = match self.dialect {
+            Dialect::Siemens840d => "TRAFOOF",
+            Dialect::Heidenhain => "FUNCTION RESET TCPM or M129",
+            _ => "M429",
+        };
+        let can_turn = is_siemens || is_heidenhain || on_linuxcnc && self.uses_rtcp;
+        for (word, counts, text) in [
+            (StateWord::Unit, true, "no unit is said: words are taken as mm".to_owned()),
+            (
+                StateWord::Distance,
+                !is_heidenhain,
+                "neither G90 nor G91 is said: words are taken as absolute".to_owned(),
+            ),
+            (StateWord::RadiusOff, !is_heidenhain, "no G40: radius compensation is taken to be off".to_owned()),
+            (
+                StateWord::LengthOff,
+                on_fanuc,
+                "no G49: tool length and RTCP are taken to be off at the start".to_owned(),
+            ),
+            (StateWord::RtcpOff, can_turn, format!("no {off_word}: RTCP is taken to be off at the start")),
+        ] {
+            if counts && !self.said.has(word) {
+                self.rests(block, text);
+            }
+        }
+        if is_heidenhain && !self.has_plane_reset {
+            self.rests(block, "no PLANE RESET: the plane is taken not to be tilted at the start".to_owned());
+        }
+        if !self.unplaced.is_empty() {
+            let letters: Vec<String> = self.unplaced.iter().map(ToString::to_string).collect();
+            let axes = letters.join(" ");
+            self.rests(block, format!("{axes} not sent home before: taken to be there where the program starts"));
+        }
+    }
+
+    fn offset(&mut self, block: &ReadBlock, motion: &ReadMotion) {
+        if !self.said.has(StateWord::WorkOffset) {
+            let offset = motion.work_offset;
+            let text = match self.dialect {
+                Dialect::Heidenhain => "no preset is selected (cycle 247): preset 1 is taken to be active".to_owned(),
+                _ => format!("no work offset is selected: {offset} is taken to be active"),
+            };
+            self.rests(block, text);
+        }
+    }
+
+    fn length(&mut self, block: &ReadBlock, motion: &ReadMotion) {
+        let register = match motion.compensation {
+            Compensation::Length(register) | Compensation::Rtcp(register) => register,
+            Compensation::Off => return,
+        };
+        if self.dialect == Dialect::Siemens840d && !self.said.has(StateWord::LengthRegister) {
+            self.rests(block, format!("no D is said since the tool change: D{register} is taken to be active"));
+        }
+    }
+
+    fn rtcp(&mut self, block: &ReadBlock, motion: &ReadMotion) {
+        if !matches!(motion.compensation, Compensation::Rtcp(_)) {
+            return;
+        }
+        if self.dialect == Dialect::LinuxCnc {
+            let text = "M428 is taken to switch to kinematics of the tip, and M429 to those of the joints";
+            return self.rests(block, text.to_owned());
+        }
+        let keeps_tip = !motion.kind.is_rapid() || self.rtcp_rapids == RtcpRapids::TipLinear;
+        if self.has_turn_law || !keeps_tip || motion.kind == MotionKind::ReferenceReturn {
+            return;
+        }
+        let word = match self.dialect {
+            Dialect::Siemens840d => "no ORIAXES or ORIVECT",
+            Dialect::Heidenhain => "no PATHCTRL",
+            _ => "no word of this control",
+        };
+        let law = match self.law.cutting {
+            CuttingLaw::TipLinearVectorTurned => "tip_linear_vector_turned",
+            CuttingLaw::TipAndRotariesLinear | CuttingLaw::AxesLinear => "tip_and_rotaries_linear",
+        };
+        let text = format!("{word} says how the tool turns between two positions under RTCP: taken as {law}");
+        self.rests(block, text);
+    }
+
+    fn rapid(&mut self, block: &ReadBlock, motion: &ReadMotion) {
+        let law = if self.law.rapid == RapidLaw::Linear { "linear" } else { "per_axis" };
+        let is_rtcp = matches!(motion.compensation, Compensation::Rtcp(_));
+        match self.dialect {
+            Dialect::Siemens840d if !self.has_rapid_law && is_rtcp => {
+                self.rests(block, "no RTLION: rapids under TRAORI are taken with the tip on a line".to_owned());
+            }
+            Dialect::Siemens840d if !self.has_rapid_law => {
+                self.rests(block, format!("neither RTLION nor RTLIOF: rapids are taken as motion.rapid, {law}"));
+            }
+            Dialect::Fanuc | Dialect::Haas | Dialect::Mazak => {
+                self.rests(block, format!("a setting of the control says how rapids go: taken as motion.rapid, {law}"));
+            }
+            _ => {}
+        }
+    }
+
+    fn cut(&mut self, block: &ReadBlock, motion: &ReadMotion) {
+        self.has_cut = true;
+        if let Some(open) = self.smoothing.left_open(self.dialect) {
+            let allowed = self.law.control_tolerance;
+            let (path, turn) = (allowed.path, (allowed.orientation.to_degrees() * 1e6).round() / 1e6);
+            let text = format!("{open}: taken as at most motion.control_tolerance, {path} mm and {turn} deg");
+            self.rests(block, text);
+        }
+        let turns = motion.tool.is_some()
+            || motion.position.iter().any(|(l, _)| l.kind() == AxisKind::Rotary && motion.position.is_programmed(l));
+        let mode = motion.feed.map(|f| f.mode).filter(|mode| *mode != FeedMode::G93);
+        if self.dialect == Dialect::Siemens840d && turns && !self.has_group {
+            match mode {
+                Some(FeedMode::Rtcp) => self.rests(block, "no FGROUP: F is taken as the speed of the tip".to_owned()),
+                Some(_) => self.rests(block, "no FGROUP: F is taken as the speed along X, Y and Z".to_owned()),
+                None => {}
+            }
+        }
+    }
+
+    fn rests(&mut self, block: &ReadBlock, text: String) {
+        self.all.entry(text).or_insert(Some(block.line));
+    }
+}
