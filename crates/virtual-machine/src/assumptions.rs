@@ -59,6 +59,8 @@ struct State {
     smoothing: Smoothing,
     /// A word chooses how the tool turns under RTCP.
     has_turn_law: bool,
+    /// Whether rotary axes go linearly, by ORIMKS or ORIWKS, and by ORIAXES or ORIVECT.
+    turns_axes: [Option<bool>; 2],
     /// RTLION or RTLIOF.
     has_rapid_law: bool,
     /// FGROUP with axes.
@@ -84,6 +86,7 @@ impl State {
             said: SaidWords::default(),
             smoothing: Smoothing::default(),
             has_turn_law: false,
+            turns_axes: [None; 2],
             has_rapid_law: false,
             has_group: false,
             has_plane_reset: false,
@@ -129,7 +132,11 @@ impl State {
     fn mode(&mut self, text: &str) {
         let name: String = text.chars().take_while(char::is_ascii_alphanumeric).collect();
         match (self.dialect, name.as_str()) {
-            (Dialect::Siemens840d, "ORIAXES" | "ORIVECT" | "ORIPLANE") => self.has_turn_law = true,
+            (Dialect::Siemens840d, "ORIMKS" | "ORIWKS") => self.turns_axes[0] = Some(name == "ORIMKS"),
+            (Dialect::Siemens840d, "ORIAXES" | "ORIVECT" | "ORIPLANE") => {
+                self.has_turn_law = true;
+                self.turns_axes[1] = Some(name == "ORIAXES");
+            }
             (Dialect::Siemens840d, "ORICURVE" | "ORICONCW" | "ORICONCCW" | "ORICONTO" | "ORICONIO") => {
                 self.has_turn_law = true;
             }
@@ -253,6 +260,13 @@ impl State {
             return self.rests(block, text.to_owned());
         }
         let keeps_tip = !motion.kind.is_rapid() || self.rtcp_rapids == RtcpRapids::TipLinear;
+        if let [Some(frame), Some(law)] = self.turns_axes
+            && frame != law
+        {
+            let text =
+                "ORIMKS or ORIWKS says another turn of the tool than ORIAXES or ORIVECT: taken as the latter say";
+            self.rests(block, text.to_owned());
+        }
         if self.has_turn_law || !keeps_tip || motion.kind == MotionKind::ReferenceReturn {
             return;
         }
@@ -288,6 +302,9 @@ impl State {
 
     fn cut(&mut self, block: &ReadBlock, motion: &ReadMotion) {
         self.has_cut = true;
+        if self.dialect != Dialect::Heidenhain && !self.said.has(StateWord::FeedMode) {
+            self.rests(block, "neither G93 nor G94 is said: F is taken as mm/min".to_owned());
+        }
         if let Some(open) = self.smoothing.left_open(self.dialect) {
             let allowed = self.law.control_tolerance;
             let (path, turn) = (allowed.path, (allowed.orientation.to_degrees() * 1e6).round() / 1e6);
