@@ -322,6 +322,18 @@ impl PostSettings {
         self.dialect
     }
 
+    /// The dialect file that the program is written by.
+    #[must_use]
+    pub fn rules(&self) -> &DialectFile {
+        &self.rules
+    }
+
+    /// The same by another dialect file, which has to be one that [`PostFile::settings_of`] takes.
+    #[must_use]
+    pub fn with_rules(&self, rules: DialectFile) -> Self {
+        Self { rules, ..self.clone() }
+    }
+
     /// What F means.
     #[must_use]
     pub fn feed_mode(&self) -> FeedMode {

@@ -1,10 +1,11 @@
 //! The job's dialect file and template, and whether what they write is what the reader reads.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use facemill_nc_program::{
-    AxisAt, AxisKind, AxisWord, Block, Coolant, CutVectors, DialectFile, NcProgram, PostError, PostSettings,
-    ProgramSpec, ReadBlock, ReadCommand, Template, read_program, write_program_with_lines,
+    AxisAt, AxisKind, AxisWord, Block, Coolant, CutVectors, Dialect, DialectFile, FeedMode, LengthRule, NcProgram,
+    PostError, PostSettings, ProgramSpec, ReadBlock, ReadCommand, Template, read_program, write_program_with_lines,
 };
 use nalgebra::{Unit, Vector3};
 
@@ -34,11 +35,136 @@ pub(crate) fn read_post(job_path: &Path, file: &JobFile) -> Result<PostSettings,
     let path = beside(name);
     let rules: DialectFile =
         facemill_file_format::from_json(&files::read(&path)?).map_err(|e| Failure::input(&path, e))?;
+    if let Some(other) = control_of(&rules, post.dialect) {
+        let (own, other) = (post.dialect.name(), other.name());
+        let what = format!(
+            "is a dialect file of {other}, and post.dialect is {own}, whose reader and template do not know its words: set \
+             post.dialect to {other}, or make the file from that of {own}"
+        );
+        return Err(Failure::input(&path, what));
+    }
     let template = template.unwrap_or_else(|| post.dialect.template());
     post.settings_of(rules, template).map_err(|e| match e {
         PostError::Dialect { field, why } => Failure::input(&path, format!("{field}: {why}")),
         other => Failure::input(job_path, format!("post.{other}")),
     })
+}
+
+/// The control whose own file these rules were made from, by the number of keys that differ, where that is not `own`.
+fn control_of(rules: &DialectFile, own: Dialect) -> Option<Dialect> {
+    let found = keys(rules);
+    let apart = |dialect: Dialect| {
+        let keys = keys(&dialect.file());
+        let differs = |key: &&String| keys.get(*key) != found.get(*key);
+        keys.keys().filter(differs).count() + found.keys().filter(|k| !keys.contains_key(*k)).count()
+    };
+    let nearest = Dialect::ALL.into_iter().min_by_key(|d| apart(*d))?;
+    (apart(nearest) < apart(own)).then_some(nearest)
+}
+
+/// Every value of a dialect file by its place.
+fn keys(rules: &DialectFile) -> BTreeMap<String, serde_json::Value> {
+    fn add(at: &str, value: &serde_json::Value, all: &mut BTreeMap<String, serde_json::Value>) {
+        match value.as_object() {
+            Some(object) => object.iter().for_each(|(key, value)| add(&format!("{at}/{key}"), value, all)),
+            None => drop(all.insert(at.to_owned(), value.clone())),
+        }
+    }
+    let mut all = BTreeMap::new();
+    add("", &serde_json::to_value(rules).unwrap_or_default(), &mut all);
+    all
+}
+
+/// A key of dialect files that says what stands around the motions, which is the template's.
+struct TemplateKey {
+    key: &'static str,
+    lines: fn(&DialectFile) -> Vec<String>,
+    /// Takes the value of the second into the first.
+    reset: fn(&mut DialectFile, &DialectFile),
+}
+
+fn length_lines(rule: &LengthRule) -> Vec<String> {
+    rule.before.iter().chain([&rule.code, &rule.end]).cloned().collect()
+}
+
+/// Keys that a program of this feed mode depends on.
+fn template_keys(mode: FeedMode) -> Vec<TemplateKey> {
+    let [on, off] = if mode == FeedMode::Rtcp {
+        let on = TemplateKey {
+            key: "motion.rtcp.on",
+            lines: |d| d.motion.rtcp.as_ref().map(|r| length_lines(&r.on)).unwrap_or_default(),
+            reset: |d, own| {
+                if let (Some(rule), Some(own)) = (&mut d.motion.rtcp, &own.motion.rtcp) {
+                    rule.on = own.on.clone();
+                }
+            },
+        };
+        let off = TemplateKey {
+            key: "motion.rtcp.off",
+            lines: |d| d.motion.rtcp.as_ref().map(|r| r.off.clone()).unwrap_or_default(),
+            reset: |d, own| {
+                if let (Some(rule), Some(own)) = (&mut d.motion.rtcp, &own.motion.rtcp) {
+                    rule.off.clone_from(&own.off);
+                }
+            },
+        };
+        [on, off]
+    } else {
+        let on = TemplateKey {
+            key: "words.length",
+            lines: |d| length_lines(&d.words.length),
+            reset: |d, own| d.words.length = own.words.length.clone(),
+        };
+        let off = TemplateKey {
+            key: "words.length_off",
+            lines: |d| d.words.length_off.clone(),
+            reset: |d, own| d.words.length_off.clone_from(&own.words.length_off),
+        };
+        [on, off]
+    };
+    let change = TemplateKey {
+        key: "words.tool_change",
+        lines: |d| d.words.tool_change.clone(),
+        reset: |d, own| d.words.tool_change.clone_from(&own.words.tool_change),
+    };
+    let end = TemplateKey {
+        key: "words.end",
+        lines: |d| d.words.end.clone(),
+        reset: |d, own| d.words.end.clone_from(&own.words.end),
+    };
+    vec![on, off, change, end]
+}
+
+/// A key that the shop has changed and that changes nothing, because the template says it: then the shop means something
+/// else than what is written.
+fn without_effect(job: &Job, spec: &ProgramSpec, text: &str) -> Result<(), Failure> {
+    let own = job.post.dialect().file();
+    let has_template = job.file.post.template.is_some();
+    for TemplateKey { key, lines, reset } in template_keys(job.post.feed_mode()) {
+        let rules = job.post.rules();
+        if lines(rules) == lines(&own) {
+            continue;
+        }
+        let mut plain = rules.clone();
+        reset(&mut plain, &own);
+        let before = write_program_with_lines(spec, &job.post.with_rules(plain));
+        let words: Vec<String> = lines(rules)
+            .iter()
+            .flat_map(|line| line.split_whitespace())
+            .filter(|w| !w.contains('{'))
+            .map(str::to_owned)
+            .collect();
+        let is_there = has_template && words.iter().all(|w| text.split_whitespace().any(|there| there == w));
+        if before.is_ok_and(|written| written.text == text) && !is_there {
+            let name = job.file.post.dialect_file.as_deref().unwrap_or_default();
+            let (is, was) = (lines(rules).join(" "), lines(&own).join(" "));
+            return Err(job.wrong(format!(
+                "post.dialect_file: {name}, {key}: is `{is}` in place of `{was}`, and no line of the program changes by it: the \
+                 template says it; write it into a template of your own (post.template), or leave the key as it was"
+            )));
+        }
+    }
+    Ok(())
 }
 
 /// How far a probe's cut goes along every axis, mm or deg: no word stays as it was, and every decimal is one.
@@ -60,6 +186,7 @@ pub(crate) fn probe(job: &Job, spec: &ProgramSpec) -> Result<(), Failure> {
     };
     let spec = ProgramSpec { program: NcProgram { blocks: blocks(job, spec) }, ..spec.clone() };
     let written = write_program_with_lines(&spec, &job.post).map_err(|e| job.wrong(format!("post: {e}")))?;
+    without_effect(job, &spec, &written.text)?;
     let program = read_program(&written.text, job.post.dialect()).map_err(|e| wrong(e.to_string()))?;
     let lines: Vec<&str> = written.text.lines().collect();
     for (k, block) in spec.program.blocks.iter().enumerate() {
