@@ -182,7 +182,7 @@ impl Run<'_> {
             }
             None => Isometry3::identity(),
         };
-        let at = virtual_setup(job, &setup, &words, frame);
+        let at = virtual_setup(self.request.dialect, job, &setup, &words, frame);
         let mut found = self.found(&at, &setup, "")?;
         if let Some(cut) = &self.request.cut {
             self.cut(job, &at, &setup, cut, &mut found)?;
@@ -243,7 +243,7 @@ impl Run<'_> {
         let words = dual_word_map([&seen[0], &seen[1]], &setups[0], self.request.setup)?;
         let of_head = |h: usize| {
             let frame = Isometry3::identity();
-            let setup = virtual_setup(&seen[h], &setups[h], &words, frame);
+            let setup = virtual_setup(self.request.dialect, &seen[h], &setups[h], &words, frame);
             self.found(&VirtualSetup { machine: &machines[h], ..setup }, &setups[h], ["head 1", "head 2"][h])
         };
         let (first, second) = (of_head(0)?, of_head(1)?);
@@ -272,7 +272,18 @@ impl Run<'_> {
     }
 }
 
+/// The register of the tool's length as the reader of a control tells it: edge 1 of Siemens, and the number of the tool on
+/// Heidenhain, whose tools have their length in themselves.
+fn register_in(dialect: Dialect, job: &Job) -> u32 {
+    match dialect {
+        Dialect::Siemens840d => 1,
+        Dialect::Heidenhain => job.tool.number(),
+        _ => job.tool.length_register(),
+    }
+}
+
 fn virtual_setup<'a>(
+    dialect: Dialect,
     job: &'a Job,
     setup: &'a Setup<'_>,
     words: &'a WordMap,
@@ -284,7 +295,7 @@ fn virtual_setup<'a>(
         words,
         table_from_rtcp_words: frame,
         tool: &job.tool,
-        length_register: job.tool.length_register(),
+        length_register: register_in(dialect, job),
         obstacles: virtual_obstacles(setup),
     }
 }
