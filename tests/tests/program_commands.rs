@@ -371,6 +371,12 @@ fn programs_from_anywhere_are_run_as_the_job_stands() {
     let file = found();
     assert_eq!(file["format"], "facemill-verification/1");
     assert_eq!(file["findings"], json!([]));
+    // What a FANUC program leaves to the control's settings is told, and nothing that it says.
+    let rests_on: Vec<&str> =
+        file["assumptions"].as_array().unwrap().iter().filter_map(|a| a["text"].as_str()).collect();
+    let [rapids, smoothing] = rests_on[..] else { panic!("{rests_on:?}") };
+    assert!(rapids.contains("how rapids go") && smoothing.contains("motion.control_tolerance"), "{rests_on:?}");
+    assert!(rests_on.iter().all(|text| String::from_utf8_lossy(&clean.stdout).contains(text)));
     assert_eq!(file["largest_gouge"]["depth_mm"], json!(planned.report.worst.gouge_mm));
     assert_eq!(file["smallest_clearance"]["distance_mm"], json!(planned.report.worst.clearance_mm));
     assert_eq!(file["certificates"]["certified"], file["certificates"]["blocks"]);
@@ -405,6 +411,16 @@ fn programs_from_anywhere_are_run_as_the_job_stands() {
     assert!(String::from_utf8_lossy(&told.stdout).contains("gouge, cutter at part"));
     // A limit of one's own.
     assert_eq!(verify("deeper.nc", &["--gouge-mm", "0.5"]).status.code(), Some(0));
+
+    // Cut off on its way to the control, and without its offset.
+    let short: Vec<&str> = lines[..at].iter().copied().filter(|l| !l.ends_with(" G54")).collect();
+    job.write("short.nc", short.join("\n").as_bytes());
+    assert_eq!(verify("short.nc", &[]).status.code(), Some(1));
+    let (told, file) = (found()["findings"].clone(), found());
+    assert_eq!((told.as_array().unwrap().len(), &told[0]["kind"]), (1, &json!("no_end")), "{told}");
+    assert_eq!(told[0]["first_line"], json!(short.len()));
+    let offset = |a: &Value| a["text"].as_str().unwrap().starts_with("no work offset is selected: G54");
+    assert!(file["assumptions"].as_array().unwrap().iter().any(offset), "{}", file["assumptions"]);
 
     job.write("wrong.nc", b"G21 G90\nG1 X1. Q$\n");
     for (program, more, expected) in [

@@ -233,13 +233,43 @@ fn a_dialect_file_that_is_not_read_as_it_is_meant_is_refused_before_planning() {
         (("/program/extension", json!("apt")), &["shop.json", "program.extension"]),
         (("/lines/max_length", json!(7)), &["shop.json", "lines.max_length"]),
         (("/feeds/g94", Value::Null), &["post.feed_mode", "g94"]),
+        // What the template says, a key cannot change.
+        (("/words/length/code", json!("G43.1")), &["shop.json, words.length: is `G43.1", "post.template"]),
+        (("/words/end", json!(["M2"])), &["shop.json, words.end: is `M2`", "post.template"]),
     ] {
         let job = with_shop_file(std::slice::from_ref(&changes));
         let told = job.try_plan().err().unwrap_or_else(|| panic!("{changes:?}")).to_string();
         assert!(wanted.iter().all(|w| told.contains(w)), "{changes:?}: {told}");
     }
+    // Neither the file of another control nor another word for RTCP is passed in silence.
+    let foreign = variant(&[("/post/dialect_file", json!("shop.json"))]);
+    own_dialect(&foreign, "siemens_840d", &[("/name", json!("our fanuc"))]);
+    let told = foreign.try_plan().err().unwrap().to_string();
+    assert!(told.contains("shop.json") && told.contains("set post.dialect to siemens_840d"), "{told}");
+    let rtcp = with_shop_file(&[("/motion/rtcp/on/code", json!("G43"))]);
+    rtcp.set("job.json", &[("/post/feed_mode", json!("rtcp"))]);
+    let motion = json!({ "cutting": "tip_and_rotaries_linear", "rapid": "linear" });
+    rtcp.set("machine.json", &[("/motion", motion)]);
+    let told = rtcp.try_plan().err().unwrap().to_string();
+    assert!(told.contains("motion.rtcp.on: is `G43 H{register}` in place of `G43.4"), "{told}");
     let missing = variant(&[("/post/dialect_file", json!("none.json"))]).try_plan().err().unwrap().to_string();
     assert!(missing.contains("none.json"), "{missing}");
+}
+
+/// A template that forgets to switch RTCP off on the way home, and to end.
+#[test]
+fn a_template_that_leaves_rtcp_on_and_does_not_end_is_told() {
+    let template = facemill::nc_program::Dialect::Fanuc.template().text;
+    let (head, end) = template.rsplit_once("{% endif %}\nG49\n").unwrap();
+    let own = format!("{head}{{% endif %}}\n{}", end.replace("M30\n", ""));
+    let job = variant(&[("/post/feed_mode", json!("rtcp")), ("/post/template", json!("shop.j2"))]);
+    job.write("shop.j2", own.as_bytes());
+    let motion = json!({ "cutting": "tip_and_rotaries_linear", "rapid": "linear" });
+    job.set("machine.json", &[("/motion", motion)]);
+    let planned = plan(&job, false);
+    let kinds: Vec<FindingKind> = planned.report.findings.iter().map(|f| f.kind).collect();
+    assert_eq!(kinds, [FindingKind::RtcpLeftOn, FindingKind::RtcpLeftOn, FindingKind::NoEnd]);
+    assert!(!planned.is_clean());
 }
 
 /// Under the machine's law the tool vector turns in a plane; a dialect that wants vectors in all blocks cannot say what is
