@@ -26,7 +26,7 @@ impl std::fmt::Display for Pose {
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum PassError {
     /// A value is NaN or infinite.
-    #[error("{field} is {value}: give a finite number")]
+    #[error("{field} is {}: give a finite number", shown(*value))]
     NotFinite {
         /// Path of the field.
         field: &'static str,
@@ -34,7 +34,7 @@ pub enum PassError {
         value: f64,
     },
     /// A radius is not positive.
-    #[error("{field} is {value} mm: give a length above 0")]
+    #[error("{field} is {} mm: give a length above 0", shown(*value))]
     NotPositive {
         /// Path of the field.
         field: &'static str,
@@ -42,7 +42,7 @@ pub enum PassError {
         value: f64,
     },
     /// A length is negative.
-    #[error("{field} is {value} mm: give a length of 0 or above; the side says which way it goes")]
+    #[error("{field} is {} mm: give a length of 0 or above; the side says which way it goes", shown(*value))]
     Negative {
         /// Path of the field.
         field: &'static str,
@@ -50,7 +50,7 @@ pub enum PassError {
         value: f64,
     },
     /// A length is of no cutter: above 10 km, or a radius below a nanometre (or above 10¹⁵ mm, of a surface).
-    #[error("{field} is {value} mm, which is out of range: give it in mm (a flat surface is a plane)")]
+    #[error("{field} is {} mm, which is out of range: give it in mm (a flat surface is a plane)", shown(*value))]
     OutOfRange {
         /// Path of the field.
         field: &'static str,
@@ -134,4 +134,10 @@ pub enum PassError {
         /// Which pass.
         pose: Pose,
     },
+}
+
+/// A value as messages show it: with an exponent where it would be a row of zeros.
+fn shown(value: f64) -> String {
+    let is_plain = value == 0.0 || !value.is_finite() || (1e-6..1e9).contains(&value.abs());
+    if is_plain { value.to_string() } else { format!("{value:e}") }
 }

@@ -85,7 +85,8 @@ pub fn chips_of_table(text: &str) -> Result<Vec<TableRow>, TableError> {
         return Err(TableError::NoHeader { known: REQUIRED.join(",") });
     };
     let columns = columns(line, header)?;
-    lines
+    let header_line = line;
+    let rows: Vec<TableRow> = lines
         .map(|(line, text)| {
             let cells = cells(line, text)?;
             if cells.len() != columns.len() {
@@ -100,7 +101,8 @@ pub fn chips_of_table(text: &str) -> Result<Vec<TableRow>, TableError> {
             })?;
             Ok(TableRow { line, section, chip })
         })
-        .collect()
+        .collect::<Result<_, TableError>>()?;
+    if rows.is_empty() { Err(TableError::NoCase { line: header_line }) } else { Ok(rows) }
 }
 
 /// The table with three more columns: `area_mm2`, `error_bound_mm2` and `method` (`closed-form`,
@@ -123,11 +125,24 @@ pub fn table_with_areas(text: &str) -> Result<String, TableError> {
                 Method::IteratedCrossings => "iterated-crossings",
                 Method::Quadrature => "quadrature",
             };
-            out.push_str(&format!(",{},{:e},{method}", row.chip.area, row.chip.error_bound));
+            let (area, bound) = (plain(row.chip.area), row.chip.error_bound);
+            out.push_str(&format!(",{area},{bound:e},{method}"));
         }
         out.push('\n');
     }
     Ok(out)
+}
+
+/// From here on, and below the smaller one, numbers have exponents: they would be rows of zeros.
+const PLAIN: [f64; 2] = [1e-9, 1e12];
+
+/// All digits of a number, with an exponent where it is very large or very small, and 0 without a sign.
+fn plain(value: f64) -> String {
+    let size = value.abs();
+    if size == 0.0 {
+        return "0".to_owned();
+    }
+    if (PLAIN[0]..PLAIN[1]).contains(&size) { value.to_string() } else { format!("{value:e}") }
 }
 
 /// Lines with content and their numbers.

@@ -9,6 +9,12 @@ pub enum TableError {
         /// The names that are required.
         known: String,
     },
+    /// Nothing stands below the names of the columns.
+    #[error("the table has no case: add a line of values below the names of the columns in line {line}")]
+    NoCase {
+        /// Line of the header.
+        line: usize,
+    },
     /// A column has a name that means nothing here.
     #[error("line {line}: there is no column {column:?}; the columns are {known}, and name for a text of your own")]
     UnknownColumn {
@@ -108,4 +114,37 @@ pub enum TableError {
         /// Why.
         source: PassError,
     },
+}
+
+impl TableError {
+    /// The column at fault, where it is one.
+    #[must_use]
+    pub fn column(&self) -> Option<&'static str> {
+        match *self {
+            Self::RepeatedColumn { column, .. }
+            | Self::MissingColumn { column, .. }
+            | Self::NotANumber { column, .. }
+            | Self::UnknownWord { column, .. }
+            | Self::Empty { column, .. }
+            | Self::NotUsed { column, .. } => Some(column),
+            Self::Section { column, .. } => column,
+            Self::NoHeader { .. }
+            | Self::NoCase { .. }
+            | Self::UnknownColumn { .. }
+            | Self::CellCount { .. }
+            | Self::Quotes { .. } => None,
+        }
+    }
+
+    /// What is wrong without line and column: for a case that stands in no table.
+    #[must_use]
+    pub fn problem(&self) -> String {
+        let told = self.to_string();
+        let place = self.column().map(|column| format!(", column {column}: ")).unwrap_or_else(|| ": ".to_owned());
+        let is_line = |start: &str| start.strip_prefix("line ").is_some_and(|n| n.bytes().all(|b| b.is_ascii_digit()));
+        match told.split_once(&place) {
+            Some((start, problem)) if is_line(start) => problem.to_owned(),
+            _ => told,
+        }
+    }
 }

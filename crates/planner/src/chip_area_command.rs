@@ -94,14 +94,32 @@ fn of_case(a: &ChipAreaArguments) -> Result<ExitCode, Failure> {
     let names: Vec<&str> = columns.iter().map(|(name, _)| *name).collect();
     let cells: Vec<String> = columns.iter().map(|(_, cell)| format!("\"{}\"", cell.replace('"', "\"\""))).collect();
     let table = format!("{}\n{}\n", names.join(","), cells.join(","));
-    let rows = chips_of_table(&table).map_err(|e| Failure::input(Path::new("arguments"), e))?;
+    let rows = chips_of_table(&table).map_err(|e| {
+        let option = e.column().map_or_else(|| "arguments".to_owned(), |c| format!("--{}", c.replace('_', "-")));
+        Failure::input(Path::new(&option), e.problem())
+    })?;
     for row in rows {
         let how = match row.chip.method {
             Method::ClosedForm => "closed form",
             Method::IteratedCrossings => "by formula, crossings iterated",
             Method::Quadrature => "by quadrature",
         };
-        say(&format!("{:.6} mm², {how}, at most {:.1e} mm² off\n", row.chip.area, row.chip.error_bound))?;
+        say(&format!("{} mm², {how}, at most {:.1e} mm² off\n", rounded(row.chip.area), row.chip.error_bound))?;
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// Areas from here on have exponents, mm²: a square kilometre.
+const LARGE: f64 = 1e12;
+
+/// An area to six decimals, without the sign of a rounded 0.
+fn rounded(area: f64) -> String {
+    if area.abs() >= LARGE {
+        return format!("{area:.6e}");
+    }
+    let text = format!("{area:.6}");
+    match text.strip_prefix('-') {
+        Some(zero) if zero.bytes().all(|b| matches!(b, b'0' | b'.')) => zero.to_owned(),
+        _ => text,
+    }
 }

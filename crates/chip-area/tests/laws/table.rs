@@ -177,3 +177,30 @@ fn cases_without_area_are_named_with_line_and_column() {
     let message = error(&[HEADER, "6,7,plane,,2,stock,,cut,1,0,0"]).to_string();
     assert!(message.starts_with("line 2, column corner_radius_mm: cutter.corner_radius is 7 mm"), "{message}");
 }
+
+#[test]
+fn a_table_without_cases_is_refused() {
+    for text in ["radius_mm,corner_radius_mm,surface,depth_of_cut_mm,left,right\n", &format!("# none\n{HEADER}\n\n#\n")]
+    {
+        let why = chips_of_table(text).unwrap_err();
+        assert!(matches!(why, TableError::NoCase { line } if line == text.matches('#').count().min(1) + 1), "{why}");
+        assert!(why.to_string().contains("no case") && table_with_areas(text).is_err());
+    }
+}
+
+#[test]
+fn a_problem_has_neither_line_nor_column_and_no_rows_of_zeros() {
+    let header = "radius_mm,corner_radius_mm,surface,depth_of_cut_mm,left,right";
+    for (case, column, told) in [
+        ("1e300,0,plane,1,stock,stock", Some("radius_mm"), "cutter.radius is 1e300 mm"),
+        ("1e-300,0,plane,1,stock,stock", Some("radius_mm"), "cutter.radius is 1e-300 mm"),
+        ("40,0,cone,1,stock,stock", Some("surface"), "\"cone\" is none of"),
+        ("40,0,plane,,stock,stock", Some("depth_of_cut_mm"), "empty, but"),
+        ("40,0,plane,thin,stock,stock", Some("depth_of_cut_mm"), "\"thin\" is no number"),
+    ] {
+        let why = error(&[header, case]);
+        assert_eq!(why.column(), column, "{why}");
+        assert!(why.to_string().starts_with("line 2, column "), "{why}");
+        assert!(why.problem().starts_with(told) && why.problem().len() < 150, "{}", why.problem());
+    }
+}
