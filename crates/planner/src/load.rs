@@ -23,6 +23,7 @@ use crate::post_load::read_post;
 use crate::report::MeshReport;
 use crate::stock::stock_mesh;
 use crate::validate::{FARTHEST, belongs, check_feeds, check_gouge_tolerances, check_heads, check_rounding, validate};
+use crate::validate_feeds::check_chip_thickness;
 use crate::{Failure, files};
 
 /// A job with its tool, machine and post read.
@@ -88,6 +89,11 @@ impl Job {
         }
         let machine = heads.swap_remove(0);
         check_feeds(&file, &machine.feed_range()).map_err(|e| Failure::input(path, e))?;
+        let tools = std::iter::once(&tool).chain(second.iter().map(|s| &s.tool));
+        for (head, tool) in (1..).zip(tools) {
+            check_chip_thickness(&file, head, tool.n_inserts(), &machine.feed_range())
+                .map_err(|e| Failure::input(path, e))?;
+        }
         let post = read_post(path, &file)?;
         if let (Some(_), Some(name)) = (&second, &file.post.dialect_file) {
             let message =

@@ -1,7 +1,9 @@
 //! Checks of feeds that depend on chips.
 
+use facemill_inverse_kinematics::FeedRange;
+
 use crate::job_file::{FeedsFile, JobFile, OperationFile, RoleFile, StockFile};
-use crate::tip_feed::depends_on_chips;
+use crate::tip_feed::{depends_on_chips, teeth_per_minute};
 use crate::validate::{Field, belongs};
 
 /// Feeds of an operation that chips lead to, against each other.
@@ -35,6 +37,41 @@ pub(crate) fn check_feed_laws(at: &Field, feeds: &FeedsFile) -> Result<(), Strin
         }
     }
     Ok(())
+}
+
+/// Smallest feed that a program or an APT file can say, mm/min.
+const SMALLEST_FEED: f64 = 1e-3;
+
+/// Chip thicknesses of a head's operations against the smallest F of the control, with the inserts of its tool: where the chip is
+/// as thick as the feed per tooth, which it never exceeds, the feed must be one that the control takes.
+///
+/// # Errors
+/// When one asks for less; with the least that works.
+pub(crate) fn check_chip_thickness(job: &JobFile, head: u32, teeth: u32, range: &FeedRange) -> Result<(), String> {
+    let slowest = range.min.max(SMALLEST_FEED);
+    for (k, o) in job.operations.iter().enumerate().filter(|(_, o)| o.head == head) {
+        let Some(thickness) = &o.feeds.chip_thickness else { continue };
+        let least = slowest / teeth_per_minute(&o.feeds, teeth);
+        if thickness.max_mm < least {
+            return Err(format!(
+                "operations[{k}].feeds.chip_thickness.max_mm: is {:e}, which may ask for a feed below {slowest} mm/min, the \
+                 smallest F of the machine's control: with {teeth} inserts at {} 1/min give at least {:e}",
+                thickness.max_mm,
+                o.feeds.spindle_rpm,
+                rounded_up(least)
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// A number above 0 rounded up to two digits.
+fn rounded_up(value: f64) -> f64 {
+    let unit = 10f64.powi(value.log10().floor() as i32 - 1);
+    // Digits, not a product: it has none of its rounding, and stays above.
+    let up = |units: f64| format!("{units}e{}", unit.log10().round() as i32).parse().unwrap_or(value);
+    let units = (value / unit).ceil();
+    if up(units) >= value { up(units) } else { up(units + 1.0) }
 }
 
 /// Feeds that chips lead to, by key.
