@@ -3,7 +3,7 @@
 
 use facemill::inverse_kinematics::Machine;
 use facemill::nc_program::{AxisAt, Dialect, FeedMode, MotionKind, read_program};
-use facemill::{Job, PlanSettings, Planned, RefeedSettings, SilentStages, plan_setup, refeed};
+use facemill::{Job, PlanSettings, Planned, RefeedSettings, SilentStages, TipFeed, plan_setup, refeed};
 use facemill_tests::craig::{Words, end_of};
 use facemill_tests::jobs::{JobFolder, small_patch, text_of};
 use facemill_tests::program::run;
@@ -134,7 +134,7 @@ fn nothing_but_f_words_changes_and_the_tip_keeps_to_its_feed() {
             let settings = RefeedSettings {
                 machine: &machine,
                 tool_length: LENGTH,
-                tip_feed: asked,
+                tip_feed: asked.map_or(TipFeed::Programmed, TipFeed::Given),
                 work_offset: Vec::new(),
                 dialect,
                 time_law: None,
@@ -176,8 +176,11 @@ fn nothing_but_f_words_changes_and_the_tip_keeps_to_its_feed() {
                     (None, old) => 60.0 * way / old.value,
                 };
                 let least = wanted.max(axis_time);
-                // F is rounded down.
+                // F is rounded down, and stays where it says the same.
                 let coarse = if feed.value < 1000.0 { 1e-3 } else { 0.1 / feed.value };
+                let coarse = if inverse { 1e-4 } else { coarse };
+                let stays = inverse && asked.is_none() && axis_time <= wanted;
+                assert!(!stays || was.feed == is.feed, "line {}: {:?} {feed:?}", old.line, was.feed);
                 let told = format!("{dialect:?} line {}: {time} s, least {least} s", old.line);
                 assert!(time >= least * (1.0 - 1e-9) && time <= least * (1.0 + 1.1 * coarse), "{told}");
                 n += 1;
@@ -236,7 +239,7 @@ fn refused(machine: &Machine, dialect: Dialect, text: &str) -> String {
     let settings = RefeedSettings {
         machine,
         tool_length: LENGTH,
-        tip_feed: None,
+        tip_feed: TipFeed::Programmed,
         work_offset: Vec::new(),
         dialect,
         time_law: None,
@@ -269,14 +272,19 @@ fn chip_areas_of_simple_cases_are_told() {
     let table = String::from_utf8(table.stdout).unwrap();
     let area: f64 = table.lines().nth(1).unwrap().split(',').nth(7).unwrap().parse().unwrap();
     assert!((area - segment).abs() < 1e-9, "{table}");
+    let cases = folder.path("cases.csv").to_str().unwrap().to_owned();
+    folder.write("cases.csv", b"radius_mm,corner_radius_mm,surface,depth_of_cut_mm,left,right\n");
     for (arguments, expected) in [
         (&["--radius-mm", "-1", "--depth-of-cut-mm", "2"][..], "radius_mm"),
         (&["--radius-mm", "40", "--depth-of-cut-mm", "2", "--surface", "cone"], "plane, convex, concave"),
         (&["--radius-mm", "40"], "--depth-of-cut-mm"),
+        (&["--radius-mm", "1e300", "--depth-of-cut-mm", "2"], "--radius-mm: cutter.radius is 1e300 mm"),
+        (&["--table", &cases], "no case"),
     ] {
         let output = run(&[&["chip-area"], arguments].concat());
         let errors = String::from_utf8_lossy(&output.stderr).into_owned();
         assert!(output.status.code() == Some(2) && errors.contains(expected), "{errors}");
+        assert!(!errors.contains("line 2") && errors.len() < 400, "{errors}");
     }
 }
 
@@ -315,6 +323,70 @@ fn plan_for(dialect: &str, mode: &str, cutting: &str, words: &[&str]) {
     let all = certificates["certificates"].as_array().unwrap();
     let open: Vec<&Value> = all.iter().filter(|c| c["certified"] != json!(true)).collect();
     assert!(all.len() > 50 && open.is_empty(), "{dialect} {mode}: {open:#?}");
+    new_feeds_are_understood(&job, dialect, mode, &text, &planned);
+}
+
+/// The program's own speeds of the tip change no byte, whatever its F counts; another speed is that of the tip.
+fn new_feeds_are_understood(job: &JobFolder, dialect: &str, mode: &str, text: &str, planned: &Planned) {
+    let read = facemill::read_machine(&job.path("machine.json")).unwrap();
+    let tool_length = job.json("tool.json")["gauge_length_mm"].as_f64().unwrap();
+    let refed = |tip_feed: TipFeed| {
+        let settings = RefeedSettings {
+            machine: &read.heads[0],
+            tool_length,
+            tip_feed,
+            work_offset: Vec::new(),
+            dialect: Dialect::ALL.into_iter().find(|d| d.name() == dialect).unwrap(),
+            time_law: None,
+        };
+        refeed(text.as_bytes(), &settings)
+    };
+    let kept = refed(TipFeed::Keep).unwrap_or_else(|why| panic!("{dialect} {mode}: {why}"));
+    assert!(kept.text == text.as_bytes() && kept.summary.kept == 0, "{dialect} {mode}: {:?}", kept.summary);
+    let totals = &planned.report.totals;
+    let time = totals.cutting_time_s + totals.approach_time_s;
+    assert!((kept.summary.time_after_s / time - 1.0).abs() < 5e-3, "{dialect} {mode}: {:?} {time} s", kept.summary);
+    match (mode, refed(TipFeed::Programmed)) {
+        ("g94", found) => assert!(found.is_err_and(|why| why.contains("--tip-feed keep")), "{dialect}"),
+        (_, found) => assert!(found.unwrap().text == text.as_bytes(), "{dialect} {mode}"),
+    }
+    // Half the time of a slow tip at twice its speed: what the axes limit at 60 mm/min is nothing.
+    let [slow, fast] = [30.0, 60.0].map(|feed| refed(TipFeed::Given(feed)).unwrap().summary);
+    assert!((slow.time_after_s / fast.time_after_s - 2.0).abs() < 1e-3, "{dialect} {mode}: {slow:?} {fast:?}");
+    assert!(fast.time_after_s > 0.99 * totals.cutting_length_mm, "{dialect} {mode}: {fast:?}");
+}
+
+/// Options out of range are refused by name, and a file without a program by its own.
+#[test]
+fn feedrate_refuses_what_cannot_be_meant() {
+    let folder = JobFolder::of(&[]);
+    folder.write("machine.json", machine().to_string().as_bytes());
+    folder.write("empty.nc", b"\n  \n");
+    folder.write("one.nc", b"G21 G90 G94 G54\nG43 H1\nG0 X0. Y0. Z150. B0. C0.\nG1 X1. F100.\nM30\n");
+    let path = |name: &str| folder.path(name).to_str().unwrap().to_owned();
+    let told = |program: &str, length: &str, more: &[&str]| {
+        let (program, machine) = (path(program), path("machine.json"));
+        let arguments = ["feedrate", &program, "--machine", &machine, "--tool-length-mm", length];
+        let output = run(&[&arguments[..], more].concat());
+        (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+    };
+    assert_eq!(told("one.nc", "100", &["--tip-feed", "keep"]).0, Some(0));
+    for (program, length, more, expected) in [
+        ("empty.nc", "100", &[][..], "empty.nc"),
+        ("one.nc", "0", &[], "--tool-length-mm"),
+        ("one.nc", "-5", &[], "--tool-length-mm"),
+        ("one.nc", "NaN", &[], "--tool-length-mm"),
+        ("one.nc", "100", &["--work-offset", "X=1", "--work-offset", "X=1"], "--work-offset X: is given twice"),
+        ("one.nc", "100", &["--tip-feed", "kept"], "--tip-feed"),
+        ("one.nc", "100", &["--time-law", "--blend-tolerance-mm", "1e9"], "--blend-tolerance-mm"),
+        ("one.nc", "100", &["--time-law", "--blend-tolerance-mm", "1e-12"], "--blend-tolerance-mm"),
+    ] {
+        let (code, errors) = told(program, length, more);
+        assert!(code == Some(2) && errors.contains(expected), "{more:?} {length}: {errors}");
+    }
+    // Within the range, and yet too little for any blend.
+    let (code, errors) = told("one.nc", "100", &["--time-law", "--blend-tolerance-mm", "1e-6"]);
+    assert!(code == Some(0) && errors.contains("a stop at every corner"), "{errors}");
 }
 
 /// What is planned for other controls is read back, run and free of findings, as for the first one.

@@ -5,7 +5,10 @@ use std::process::ExitCode;
 
 use clap::Args;
 use facemill::nc_program::Dialect;
-use facemill::{Failure, RefeedLaw, RefeedLawTimes, RefeedSettings, RefeedSummary, clock, files, read_machine, refeed};
+use facemill::{
+    BLEND_TOLERANCES, Failure, MAX_TOOL_LENGTH, RefeedLaw, RefeedLawTimes, RefeedSettings, RefeedSummary, TipFeed,
+    clock, files, read_machine, refeed,
+};
 
 use crate::cli::{say, say_bytes};
 
@@ -17,11 +20,12 @@ pub(crate) struct FeedrateArguments {
     #[arg(long, value_name = "FILE")]
     machine: PathBuf,
     /// From the gauge line to the tip
-    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
+    #[arg(long, value_name = "MM", allow_negative_numbers = true, value_parser = length)]
     tool_length_mm: f64,
-    /// Speed of the tip; where it is not given each block's own F
-    #[arg(long, value_name = "MM_MIN", allow_negative_numbers = true)]
-    tip_feed: Option<f64>,
+    /// Speed of the tip, or keep: as fast as it goes by the program's F, as that control counts it. Where it is not given each
+    /// block's own F is the tip's speed; programs whose F is computed already are then refused
+    #[arg(long, value_name = "MM_MIN|keep", allow_negative_numbers = true, value_parser = tip_feed)]
+    tip_feed: Option<TipFeed>,
     /// Where the zero of an axis' words is on the machine, as X=-120.5, mm or deg; more than one are allowed
     #[arg(long, value_name = "AXIS=VALUE", value_parser = offset)]
     work_offset: Vec<(String, f64)>,
@@ -34,7 +38,7 @@ pub(crate) struct FeedrateArguments {
     time_law: bool,
     /// How far the control may take the tip off the program's lines at corners, 0: it stops there; as the machine file says where it
     /// is not given
-    #[arg(long, value_name = "MM", requires = "time_law", allow_negative_numbers = true)]
+    #[arg(long, value_name = "MM", requires = "time_law", allow_negative_numbers = true, value_parser = blend_tolerance)]
     blend_tolerance_mm: Option<f64>,
     /// File to write; standard output where it is not given
     #[arg(short, long, value_name = "FILE")]
@@ -45,6 +49,25 @@ fn offset(text: &str) -> Result<(String, f64), String> {
     let (axis, value) = text.split_once('=').ok_or("is not of the form X=-120.5")?;
     let value = value.parse().map_err(|_| format!("`{value}` is no number"))?;
     Ok((axis.trim().to_uppercase(), value))
+}
+
+fn tip_feed(text: &str) -> Result<TipFeed, String> {
+    if text == "keep" {
+        return Ok(TipFeed::Keep);
+    }
+    let feed = text.parse().ok().filter(|feed: &f64| *feed > 0.0 && feed.is_finite());
+    feed.map(TipFeed::Given).ok_or_else(|| "must be a speed above 0 mm/min, or keep".to_owned())
+}
+
+fn length(text: &str) -> Result<f64, String> {
+    let length = text.parse().ok().filter(|length: &f64| *length > 0.0 && *length <= MAX_TOOL_LENGTH);
+    length.ok_or_else(|| format!("must be above 0, at most {MAX_TOOL_LENGTH} mm: from the gauge line to the tip"))
+}
+
+fn blend_tolerance(text: &str) -> Result<f64, String> {
+    let [least, most] = BLEND_TOLERANCES;
+    let tolerance = text.parse().ok().filter(|t: &f64| *t == 0.0 || (least..=most).contains(t));
+    tolerance.ok_or_else(|| format!("must be {least} to {most} mm, or 0: a stop at every corner"))
 }
 
 pub(crate) fn dialect(name: &str) -> Result<Dialect, String> {
@@ -70,7 +93,7 @@ pub(crate) fn run(arguments: &FeedrateArguments) -> Result<ExitCode, Failure> {
     let settings = RefeedSettings {
         machine,
         tool_length: arguments.tool_length_mm,
-        tip_feed: arguments.tip_feed,
+        tip_feed: arguments.tip_feed.unwrap_or_default(),
         work_offset: arguments.work_offset.clone(),
         dialect: arguments.dialect.unwrap_or_else(|| dialect_of(&arguments.program)),
         time_law: arguments.time_law.then_some(RefeedLaw { blend_tolerance: arguments.blend_tolerance_mm }),

@@ -85,11 +85,16 @@ pub(crate) fn table_from_rtcp_words(job: &Job, words: &WordMap) -> Result<Isomet
 
 /// [`table_from_rtcp_words`] whatever the job's own feed mode is; `None` without X, Y and Z at right angles.
 pub(crate) fn rtcp_frame(job: &Job, words: &WordMap) -> Option<Isometry3<f64>> {
+    word_frame(&job.machine, words)
+}
+
+/// [`rtcp_frame`] of a machine.
+pub(crate) fn word_frame(machine: &Machine, words: &WordMap) -> Option<Isometry3<f64>> {
     let mut offset = AxisValues::zeros(words.axes().len());
     for (k, axis) in words.axes().iter().enumerate() {
         offset[k] = axis.offset;
     }
-    job.machine.work_coordinates(&offset)
+    machine.work_coordinates(&offset)
 }
 
 /// Axis values where RTCP is switched on: linear axes at home, rotary words 0.

@@ -2,12 +2,12 @@
 
 use facemill_cl_data::ControlTolerance;
 use facemill_feedrate::{BlockFeed, ProgramBlock, rapid_time};
-use facemill_inverse_kinematics::{AxisValues, FeedRange, Machine};
+use facemill_inverse_kinematics::{AxisValues, BlockLaw, FeedRange, Machine};
 use facemill_nc_program::{ReadBlock, ReadCommand};
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::timing::{Run, Timer, missing_limits, reachable, stops_at_corners};
+use crate::timing::{Run, Timer, View, missing_limits, reachable};
 
 /// How a program is timed with new feeds.
 #[derive(Clone, Copy, Debug, Default)]
@@ -28,7 +28,7 @@ pub struct RefeedLawTimes {
     pub rapid_time_s: f64,
     /// Cutting blocks whose F was lowered to what the axes reach in them.
     pub lowered_blocks: usize,
-    /// Whether the axes stop at every corner, because there is no tolerance to blend them within.
+    /// Whether the axes stop at every corner of the cuts, because there is no tolerance to blend them within, or too little.
     pub stops_at_corners: bool,
 }
 
@@ -52,6 +52,29 @@ pub(crate) struct Moves {
 }
 
 impl Moves {
+    /// The runs, in their order.
+    pub(crate) fn runs(&self) -> &[Run] {
+        &self.runs
+    }
+
+    /// The axes stand.
+    pub(crate) fn stop(&mut self) {
+        self.is_open = false;
+    }
+
+    /// A rapid. By the axes' speeds the law knows better; a rapid feed of the control caps as a tip feed does, and so does
+    /// the slowest axis where the tip goes straight.
+    pub(crate) fn rapid(&mut self, (machine, length): View<'_>, law: BlockLaw, [from, to]: [&AxisValues; 2]) {
+        let is_capped = machine.feed_range().rapid.is_some() || matches!(law, BlockLaw::Cutting(_));
+        let time = if is_capped { rapid_time(machine, law, from, to, length) } else { 0.0 };
+        self.push(from, to, time, true);
+    }
+
+    /// A cut that takes so long at constant speed.
+    pub(crate) fn cut(&mut self, [from, to]: [&AxisValues; 2], time: f64) {
+        self.push(from, to, time, false);
+    }
+
     fn push(&mut self, from: &AxisValues, end: &AxisValues, tip_time: f64, is_rapid: bool) {
         if !self.is_open || self.runs.last().is_none_or(|run| run.is_rapid != is_rapid) {
             self.runs.push(Run { start: *from, blocks: Vec::new(), is_rapid });
@@ -87,19 +110,25 @@ impl Law {
     /// The axes stand.
     pub(crate) fn stop(&mut self) {
         if let Self::Collecting(moves) = self {
-            moves.is_open = false;
+            moves.stop();
         }
     }
 
-    pub(crate) fn rapid(&mut self, machine: &Machine, from: &AxisValues, to: &AxisValues) {
+    pub(crate) fn rapid(&mut self, view: View<'_>, law: BlockLaw, ends: [&AxisValues; 2]) {
         if let Self::Collecting(moves) = self {
-            // By the axes' speeds the law knows better; a rapid feed of the control caps as a tip feed does.
-            let time = if machine.feed_range().rapid.is_some() {
-                rapid_time(machine, machine.motion_law().rapid, from, to, 0.0)
-            } else {
-                0.0
-            };
-            moves.push(from, to, time, true);
+            moves.rapid(view, law, ends);
+        }
+    }
+
+    /// A cutting move of which F says nothing: as fast as the axes are.
+    pub(crate) fn free(&mut self, ends: [&AxisValues; 2]) {
+        match self {
+            Self::Off => {}
+            Self::Collecting(moves) => {
+                moves.cut(ends, 0.0);
+                moves.before.push(0.0);
+            }
+            Self::Known(_, used) => *used += 1,
         }
     }
 
@@ -116,7 +145,7 @@ impl Law {
         match self {
             Self::Off => false,
             Self::Collecting(moves) => {
-                moves.push(from, to, fed.time, false);
+                moves.cut([from, to], fed.time);
                 moves.before.push(before.unwrap_or(fed.time));
                 false
             }
@@ -136,6 +165,10 @@ impl Law {
     }
 }
 
+/// Tolerances of corners from the least to the most, mm. Smaller ones are below what a control's scales show; with larger ones
+/// the motion is that of another program.
+pub const BLEND_TOLERANCES: [f64; 2] = [1e-6, 10.0];
+
 /// The tolerance that a program's corners are blended with.
 ///
 /// # Errors
@@ -153,12 +186,15 @@ pub(crate) fn blending(machine: &Machine, law: &RefeedLaw) -> Result<ControlTole
     let own = machine.motion_law().control_tolerance;
     match law.blend_tolerance {
         None => Ok(own),
-        Some(path) if path >= 0.0 && path.is_finite() => {
+        Some(path) if path == 0.0 || (BLEND_TOLERANCES[0]..=BLEND_TOLERANCES[1]).contains(&path) => {
             // Where the machine file says nothing of the tool's direction the tip alone counts.
             let orientation = if own.orientation > 0.0 { own.orientation } else { std::f64::consts::PI };
             Ok(ControlTolerance { path, orientation })
         }
-        Some(_) => Err("--blend-tolerance-mm: must be a length of at least 0".to_owned()),
+        Some(_) => {
+            let [least, most] = BLEND_TOLERANCES;
+            Err(format!("--blend-tolerance-mm: must be {least} to {most} mm, or 0: a stop at every corner"))
+        }
     }
 }
 
@@ -175,9 +211,12 @@ pub(crate) fn timed(
     let views = [(machine, tool_length)];
     let timer = Timer::new(&views, tolerance).map_err(|e| e.to_string())?.without_limits();
     let laws: Result<Vec<_>, String> = moves.runs.par_iter().map(|run| Ok((run.is_rapid, timer.time(run)?))).collect();
-    let mut times = RefeedLawTimes { stops_at_corners: stops_at_corners(tolerance), ..RefeedLawTimes::default() };
+    let laws = laws?;
+    let mut of_cuts = laws.iter().filter(|(is_rapid, _)| !is_rapid);
+    let stops_at_corners = of_cuts.clone().next().is_some() && of_cuts.all(|(_, law)| law.stops_at_corners);
+    let mut times = RefeedLawTimes { stops_at_corners, ..RefeedLawTimes::default() };
     let mut peak_times = Vec::new();
-    for (is_rapid, law) in laws? {
+    for (is_rapid, law) in laws {
         let sum: f64 = law.times.iter().sum();
         if is_rapid {
             times.rapid_time_s += sum;

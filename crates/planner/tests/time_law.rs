@@ -6,7 +6,9 @@ use facemill::feedrate::{AxisBounds, ProgramBlock, ProgramSettings, machine_boun
 use facemill::inverse_kinematics::{AxisValues, Machine};
 use facemill::nc_program::Dialect;
 use facemill::new_job::{NewJob, new_job};
-use facemill::{Job, PlanSettings, Planned, RefeedLaw, RefeedSettings, SilentStages, plan_setup, refeed, summary};
+use facemill::{
+    Job, PlanSettings, Planned, RefeedLaw, RefeedSettings, SilentStages, TipFeed, plan_setup, refeed, summary,
+};
 use serde_json::{Value, json};
 
 /// The example patch with two passes, and values of job and machine set; `null` removes.
@@ -254,7 +256,7 @@ fn within_the_law(machine: &Machine, tool_length: f64, blend_tolerance: Option<f
     RefeedSettings {
         machine,
         tool_length,
-        tip_feed: None,
+        tip_feed: TipFeed::Keep,
         work_offset: Vec::new(),
         dialect: Dialect::Fanuc,
         time_law: Some(RefeedLaw { blend_tolerance }),

@@ -26,6 +26,8 @@ pub(crate) struct RunLaw {
     pub peak_times: Vec<f64>,
     /// What each is held back by; `None` without motion. Empty where it is not told, and in rapids.
     pub limits: Vec<Option<MotionLimit>>,
+    /// Whether the axes stop at every corner, for want of a tolerance that counts.
+    pub stops_at_corners: bool,
 }
 
 /// Times runs on a machine.
@@ -72,14 +74,13 @@ impl<'a> Timer<'a> {
         if run.is_rapid && self.rapid == RapidLaw::PerAxis {
             return self.each_axis_on_its_own(run);
         }
-        let settings = match self.blend(run) {
-            Some(tolerance) => ProgramSettings::blended(tolerance),
-            None => ProgramSettings::stopping(),
-        };
+        let blend = self.blend(run);
+        let stops_at_corners = blend.is_none();
+        let settings = blend.map_or_else(ProgramSettings::stopping, ProgramSettings::blended);
         let law = program_law(&run.start, &run.blocks, &self.bounds, &settings).map_err(|e| e.to_string())?;
         let limits = if run.is_rapid || !self.tells_limits { Vec::new() } else { law.block_limits(&self.bounds) };
         let limits = limits.into_iter().map(|held| held.map(|(limit, _)| limit)).collect();
-        Ok(RunLaw { times: law.block_times(), peak_times: law.block_peak_times().to_vec(), limits })
+        Ok(RunLaw { times: law.block_times(), peak_times: law.block_peak_times().to_vec(), limits, stops_at_corners })
     }
 
     /// What every axis may leave the lines of a run by; `None`: nothing.
@@ -103,6 +104,6 @@ impl<'a> Timer<'a> {
             times.push(time);
             at = block.end;
         }
-        Ok(RunLaw { peak_times: times.clone(), times, limits: Vec::new() })
+        Ok(RunLaw { peak_times: times.clone(), times, limits: Vec::new(), stops_at_corners: true })
     }
 }
