@@ -134,10 +134,10 @@ fn removal_rate_is_kept_between_its_bounds_in_every_block() {
     assert!((largest - full * CUTTING / 1000.0).abs() < 2e-3 * largest, "{largest}");
     let smallest = number(&chips["area_mm2"]["min"]);
     assert!((smallest - beside).abs() < 2e-3 * beside, "{smallest} for {beside} mm²");
-    // The time that the passes take longer.
-    let seconds = |p: &[Vec<Cut>]| p.iter().flatten().map(|c| 60.0 * c.length / c.feed).sum::<f64>();
-    let added = seconds(&after) - seconds(&own);
-    assert!((number(&chips["added_time_s"]) - added).abs() < 0.02 * added, "{added} s, {chips}");
+    // The time that the passes take longer: by the law of both programs, which at constant feeds would be more.
+    let by_law = |w: &Written| number(&w.report["time_law"]["cutting_time_s"]);
+    let added = by_law(&w) - by_law(&before);
+    assert!((number(&chips["added_time_s"]) - added).abs() < 0.03 * added, "{added} s, {chips}");
     // Entries in the stock are not faster than the first cut.
     let ends_at_first_cut = |k: &usize| {
         let is_cut = |k: usize| w.feeds[k].is_some_and(|f| f <= CUTTING);
@@ -319,4 +319,24 @@ fn feeds_that_contradict_each_other_are_refused_by_name() {
         let error = plate(values).try_plan().err().expect("an error").to_string();
         assert!(said.iter().all(|part| error.contains(part)), "{said:?}: {error}");
     }
+}
+
+/// Thinner chips than the control's smallest F leaves are refused, and the least that is told works.
+#[test]
+fn the_least_chip_thickness_is_told_and_works() {
+    let job = plate(&[]);
+    let ask = |max: f64| {
+        job.set("job.json", &[("/operations/0/feeds/chip_thickness", json!({ "max_mm": max }))]);
+        facemill::Job::read(&job.job()).err().map(|why| why.to_string())
+    };
+    let why = ask(1e-9).expect("too thin");
+    assert!(why.contains("operations[0].feeds.chip_thickness.max_mm"), "{why}");
+    let least: f64 = why.rsplit(' ').next().expect("a number").parse().expect("a number");
+    let operation = &job.json("job.json")["operations"][0];
+    let teeth = number(&job.json("tool.json")["n_inserts"]);
+    let slowest = least * number(&operation["feeds"]["spindle_rpm"]) * teeth;
+    let smallest = number(&job.json("machine.json")["feed"]["min_mm_min"]);
+    assert!(slowest >= smallest && slowest < 1.2 * smallest, "{slowest} mm/min");
+    assert_eq!(ask(least), None);
+    assert!(ask(0.8 * least).is_some());
 }

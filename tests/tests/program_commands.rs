@@ -350,6 +350,7 @@ fn new_feeds_are_understood(job: &JobFolder, dialect: &str, mode: &str, text: &s
         ("g94", found) => assert!(found.is_err_and(|why| why.contains("--tip-feed keep")), "{dialect}"),
         (_, found) => assert!(found.unwrap().text == text.as_bytes(), "{dialect} {mode}"),
     }
+    assert!((kept.summary.rapid_time_s / totals.rapid_time_s - 1.0).abs() < 1e-9, "{dialect} {mode}: {totals:?}");
     // Half the time of a slow tip at twice its speed: what the axes limit at 60 mm/min is nothing.
     let [slow, fast] = [30.0, 60.0].map(|feed| refed(TipFeed::Given(feed)).unwrap().summary);
     assert!((slow.time_after_s / fast.time_after_s - 2.0).abs() < 1e-3, "{dialect} {mode}: {slow:?} {fast:?}");
@@ -449,6 +450,8 @@ fn programs_from_anywhere_are_run_as_the_job_stands() {
     let [rapids, smoothing] = rests_on[..] else { panic!("{rests_on:?}") };
     assert!(rapids.contains("how rapids go") && smoothing.contains("motion.control_tolerance"), "{rests_on:?}");
     assert!(rests_on.iter().all(|text| String::from_utf8_lossy(&clean.stdout).contains(text)));
+    let rapid = planned.report.totals.rapid_time_s;
+    assert!((file["rapid_time_s"].as_f64().unwrap() - rapid).abs() < 1e-9 * rapid, "{rapid} s");
     assert_eq!(file["largest_gouge"]["depth_mm"], json!(planned.report.worst.gouge_mm));
     assert_eq!(file["smallest_clearance"]["distance_mm"], json!(planned.report.worst.clearance_mm));
     assert_eq!(file["certificates"]["certified"], file["certificates"]["blocks"]);

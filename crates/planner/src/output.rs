@@ -14,15 +14,16 @@ use facemill_virtual_machine::{
 };
 
 use crate::cell::budget;
+use crate::follow::Surroundings;
 use crate::load::{Job, ObstacleRole, Setup};
 use crate::mending::CutBlock;
 use crate::moves::MoveKind;
 use crate::operation::PlannedOperation;
 use crate::post_load::probe;
-use crate::program::{BlockWriter, Timed, table_from_rtcp_words};
+use crate::program::{BlockWriter, Timed, rtcp_frame, table_from_rtcp_words};
 use crate::program_spec::program_spec;
 use crate::report::{CERTIFICATES_FORMAT, CertificatesFile};
-use crate::timing::{Written, time_program};
+use crate::timing::{TimedText, Written, time_program, time_text};
 use crate::tip_feed::programmed_feed;
 use crate::{Failure, Stages};
 
@@ -89,6 +90,22 @@ pub(crate) fn write_texts(
     };
     let apt = write_apt(&apt).map_err(|e| Failure::Internal(e.to_string()))?;
     Ok(Texts { timed, nc: written.text, apt, operation_lines, block_lines: written.block_lines })
+}
+
+/// Takes the times that are told from the text.
+///
+/// # Errors
+/// None but for a fault in here.
+pub(crate) fn time_texts(job: &Job, words: &WordMap, texts: &mut Texts) -> Result<(), Failure> {
+    let (machine, tool_length) = (&job.machine, job.tool.gauge_length());
+    let at = Surroundings { machine, tool_length, words, frame: rtcp_frame(job, words), work_offset: None };
+    let written = TimedText {
+        text: &texts.nc,
+        dialect: job.post.dialect(),
+        rapids: job.post.rtcp_rapids().unwrap_or_default(),
+        block_lines: &texts.block_lines,
+    };
+    time_text(&[(machine, tool_length)], at, &written, &mut texts.timed)
 }
 
 /// Tries the post's template on a program that only stands at home, so that a fault in it is told before anything is

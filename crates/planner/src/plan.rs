@@ -11,7 +11,7 @@ use crate::dual::plan_dual_setup;
 use crate::load::{Job, Setup};
 use crate::mending::{ROUNDS, lines_to_mend, mend};
 use crate::operation::{Ground, PlannedOperation};
-use crate::output::{OwnProgram, Texts, certificates_json, check_feeds, try_template, write_texts};
+use crate::output::{OwnProgram, Texts, certificates_json, check_feeds, time_texts, try_template, write_texts};
 use crate::program::word_map;
 use crate::report::Report;
 use crate::reporting::report;
@@ -77,7 +77,7 @@ pub fn plan_setup(job: &Job, index: usize, settings: PlanSettings, stages: &dyn 
     }
     let mut mended = 0;
     let mut rounds = 0;
-    let (texts, verification, certificates) = loop {
+    let (mut texts, verification, certificates) = loop {
         let (texts, verification, certificates) = written(&ground, &operations, &words, settings, stages, &mut clock)?;
         rounds += 1;
         let lines = lines_to_mend(verification.as_ref(), certificates.as_ref());
@@ -90,6 +90,8 @@ pub fn plan_setup(job: &Job, index: usize, settings: PlanSettings, stages: &dyn 
         mended += put_in;
     };
     check_feeds(job, &texts.timed, verification.as_ref())?;
+    time_texts(job, &words, &mut texts)?;
+    clock.lap("times");
     let turning = Turning::of(job, &operations, &texts);
     let jobs = vec![job; operations.len()];
     let mut report = report(&jobs, &setup, &operations, &texts.timed, turning, verification, certificates.as_ref());

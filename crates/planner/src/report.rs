@@ -154,7 +154,7 @@ pub struct Totals {
     pub cutting_time_s: f64,
     /// Time in entries and exits at the written feeds.
     pub approach_time_s: f64,
-    /// Time in rapids at the axes' largest velocities, without acceleration.
+    /// Time in rapids at the axes' largest velocities, without acceleration, with the ways to the part and home.
     pub rapid_time_s: f64,
 }
 
@@ -168,7 +168,7 @@ pub struct TimeLawReport {
     pub cutting_time_s: f64,
     /// Entries and exits.
     pub approach_time_s: f64,
-    /// Rapids.
+    /// Rapids, with the ways to the part and home.
     pub rapid_time_s: f64,
     /// Whether the axes stop at every corner, because the machine file gives the control no tolerance to blend them within.
     pub stops_at_corners: bool,

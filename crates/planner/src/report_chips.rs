@@ -8,7 +8,7 @@ use crate::job_file::OperationFile;
 use crate::tip_feed::{FeedLaw, depends_on_chips, teeth_per_minute};
 
 /// Chips of an operation along its CC points, in all places of the pattern. "Before" is at the job's cutting feed,
-/// lowered where an axis cannot follow; "after" is as written.
+/// lowered where an axis cannot follow, by the law of motion where there is one; "after" is as written.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct ChipsReport {
     /// Operation.
@@ -34,7 +34,8 @@ pub struct ChipsReport {
     pub largest_chip_thickness_mm: Option<[f64; 2]>,
     /// CC points by what sets the feed on the way to them.
     pub feeds_set_by: FeedsSetByReport,
-    /// Time in the passes after, less that before; below 0 where air is faster.
+    /// Time in the passes after, less that before; below 0 where air is faster. Both are those of the law of motion, where
+    /// there is one, else at constant speeds.
     pub added_time_s: f64,
 }
 

@@ -85,9 +85,9 @@ pub(crate) fn depends_on_chips(feeds: &FeedsFile) -> bool {
 pub(crate) struct CutFeed {
     /// What it was programmed with.
     pub asked: TipFeed,
-    /// Speed that the tip would reach at the job's cutting feed, mm/min.
+    /// Speed that the tip would reach at the job's cutting feed, mm/min: by the law where there is one.
     pub before: f64,
-    /// Time of the move less the time that it would take at the job's cutting feed, s.
+    /// Time of the move less the time that it would take at the job's cutting feed, s; both by the law where there is one.
     pub added_time: f64,
 }
 

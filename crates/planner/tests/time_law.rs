@@ -277,8 +277,17 @@ fn new_feeds_within_the_law_are_those_that_a_plan_has_within_it() {
     assert!((told.cutting_time_s / time - 1.0).abs() < 0.01, "{told:?} {law:?}");
     // Here the feeds that there were are those of FEED.
     assert!((told.cutting_time_before_s / time - 1.0).abs() < 0.01, "{told:?} {law:?}");
-    // The text has the ways from and to the reference position, too.
-    assert!(told.rapid_time_s > law.rapid_time_s, "{told:?} {law:?}");
+    // The same program under the same law has one time, whoever reads it, with the ways to the part and home.
+    let again = refeed(text(&lowered).as_bytes(), &within_the_law(&machine, tool_length, None)).unwrap().summary;
+    let of_text = again.time_law.unwrap();
+    let is_same = |a: f64, b: f64| (a - b).abs() < 1e-9 * b;
+    assert!(is_same(of_text.rapid_time_s, law.rapid_time_s) && is_same(of_text.cutting_time_before_s, time), "{law:?}");
+    let totals = &lowered.report.totals;
+    assert!(is_same(again.rapid_time_s, totals.rapid_time_s), "{again:?} {totals:?}");
+    let moves = motions(&text(&lowered));
+    let (first, last, home) = (moves[0].end, moves[moves.len() - 1].end, machine.home());
+    let ways = machine.travel_time(&home, &first) + machine.travel_time(&last, &home);
+    assert!(ways > 1.0 && totals.rapid_time_s > 0.99 * ways, "{ways} s of {totals:?}");
     assert!(told.lowered_blocks.abs_diff(law.lowered_blocks) <= law.lowered_blocks / 10, "{told:?} {law:?}");
     let new = String::from_utf8(new.text).unwrap();
     let all = [motions(&text(&quick)), motions(&new), motions(&text(&lowered))];

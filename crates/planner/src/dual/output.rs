@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use facemill_cl_data::ClPoint;
 use facemill_nc_program::{
-    AptCutter, AptMove, AptSpec, HeadSpec, PostSettings, ProgramSpec, ReadProgram, WordMap, read_program, write_apt,
-    write_program_of_heads,
+    AptCutter, AptMove, AptSpec, HeadSpec, PostSettings, ProgramSpec, ReadProgram, RtcpRapids, WordMap, read_program,
+    write_apt, write_program_of_heads,
 };
 use facemill_virtual_machine::{
     Certificate, Certificates, ClearancePlace, Finding, GougeSection, SectionGouge, Verification, VerifySettings,
@@ -17,12 +17,13 @@ use super::moves::DualMove;
 use super::plan::{DualGround, Part};
 use super::program::{DualTimes, DualWriter, PartFeeds, dual_spec};
 use crate::cell::budget;
+use crate::follow::Surroundings;
 use crate::job_file::OperationFile;
 use crate::moves::MoveKind;
 use crate::operation::PlannedOperation;
 use crate::output::{NOT_VERIFIED, certificates_json, name_obstacles, not_verified, virtual_obstacles};
 use crate::program::Timed;
-use crate::timing::{View, Written, time_program};
+use crate::timing::{TimedText, View, Written, time_program, time_text};
 use crate::tip_feed::programmed_feed;
 use crate::{Failure, Stages};
 
@@ -51,6 +52,8 @@ pub(crate) struct DualTexts {
     pub places: Vec<(u32, BlockPlace)>,
     /// Times of each part.
     pub times: Vec<DualTimes>,
+    /// Line of the NC text of every block of the program.
+    block_lines: Vec<u32>,
     /// What the NC text was written from.
     spec: ProgramSpec,
     heads: Vec<HeadSpec>,
@@ -133,7 +136,8 @@ pub(crate) fn write_dual_texts(
     };
     let apts = [apt(0)?, apt(1)?];
     let places = places.into_iter().map(|(block, place)| (written.block_lines[block], place)).collect();
-    Ok(DualTexts { timed, nc: written.text, apts, part_lines, places, times, spec, heads, post })
+    let block_lines = written.block_lines;
+    Ok(DualTexts { timed, nc: written.text, apts, part_lines, places, times, block_lines, spec, heads, post })
 }
 
 fn part_name(part: &Part<'_>) -> String {
@@ -182,6 +186,20 @@ fn apt_moves(ground: &DualGround<'_>, parts: &[Part<'_>], head: usize, verify: b
 }
 
 impl DualTexts {
+    /// Takes the times that are told from the text.
+    ///
+    /// # Errors
+    /// None but for a fault in here.
+    pub(crate) fn time(&mut self, ground: &DualGround<'_>, words: &WordMap) -> Result<(), Failure> {
+        let jobs = ground.jobs;
+        let views: [View<'_>; 2] = std::array::from_fn(|h| (&jobs[h].machine, jobs[h].tool.gauge_length()));
+        let (machine, tool_length) = views[0];
+        let at = Surroundings { machine, tool_length, words, frame: None, work_offset: None };
+        let (dialect, rapids) = (self.post.dialect(), RtcpRapids::default());
+        let written = TimedText { text: &self.nc, dialect, rapids, block_lines: &self.block_lines };
+        time_text(&views, at, &written, &mut self.timed)
+    }
+
     /// Files with their names, and the state of the program in it.
     ///
     /// # Errors

@@ -124,7 +124,7 @@ pub(crate) fn plan_dual_setup(
     }
     let mut mended = 0;
     let mut rounds = 0;
-    let (texts, verifications, certificates) = loop {
+    let (mut texts, verifications, certificates) = loop {
         let texts = write_dual_texts(&ground, &parts, &words, settings.verify)?;
         clock.lap("program");
         let program = DualProgram { ground: &ground, parts: &parts, words: &words, texts: &texts };
@@ -146,6 +146,8 @@ pub(crate) fn plan_dual_setup(
     with_mended_stops(&mut planned, &parts);
     let jobs_of: Vec<&Job> = heads.iter().map(|&h| jobs[h]).collect();
     check_feeds(job, &texts.timed, verifications.as_ref().map(|[first, _]| first))?;
+    texts.time(&ground, &words)?;
+    clock.lap("times");
     let verification = verifications.map(|v| merged(v, &heads, &parts, &planned));
     let certificates = certificates.as_ref().map(proven_for_both);
     let turning = texts.turning(&parts, &ground);

@@ -1,6 +1,7 @@
 //! A planned program in time: within velocity, acceleration and jerk of every axis, with feeds that ask for no more.
 
 mod run;
+mod text;
 mod tolerance;
 
 use std::collections::BTreeMap;
@@ -12,7 +13,8 @@ use nalgebra::Isometry3;
 use rayon::prelude::*;
 
 pub(crate) use run::{Run, RunLaw, Timer, missing_limits};
-pub(crate) use tolerance::{View, stops_at_corners};
+pub(crate) use text::{TimedText, time_text};
+pub(crate) use tolerance::{View, levers_at, stops_at_corners};
 
 use crate::Failure;
 use crate::job_file::FeedsWithin;
@@ -20,6 +22,7 @@ use crate::load::Job;
 use crate::moves::MoveKind;
 use crate::program::Timed;
 use crate::report::{HeldBackReport, TimeLawReport};
+use crate::tip_feed::FeedLaw;
 
 /// Feeds that ask for more than so many times the largest speed of a block are lowered. In dense programs the law holds a block to the
 /// least tip feed of those around it, which takes 2 % off where rounded words make feeds uneven: that is no limit of the machine.
@@ -88,7 +91,8 @@ impl Written<'_> {
 }
 
 /// Times all moves of a program by the law, and lowers the feeds of cutting blocks to what the machine reaches in them, if the
-/// job says so. Where the machine file lacks a limit, this is said and nothing else is done.
+/// job says so. Where the machine file lacks a limit, this is said and nothing else is done. The times that are told are those of
+/// the text, by [`time_text`].
 ///
 /// `views` are the machine as each head sees it, with the lengths of its tool. Returns by what each move's time has grown
 /// at the new feeds, as a factor.
@@ -100,26 +104,63 @@ pub(crate) fn time_program(views: &[View<'_>], written: &Written<'_>, timed: &mu
     let mut slower = vec![1.0; timed.moves.len()];
     let Some((machine, _)) = views.first() else { return Ok(slower) };
     let tolerance = machine.motion_law().control_tolerance;
-    let Ok(timer) = Timer::new(views, tolerance) else {
+    let Ok(timer) = Timer::new(views, tolerance).map(Timer::without_limits) else {
         timed.no_time_law = missing_limits(machine).iter().map(ToString::to_string).collect();
         return Ok(slower);
     };
     let runs = runs(machine, written, timed);
     let laws: Result<Vec<RunLaw>, String> = runs.par_iter().map(|run| timer.time(run)).collect();
     let laws = laws.map_err(|e| Failure::Internal(format!("time law: {e}")))?;
-    let mut report = Tally::default();
-    report.told.stops_at_corners = stops_at_corners(tolerance);
+    let mut told = TimeLawReport { stops_at_corners: stops_at_corners(tolerance), ..TimeLawReport::default() };
     let flat = laws.iter().flat_map(|law| (0..law.times.len()).map(move |k| (law, k)));
     for (at, (law, k)) in (0..timed.moves.len()).zip(flat) {
         let m = timed.moves[at];
-        report.count(machine, &m, law.times[k], law.limits.get(k).copied().flatten());
         if job.file.feeds_within == FeedsWithin::Acceleration && m.limit.is_some() {
             slower[at] = reachable(m.time, law.peak_times[k]).map_or(1.0, |time| lowered(job, timed, &m, time));
-            report.told.lowered_blocks += usize::from(slower[at] > 1.0);
+            told.lowered_blocks += usize::from(slower[at] > 1.0);
         }
     }
-    timed.time_law = Some(report.finish());
+    timed.time_law = Some(told);
+    without_chips(&timer, job, runs, &laws, timed).map_err(|e| Failure::Internal(format!("time law: {e}")))?;
     Ok(slower)
+}
+
+/// Where chips have changed feeds, what the job's own feeds would have reached by the law, and how long it would have taken.
+fn without_chips(
+    timer: &Timer<'_>,
+    job: &Job,
+    mut runs: Vec<Run>,
+    laws: &[RunLaw],
+    timed: &mut Timed,
+) -> Result<(), String> {
+    let is_cut: Vec<bool> = timed.moves.iter().map(|m| m.kind == MoveKind::Cut).collect();
+    let n_cuts = is_cut.iter().filter(|cut| **cut).count();
+    if n_cuts != timed.cut_feeds.len() || timed.cut_feeds.iter().all(|c| c.asked.law == FeedLaw::Given) {
+        return Ok(());
+    }
+    let blocks =
+        runs.iter_mut().flat_map(|run| &mut run.blocks).zip(&timed.moves).filter(|(_, m)| m.kind == MoveKind::Cut);
+    for ((block, m), cut) in blocks.zip(&timed.cut_feeds) {
+        block.tip_time = m.time - cut.added_time;
+    }
+    let given: Result<Vec<RunLaw>, String> = runs.par_iter().map(|run| timer.time(run)).collect();
+    let given = given?;
+    let flat = |laws: &[RunLaw]| -> Vec<(f64, f64)> {
+        let all = laws.iter().flat_map(|law| law.times.iter().copied().zip(law.peak_times.iter().copied()));
+        all.zip(&is_cut).filter(|(_, cut)| **cut).map(|(times, _)| times).collect()
+    };
+    let moves = timed.moves.iter().filter(|m| m.kind == MoveKind::Cut);
+    let times = flat(laws).into_iter().zip(flat(&given));
+    for ((cut, m), ((time, _), (given_time, given_peak))) in timed.cut_feeds.iter_mut().zip(moves).zip(times) {
+        let asked = m.time - cut.added_time;
+        if job.file.feeds_within == FeedsWithin::Acceleration
+            && let Some(reached) = reachable(asked, given_peak)
+        {
+            cut.before *= asked / reached;
+        }
+        cut.added_time = time - given_time;
+    }
+    Ok(())
 }
 
 /// The runs of a program: moves of one kind with nothing between them that the axes stand for. The first move of the program
@@ -176,15 +217,22 @@ struct Tally {
 }
 
 impl Tally {
-    fn count(&mut self, machine: &Machine, m: &TimedMove, time: f64, limit: Option<MotionLimit>) {
-        let sum = match m.kind {
+    fn count(
+        &mut self,
+        machine: &Machine,
+        kind: MoveKind,
+        feed: Option<FeedLimit>,
+        time: f64,
+        limit: Option<MotionLimit>,
+    ) {
+        let sum = match kind {
             MoveKind::Cut => &mut self.told.cutting_time_s,
             MoveKind::Approach | MoveKind::Engage => &mut self.told.approach_time_s,
             MoveKind::Rapid => &mut self.told.rapid_time_s,
         };
         *sum += time;
-        if let (MoveKind::Cut, Some(limit)) = (m.kind, limit) {
-            *self.held_back.entry(limit_name(machine, limit, m.limit)).or_default() += time;
+        if let (MoveKind::Cut, Some(limit)) = (kind, limit) {
+            *self.held_back.entry(limit_name(machine, limit, feed)).or_default() += time;
         }
     }
 

@@ -89,7 +89,8 @@ fn ways(machine: &Machine, from: &AxisValues, to: &AxisValues) -> (f64, f64) {
     (of(AxisKind::Linear), of(AxisKind::Rotary))
 }
 
-fn levers_at((machine, tool_length): View<'_>, q: &AxisValues) -> AxisValues {
+/// Levers of the rotary axes at a position, mm: what the tip moves by per rad.
+pub(crate) fn levers_at((machine, tool_length): View<'_>, q: &AxisValues) -> AxisValues {
     let tip = machine.cl_point(q, tool_length).tip;
     let axes = machine.axes();
     AxisValues::from_fn(axes.len(), |k| {
