@@ -496,6 +496,25 @@ fn programs_from_anywhere_are_run_as_the_job_stands() {
     assert_eq!(told[0]["first_line"], json!(short.len()));
     let offset = |a: &Value| a["text"].as_str().unwrap().starts_with("no work offset is selected: G54");
     assert!(file["assumptions"].as_array().unwrap().iter().any(offset), "{}", file["assumptions"]);
+    // Twice the feeds, and another spindle speed: not what the job asks for, though the axes may follow.
+    let number = |word: &str, letter: char| word.strip_prefix(letter).and_then(|n| n.parse::<f64>().ok());
+    let doubled = |word: &str| match (number(word, 'F'), number(word, 'S')) {
+        (Some(f), _) => format!("F{:.1}", 2.0 * f),
+        (_, Some(_)) => "S40000".to_owned(),
+        _ => word.to_owned(),
+    };
+    let line = |l: &&str| l.split(' ').map(doubled).collect::<Vec<_>>().join(" ");
+    job.write("faster.nc", lines.iter().map(line).collect::<Vec<_>>().join("\n").as_bytes());
+    let told = verify("faster.nc", &[]);
+    assert_eq!(told.status.code(), Some(1));
+    let file = found();
+    let of = |kind: &str| file["findings"].as_array().unwrap().iter().find(|f| f["kind"] == kind).cloned();
+    let (feed, speed) = (of("feed_above_job").expect("a feed"), of("other_spindle_speed").expect("a speed"));
+    let ratio = feed["measure"]["feed_ratio"].as_f64().unwrap();
+    assert!(ratio > 1.01 && ratio < 2.02, "{feed}");
+    assert!(feed["note"].as_str().unwrap().contains("the job asks for at most 2000 mm/min"), "{feed}");
+    assert!(lines[speed["first_line"].as_u64().unwrap() as usize - 1].contains(" S"), "{speed}");
+    assert!(speed["note"].as_str().unwrap().contains("S40000"), "{speed}");
 
     job.write("wrong.nc", b"G21 G90\nG1 X1. Q$\n");
     for (program, more, expected) in [

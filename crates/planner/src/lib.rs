@@ -78,6 +78,7 @@ mod turning;
 mod validate;
 mod validate_feeds;
 mod vector_blocks;
+mod verify_feeds;
 mod verify_program;
 mod winding;
 #[cfg(test)]

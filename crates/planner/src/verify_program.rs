@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use facemill_inverse_kinematics::Machine;
 use facemill_nc_program::{Compensation, Dialect, ReadProgram, WordMap, read_program};
 use facemill_virtual_machine::{
     Assumption, Certificates, Verification, VerifySettings, VirtualSetup, assumptions, certify, run_stock, verify,
@@ -13,10 +14,12 @@ use serde::Serialize;
 
 use crate::cell::budget;
 use crate::dual::{HEADS_APART, dual_word_map, merged_runs, proven_for_both};
+use crate::follow::Surroundings;
 use crate::load::{Job, Setup};
 use crate::output::{name_obstacles, not_verified, virtual_obstacles};
 use crate::program::{rtcp_frame, word_map};
 use crate::stock_map::stock_map;
+use crate::verify_feeds::Asked;
 use crate::{Failure, Stages};
 
 /// Value of the key `format` in the file of a verification.
@@ -184,6 +187,7 @@ impl Run<'_> {
         };
         let at = virtual_setup(self.request.dialect, job, &setup, &words, frame);
         let mut found = self.found(&at, &setup, "")?;
+        self.compare_feeds(job, &setup, &[(&job.machine, job.tool.gauge_length(), "")], &at, &mut found.verification);
         if let Some(cut) = &self.request.cut {
             self.cut(job, &at, &setup, cut, &mut found)?;
         }
@@ -248,8 +252,30 @@ impl Run<'_> {
         };
         let (first, second) = (of_head(0)?, of_head(1)?);
         let certificates = first.certificates.zip(second.certificates).map(|(a, b)| proven_for_both(&[a, b]));
-        let verification = merged_runs([first.verification, second.verification], Vec::new());
+        let mut verification = merged_runs([first.verification, second.verification], Vec::new());
+        let lengths = [0, 1].map(|h| seen[h].tool.gauge_length());
+        let heads = [(&machines[0], lengths[0], "head 1"), (&machines[1], lengths[1], "head 2")];
+        let at = virtual_setup(self.request.dialect, &seen[0], &setups[0], &words, Isometry3::identity());
+        self.compare_feeds(job, &setups[0], &heads, &at, &mut verification);
         Ok(Found { verification, certificates, stock: None, rest: None })
+    }
+
+    /// Adds findings where feeds and spindle speeds are not the job's; of each head with the length of its tool, and its name.
+    fn compare_feeds(
+        &self,
+        job: &Job,
+        setup: &Setup<'_>,
+        heads: &[(&Machine, f64, &str)],
+        at: &VirtualSetup<'_>,
+        verification: &mut Verification,
+    ) {
+        let Some(asked) = Asked::of(job, setup.file) else { return };
+        for &(machine, tool_length, head) in heads {
+            let (words, frame) = (at.words, Some(at.table_from_rtcp_words));
+            let at = Surroundings { machine, tool_length, words, frame, work_offset: Some(words.work_offset()) };
+            verification.findings.extend(asked.findings(self.program, at, head));
+        }
+        verification.findings.extend(asked.other_speeds(self.program));
     }
 
     fn uses_rtcp(&self) -> bool {

@@ -180,6 +180,10 @@ pub enum FindingKind {
     SpindleOff,
     /// A feed move while the spindle turns against the tool's sense.
     SpindleSense,
+    /// A cutting move with a faster tip than any that the job asks for.
+    FeedAboveJob,
+    /// Cutting moves with the spindle at another speed than those that the job asks for.
+    OtherSpindleSpeed,
     /// A length, angle or feed without a decimal point, which controls may count in their least increments.
     NoDecimalPoint,
     /// A feed in inch/min, of which controls take the part of rotary axes each in their own way.
@@ -220,6 +224,8 @@ pub enum Measure {
     AngleDeg(f64),
     /// Needed velocity over the largest possible.
     VelocityRatio(f64),
+    /// Speed of the tip over the largest that the job asks for.
+    FeedRatio(f64),
 }
 
 impl FindingKind {
@@ -241,7 +247,8 @@ impl Measure {
             | Self::ExcessMm(v)
             | Self::ExcessDeg(v)
             | Self::AngleDeg(v)
-            | Self::VelocityRatio(v) => v,
+            | Self::VelocityRatio(v)
+            | Self::FeedRatio(v) => v,
         }
     }
 
@@ -263,6 +270,7 @@ impl fmt::Display for Measure {
             Self::ExcessDeg(v) => write!(f, "{v:.3} deg beyond its limit"),
             Self::AngleDeg(v) => write!(f, "{v:.2} deg"),
             Self::VelocityRatio(v) => write!(f, "{v:.2} times its largest velocity"),
+            Self::FeedRatio(v) => write!(f, "{v:.2} times the job's feed"),
         }
     }
 }
@@ -313,6 +321,8 @@ impl fmt::Display for FindingKind {
             Self::UnsafeToolChange => "tool change away from the reference position",
             Self::SpindleOff => "feed move without the spindle",
             Self::SpindleSense => "feed move with the spindle the wrong way round",
+            Self::FeedAboveJob => "tip faster than the job asks for",
+            Self::OtherSpindleSpeed => "another spindle speed than the job's",
             Self::NoDecimalPoint => "number without decimal point",
             Self::InchFeed => "feed in inch/min",
             Self::Branch => "branch that is not followed",
