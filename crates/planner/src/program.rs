@@ -149,6 +149,8 @@ pub(crate) struct Timed {
     pub moves: Vec<TimedMove>,
     /// Times by the law of motion, where the machine has one.
     pub time_law: Option<TimeLawReport>,
+    /// Whether what chips make of feeds is told by the law.
+    pub chips_by_law: bool,
     /// Limits that it lacks.
     pub no_time_law: Vec<String>,
 }
@@ -277,7 +279,7 @@ impl<'a> BlockWriter<'a> {
         normal: Option<&Unit<Vector3<f64>>>,
     ) -> Result<(), Failure> {
         let words = self.words_of(&m.axes)?;
-        let (block, time, limit) = match m.kind {
+        let (block, time, given_time, limit) = match m.kind {
             MoveKind::Rapid => {
                 if self.at.is_none() {
                     self.turn_at_pole(&m.axes)?;
@@ -286,19 +288,19 @@ impl<'a> BlockWriter<'a> {
                     rapid_time(self.machine, self.rapid_law, &from.axes, &m.axes, self.tool_length)
                 });
                 self.timed.rapid_time += time;
-                (Block::Rapid { words }, time, None)
+                (Block::Rapid { words }, time, time, None)
             }
             MoveKind::Approach | MoveKind::Engage | MoveKind::Cut => {
-                let (feed, told) = self.timed(operation, m)?;
+                let (feed, told, given_time) = self.timed(operation, m)?;
                 let block = match self.vectors_of(operation, m, normal)? {
                     Some(vectors) => Block::LinearVectors { words, feed, vectors: Box::new(vectors) },
                     None => Block::Linear { words, feed },
                 };
-                (block, told.time, Some(told.limit))
+                (block, told.time, given_time, Some(told.limit))
             }
         };
         let at = self.timed.program.blocks.len();
-        self.timed.moves.push(TimedMove { block: at, axes: m.axes, kind: m.kind, time, limit });
+        self.timed.moves.push(TimedMove { block: at, axes: m.axes, kind: m.kind, time, given_time, limit });
         self.timed.move_blocks.push(self.timed.program.blocks.len());
         self.timed.program.blocks.push(block);
         self.timed.n_blocks += 1;
@@ -346,8 +348,8 @@ impl<'a> BlockWriter<'a> {
         }
     }
 
-    /// Adds the time of a feed block; its F, and the rest of its timing.
-    fn timed(&mut self, operation: &OperationFile, m: &Move) -> Result<(f64, BlockFeed), Failure> {
+    /// Adds the time of a feed block; its F, the rest of its timing, and its time at the job's own feeds, s.
+    fn timed(&mut self, operation: &OperationFile, m: &Move) -> Result<(f64, BlockFeed, f64), Failure> {
         let from = self.at.ok_or_else(|| Failure::Internal("a program starts with a cut".to_owned()))?;
         let tip_distance = (m.cl.tip - from.cl.tip).norm();
         let asked = programmed_feed(&operation.feeds, self.teeth, m.kind, m.chip.as_ref());
@@ -358,8 +360,9 @@ impl<'a> BlockWriter<'a> {
                 .map_err(|e| Failure::Infeasible(format!("operation \"{}\": {e}", operation.name)))
         };
         let feed = feed_at(asked.mm_min)?;
+        let without_chips = || programmed_feed(&operation.feeds, self.teeth, m.kind, None).mm_min;
+        let given = if asked.law == FeedLaw::Given { feed } else { feed_at(without_chips())? };
         if m.kind == MoveKind::Cut {
-            let given = if asked.law == FeedLaw::Given { feed } else { feed_at(operation.feeds.cutting_mm_min)? };
             let added_time = feed.time - given.time;
             self.timed.cut_feeds.push(CutFeed { asked, before: given.tip_feed, added_time });
             self.timed.cutting_time += feed.time;
@@ -374,7 +377,7 @@ impl<'a> BlockWriter<'a> {
             FeedMode::G93 => feed.inverse_time().unwrap_or(1.0),
             FeedMode::Rtcp => feed.tip_feed.max(range.min),
         };
-        Ok((value, feed))
+        Ok((value, feed, given.time))
     }
 
     fn words_of(&self, axes: &AxisValues) -> Result<AxisWords, Failure> {

@@ -8,7 +8,7 @@ use crate::job_file::OperationFile;
 use crate::tip_feed::{FeedLaw, depends_on_chips, teeth_per_minute};
 
 /// Chips of an operation along its CC points, in all places of the pattern. "Before" is at the job's cutting feed,
-/// lowered where an axis cannot follow, by the law of motion where there is one; "after" is as written.
+/// lowered where an axis cannot follow; "after" is as written.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct ChipsReport {
     /// Operation.
@@ -34,8 +34,9 @@ pub struct ChipsReport {
     pub largest_chip_thickness_mm: Option<[f64; 2]>,
     /// CC points by what sets the feed on the way to them.
     pub feeds_set_by: FeedsSetByReport,
-    /// Time in the passes after, less that before; below 0 where air is faster. Both are those of the law of motion, where
-    /// there is one, else at constant speeds.
+    /// Whether what was before, and the added time, are those of the law of motion; else they are at constant speeds.
+    pub by_law: bool,
+    /// Time in the passes after, less that before; below 0 where air is faster.
     pub added_time_s: f64,
 }
 
@@ -84,7 +85,7 @@ impl SpreadReport {
 
 impl ChipsReport {
     /// Of the points of an operation.
-    pub(crate) fn new(operation: &OperationFile, teeth: u32, points: &[ChipPoint]) -> Self {
+    pub(crate) fn new(operation: &OperationFile, teeth: u32, points: &[ChipPoint], by_law: bool) -> Self {
         let per_minute = teeth_per_minute(&operation.feeds, teeth);
         let thicknesses = points.iter().filter_map(|p| p.thicknesses(per_minute));
         let largest = thicknesses.reduce(|a, b| [a[0].max(b[0]), a[1].max(b[1])]);
@@ -108,6 +109,7 @@ impl ChipsReport {
                 machine: with(&Arrival::is_slower_than_asked),
                 smallest_f: with(&Arrival::is_faster_than_asked),
             },
+            by_law,
             added_time_s: arrivals().map(|a| a.added_time).sum(),
         }
     }

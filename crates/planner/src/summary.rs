@@ -55,7 +55,7 @@ pub fn summary(report: &Report) -> String {
             "  posture jumps     {jumps} steps beyond max_turn_deg_per_mm or what an axis can at the programmed feed"
         ));
     }
-    lines.extend(report.chips.iter().filter_map(|chips| removal_rate(chips, report.time_law.is_some())));
+    lines.extend(report.chips.iter().filter_map(removal_rate));
     lines.extend(report.postures.iter().filter_map(wider_search));
     lines.extend(turning(report));
     if t.uncut_points > 0 {
@@ -173,9 +173,9 @@ fn wider_search(postures: &PosturesReport) -> Option<String> {
 }
 
 /// A line on what feeds by chips have done to an operation's removal rate, where they are asked for.
-fn removal_rate(chips: &ChipsReport, is_by_law: bool) -> Option<String> {
+fn removal_rate(chips: &ChipsReport) -> Option<String> {
     let (before, after) = (chips.removal_rate_before_cm3_min?, chips.removal_rate_after_cm3_min?);
-    let how = if is_by_law { "" } else { " at constant speed" };
+    let how = if chips.by_law { "" } else { " at constant speed" };
     let percent = |spread: SpreadReport| 100.0 * spread.variation;
     chips.by_chips.then(|| {
         format!(

@@ -203,7 +203,14 @@ impl<'a> DualWriter<'a> {
             }
         };
         let at = self.timed.program.blocks.len();
-        self.timed.moves.push(TimedMove { block: at, axes: m.axes, kind: m.kind, time: told.time, limit });
+        self.timed.moves.push(TimedMove {
+            block: at,
+            axes: m.axes,
+            kind: m.kind,
+            time: told.time,
+            given_time: told.time,
+            limit,
+        });
         self.timed.program.blocks.push(block);
         self.timed.n_blocks += 1;
         self.at = Some(m.axes);

@@ -48,6 +48,8 @@ pub(crate) struct TimedMove {
     pub kind: MoveKind,
     /// Time, s.
     pub time: f64,
+    /// Time at the job's own feeds, whatever chips make of them, s.
+    pub given_time: f64,
     /// What sets it; `None` for rapids.
     pub limit: Option<FeedLimit>,
 }
@@ -135,13 +137,14 @@ fn without_chips(
 ) -> Result<(), String> {
     let is_cut: Vec<bool> = timed.moves.iter().map(|m| m.kind == MoveKind::Cut).collect();
     let n_cuts = is_cut.iter().filter(|cut| **cut).count();
-    if n_cuts != timed.cut_feeds.len() || timed.cut_feeds.iter().all(|c| c.asked.law == FeedLaw::Given) {
+    // Of two heads each has its own, which are told at constant speeds.
+    timed.chips_by_law = n_cuts == timed.cut_feeds.len();
+    if !timed.chips_by_law || timed.cut_feeds.iter().all(|c| c.asked.law == FeedLaw::Given) {
         return Ok(());
     }
-    let blocks =
-        runs.iter_mut().flat_map(|run| &mut run.blocks).zip(&timed.moves).filter(|(_, m)| m.kind == MoveKind::Cut);
-    for ((block, m), cut) in blocks.zip(&timed.cut_feeds) {
-        block.tip_time = m.time - cut.added_time;
+    let blocks = runs.iter_mut().flat_map(|run| &mut run.blocks).zip(&timed.moves);
+    for (block, m) in blocks.filter(|(_, m)| m.kind != MoveKind::Rapid) {
+        block.tip_time = m.given_time;
     }
     let given: Result<Vec<RunLaw>, String> = runs.par_iter().map(|run| timer.time(run)).collect();
     let given = given?;
@@ -152,11 +155,10 @@ fn without_chips(
     let moves = timed.moves.iter().filter(|m| m.kind == MoveKind::Cut);
     let times = flat(laws).into_iter().zip(flat(&given));
     for ((cut, m), ((time, _), (given_time, given_peak))) in timed.cut_feeds.iter_mut().zip(moves).zip(times) {
-        let asked = m.time - cut.added_time;
         if job.file.feeds_within == FeedsWithin::Acceleration
-            && let Some(reached) = reachable(asked, given_peak)
+            && let Some(reached) = reachable(m.given_time, given_peak)
         {
-            cut.before *= asked / reached;
+            cut.before *= m.given_time / reached;
         }
         cut.added_time = time - given_time;
     }
