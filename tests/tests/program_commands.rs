@@ -230,7 +230,7 @@ fn programs_that_cannot_be_trusted_are_refused_by_line() {
         let why = refused(&machine, Dialect::Siemens840d, &format!("{siemens}{rest}M30\n"));
         assert!(why.contains(told) && why.contains("line "), "{rest}: {why}");
     }
-    let why = refused(&machine, Dialect::LinuxCnc, "G21 G90 G94 G54\nM428\nG1 X1. F100.\nM2\n");
+    let why = refused(&machine, Dialect::LinuxCnc, "G21 G90 G94 G54\nM430\nG1 X1. F100.\nM2\n");
     assert!(why.contains("kinematics"), "{why}");
 }
 
@@ -275,7 +275,7 @@ fn chip_areas_of_simple_cases_are_told() {
     let cases = folder.path("cases.csv").to_str().unwrap().to_owned();
     folder.write("cases.csv", b"radius_mm,corner_radius_mm,surface,depth_of_cut_mm,left,right\n");
     for (arguments, expected) in [
-        (&["--radius-mm", "-1", "--depth-of-cut-mm", "2"][..], "radius_mm"),
+        (&["--radius-mm", "-1", "--depth-of-cut-mm", "2"][..], "--radius-mm: "),
         (&["--radius-mm", "40", "--depth-of-cut-mm", "2", "--surface", "cone"], "plane, convex, concave"),
         (&["--radius-mm", "40"], "--depth-of-cut-mm"),
         (&["--radius-mm", "1e300", "--depth-of-cut-mm", "2"], "--radius-mm: cutter.radius is 1e300 mm"),
