@@ -74,6 +74,7 @@ mod doubts;
 mod episodes;
 mod feeds;
 mod finding;
+mod links;
 mod motion_modes;
 mod moves;
 mod proof;
@@ -103,6 +104,7 @@ pub use counted_axes::CountedAxes;
 pub use finding::{
     AxisReading, ClearancePlace, Finding, FindingKind, GougePlace, Measure, Pose, SectionGouge, Verification,
 };
+pub use links::{LinkHold, LinkSettings, LinkStage, ProgramLink, run_links};
 pub use setup::{GougeSection, ObstacleKind, VerifyError, VerifySettings, VirtualObstacle, VirtualSetup};
 pub use stock_run::{BlockCut, StockRun, run_stock};
 pub use verify::verify;

@@ -105,18 +105,18 @@ const WAYS: [f64; 2] = [0.5, 8.0];
 const CORE_HEIGHT: f64 = 1.0;
 
 /// The solids of the tool assembly that are swept.
-struct Bodies {
-    cutter: TurnedBody,
+pub(crate) struct Bodies {
+    pub(crate) cutter: TurnedBody,
     /// With half the diagonal of a cell around it.
     cutter_in_rapid: TurnedBody,
     core: Option<TurnedBody>,
     /// Each body as it is and with its clearance, by its index among the scene's.
     sections: Vec<(usize, TurnedBody, TurnedBody)>,
-    max_way: f64,
+    pub(crate) max_way: f64,
 }
 
 impl Bodies {
-    fn new(tool: &ToolAssembly, slack: f64, cell: f64) -> Self {
+    pub(crate) fn new(tool: &ToolAssembly, slack: f64, cell: f64) -> Self {
         let cutter = tool.cutter();
         let around = cell * std::f64::consts::FRAC_1_SQRT_2;
         let (r, rim) = (cutter.corner_radius(), cutter.rim_radius());
@@ -145,7 +145,7 @@ impl Bodies {
     }
 
     /// What is asked and cut on a segment, in order.
-    fn steps(&self, m: &Move, segment: &Segment) -> Vec<(Purpose, Step<'_>)> {
+    pub(crate) fn steps(&self, m: &Move, segment: &Segment) -> Vec<(Purpose, Step<'_>)> {
         let sweep = |body| Sweep { body, from: segment.from, to: segment.to };
         let kept = self.sections.iter().map(|(k, _, kept)| (Purpose::Body(*k), Step::Ask(sweep(kept))));
         if m.is_rapid_of_tool() {
@@ -170,7 +170,7 @@ fn core(tool: &ToolAssembly) -> Option<TurnedBody> {
 
 /// Why a step is taken.
 #[derive(Clone, Copy)]
-enum Purpose {
+pub(crate) enum Purpose {
     Cut,
     Core,
     Rapid,

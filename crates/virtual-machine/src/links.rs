@@ -1,0 +1,299 @@
+//! The links of a program, from one run of cuts to the next at rapid rate, and whether another way there is free.
+
+use facemill_cl_data::{ClPoint, Monitor, Solid};
+use facemill_inverse_kinematics::{AxisValues, BlockLaw};
+use facemill_nc_program::ReadProgram;
+use facemill_z_map::{DexelMap, RoundRing, Step, Sweep, TurnedBody};
+
+use crate::{
+    ObstacleKind, VerifyError, VerifySettings, VirtualSetup,
+    doubts::Doubts,
+    moves::{Move, resolve},
+    prover::Prover,
+    scene::Scene,
+    segments::{Coarseness, Segment, segments},
+    setup,
+    stock_run::Bodies,
+};
+
+/// All rapids between two cutting moves.
+#[derive(Clone, Debug)]
+pub struct ProgramLink {
+    /// Indices of its blocks with a motion, in order; one may stand there more than once.
+    pub blocks: Vec<usize>,
+    /// Axis values at its start.
+    pub start: AxisValues,
+    /// Axis values at the ends of its motions, in order.
+    pub ends: Vec<AxisValues>,
+    /// What the axes do in its first motion.
+    pub law: BlockLaw,
+    /// Why another way must not take its place.
+    pub hold: Option<LinkHold>,
+    section: usize,
+    /// Index of its first motion among all.
+    first: usize,
+}
+
+/// Why a link stays as it is.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum LinkHold {
+    /// Nothing is cut before it: it is the way to the part.
+    WayIn,
+    /// Nothing is cut behind it: it is the way home.
+    WayOut,
+    /// Its motions have different laws.
+    Laws,
+    /// A fault of the text leaves open where the axes are.
+    Doubt(String),
+}
+
+/// How free a way has to be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LinkSettings {
+    /// Distance that the tool keeps from stock and fixtures on the way, mm. From the stock it is kept from where the tool has
+    /// gone twice as far from the start, and up to there before the end: cuts end near the stock.
+    pub clearance: f64,
+    /// As in [`run_stock`](crate::run_stock), mm.
+    pub tolerance: f64,
+}
+
+/// Where a program stands at the start of a link: the stock as it is then, and all else that is in the way.
+pub struct LinkStage<'s, 'a> {
+    scene: &'s Scene<'a>,
+    bodies: &'s Bodies,
+    /// The cutter and each body of the tool with the clearance.
+    kept: &'s [TurnedBody],
+    coarse: Coarseness,
+    clearance: f64,
+    stock: &'s DexelMap,
+}
+
+/// Runs a program and shows every link with the stock as it is there. The stock is cut as [`run_stock`](crate::run_stock) does,
+/// and is the rest when this returns without an error.
+///
+/// # Errors
+/// When the setup or a setting makes no sense, or the monitor cancels, which is told of every block with a motion.
+pub fn run_links(
+    program: &ReadProgram,
+    setup: &VirtualSetup<'_>,
+    settings: (&VerifySettings, &LinkSettings),
+    stock: &mut DexelMap,
+    visit: &mut dyn FnMut(&ProgramLink, &LinkStage<'_, '_>),
+    monitor: &dyn Monitor,
+) -> Result<(), VerifyError> {
+    let (verify, link) = settings;
+    check(setup, verify, link)?;
+    let verify = &VerifySettings { stock_is_cut: true, ..verify.clone() };
+    let wide = with_clearance(setup, link.clearance);
+    let scene = Scene::new(&wide, verify)?;
+    let resolved = resolve(program, setup, verify);
+    let doubts = Doubts::new(program, &resolved.faults);
+    let links = links(program, &resolved.moves, &doubts);
+    let cell = stock.grid().cell();
+    let bodies = Bodies::new(setup.tool, verify.clearance_slack, cell);
+    let kept = kept_bodies(setup, link.clearance, cell);
+    let coarse = Coarseness { tolerance: link.tolerance, reach: setup.tool.gauge_length(), max_way: bodies.max_way };
+    let mut done = 0;
+    for found in &links {
+        cut(&scene, &bodies, &coarse, &resolved.moves[done..found.first], stock, monitor)?;
+        done = found.first + found.ends.len();
+        monitor.advance(count_blocks(&resolved.moves[found.first..done]));
+        monitor.checkpoint()?;
+        let (scene, bodies, kept, stock) = (&scene, &bodies, &kept[..], &*stock);
+        visit(found, &LinkStage { scene, bodies, kept, coarse, clearance: link.clearance, stock });
+    }
+    cut(&scene, &bodies, &coarse, &resolved.moves[done..], stock, monitor)
+}
+
+fn check(setup: &VirtualSetup<'_>, verify: &VerifySettings, link: &LinkSettings) -> Result<(), VerifyError> {
+    setup::check(setup, verify)?;
+    if !(link.tolerance > 0.0 && link.tolerance.is_finite()) {
+        return Err(VerifyError::Setting { field: "tolerance", value: link.tolerance, needed: "above 0" });
+    }
+    if !(link.clearance >= 0.0 && link.clearance.is_finite()) {
+        return Err(VerifyError::Setting { field: "clearance", value: link.clearance, needed: "at least 0" });
+    }
+    Ok(())
+}
+
+/// The setup with fixtures so much thicker.
+fn with_clearance<'a>(setup: &VirtualSetup<'a>, clearance: f64) -> VirtualSetup<'a> {
+    let mut wide = setup.clone();
+    for o in wide.obstacles.iter_mut().filter(|o| o.kind == ObstacleKind::Fixture) {
+        o.allowance += clearance;
+        o.stock += clearance;
+    }
+    wide
+}
+
+/// The cutter and the tool's bodies with the clearance, or their own where that is more, and half the diagonal of a cell.
+fn kept_bodies(setup: &VirtualSetup<'_>, clearance: f64, cell: f64) -> Vec<TurnedBody> {
+    let around = cell * std::f64::consts::FRAC_1_SQRT_2;
+    let cutter = setup.tool.cutter();
+    let (r, rim) = (cutter.corner_radius(), cutter.rim_radius());
+    let rings = [
+        RoundRing { radius: rim, height: r, rounding: r + clearance + around },
+        RoundRing { radius: cutter.radius(), height: cutter.flute_length(), rounding: clearance + around },
+    ];
+    let mut kept: Vec<TurnedBody> = TurnedBody::new(&rings).into_iter().collect();
+    for body in setup.tool.collision_bodies() {
+        let Solid::Frustum(f) = body.solid else { continue };
+        let rounding = f.rounding.max(clearance) + around;
+        // A section without length is none.
+        kept.extend(TurnedBody::frustum([f.z_low, f.z_high], [f.radius_low, f.radius_high], rounding));
+    }
+    kept
+}
+
+/// Moves of which the stock is cut in one go.
+const MOVES_PER_BATCH: usize = 512;
+
+/// Cuts the stock as these moves do.
+fn cut(
+    scene: &Scene<'_>,
+    bodies: &Bodies,
+    coarse: &Coarseness,
+    moves: &[Move],
+    stock: &mut DexelMap,
+    monitor: &dyn Monitor,
+) -> Result<(), VerifyError> {
+    for batch in moves.chunks(MOVES_PER_BATCH) {
+        monitor.checkpoint()?;
+        let cutting = batch.iter().filter(|m| !m.is_rapid && m.moves_tool);
+        // What has no way that is known takes nothing, as in the run of the stock.
+        let ways: Vec<Segment> = cutting.filter_map(|m| segments(scene, m, coarse)).flatten().collect();
+        let sweeps: Vec<Sweep<'_>> =
+            ways.iter().map(|s| Sweep { body: &bodies.cutter, from: s.from, to: s.to }).collect();
+        stock.remove_all(&sweeps, coarse.tolerance).map_err(|e| VerifyError::Sweep { problem: e.to_string() })?;
+        monitor.advance(count_blocks(batch));
+    }
+    Ok(())
+}
+
+fn count_blocks(moves: &[Move]) -> usize {
+    moves.chunk_by(|a, b| a.block == b.block).count()
+}
+
+/// All runs of rapids, in order.
+fn links(program: &ReadProgram, moves: &[Move], doubts: &Doubts) -> Vec<ProgramLink> {
+    let mut links = Vec::new();
+    let mut first = 0;
+    for run in moves.chunk_by(|a, b| a.is_rapid == b.is_rapid) {
+        if run[0].is_rapid {
+            let is_last = first + run.len() == moves.len();
+            links.push(link(program, run, first, is_last, doubts));
+        }
+        first += run.len();
+    }
+    links
+}
+
+fn link(program: &ReadProgram, run: &[Move], first: usize, is_last: bool, doubts: &Doubts) -> ProgramLink {
+    let doubt = run.iter().find_map(|m| doubts.of_line(program.blocks[m.block].line));
+    let hold = if first == 0 {
+        Some(LinkHold::WayIn)
+    } else if is_last {
+        Some(LinkHold::WayOut)
+    } else if let Some(doubt) = doubt {
+        Some(LinkHold::Doubt(format!("line {}: {}", doubt.line, doubt.what)))
+    } else {
+        run.iter().any(|m| m.law != run[0].law || !m.moves_tool).then_some(LinkHold::Laws)
+    };
+    ProgramLink {
+        blocks: run.iter().map(|m| m.block).collect(),
+        start: run[0].start,
+        ends: run.iter().map(|m| m.end).collect(),
+        law: run[0].law,
+        hold,
+        section: run[0].section,
+        first,
+    }
+}
+
+impl LinkStage<'_, '_> {
+    /// Whether the tool can go from the start of a link through these axis values, at rapid rate and under the link's law.
+    ///
+    /// Axes stay within their limits. Against part, fixtures and machine it is proven for every time of the motion, with what
+    /// the control may leave it by, as in certificates of rapids; against the stock as it is now it is held as
+    /// [`run_stock`](crate::run_stock) holds rapids, and with the clearance of the settings.
+    pub fn is_free(&self, link: &ProgramLink, through: &[AxisValues]) -> bool {
+        let machine = self.scene.setup.machine;
+        if through.iter().any(|axes| machine.first_beyond_limit(axes).is_some()) {
+            return false;
+        }
+        let moves = moves(link, through);
+        self.is_clear_of_stock(&moves) && moves.iter().all(|m| self.is_proven(m))
+    }
+
+    fn is_proven(&self, m: &Move) -> bool {
+        let proof = Prover::new(self.scene, m).map(|mut prover| prover.prove());
+        proof.is_some_and(|p| p.depth.is_some() && p.bodies_clear)
+    }
+
+    fn is_clear_of_stock(&self, moves: &[Move]) -> bool {
+        let mut way = Vec::new();
+        for m in moves {
+            let Some(segments) = segments(self.scene, m, &self.coarse) else { return false };
+            way.extend(segments.into_iter().map(|s| (m, s)));
+        }
+        let is_plainly_clear = |(m, s): &(&Move, Segment)| {
+            let steps = self.bodies.steps(m, s);
+            steps.iter().all(|(_, step)| {
+                let (Step::Ask(sweep) | Step::Remove(sweep)) = step;
+                self.clears(sweep, 2.0 * self.coarse.tolerance)
+            })
+        };
+        let parts = self.far_from_ends(way.iter().map(|(_, s)| s));
+        let is_kept_clear = |[from, to]: &[ClPoint; 2]| {
+            self.kept.iter().all(|body| self.clears(&Sweep { body, from: *from, to: *to }, 0.0))
+        };
+        parts.iter().all(is_kept_clear) && way.iter().all(is_plainly_clear)
+    }
+
+    /// Whether a sweep meets no material deeper than this.
+    fn clears(&self, sweep: &Sweep<'_>, depth: f64) -> bool {
+        let found = self.stock.meets(sweep, self.coarse.tolerance);
+        found.is_ok_and(|contact| contact.is_none_or(|c| c.depth <= depth))
+    }
+
+    /// The parts of a way on which the clearance is kept. Way is that of the tip and, with the turn of the axis, of the tool's
+    /// farthest point.
+    fn far_from_ends<'s>(&self, way: impl Iterator<Item = &'s Segment> + Clone) -> Vec<[ClPoint; 2]> {
+        let length = |s: &Segment| {
+            let turn = s.from.axis.cross(&s.to.axis).norm().atan2(s.from.axis.dot(&s.to.axis));
+            (s.to.tip - s.from.tip).norm() + self.coarse.reach * turn
+        };
+        let all: f64 = way.clone().map(length).sum();
+        let [low, high] = [2.0 * self.clearance, all - 2.0 * self.clearance];
+        let mut gone = 0.0;
+        let mut parts = Vec::new();
+        for s in way {
+            let here = length(s);
+            let share = |at: f64| if here > 0.0 { ((at - gone) / here).clamp(0.0, 1.0) } else { 0.0 };
+            let [from, to] = [share(low), share(high)];
+            if from < to {
+                let sweep = Sweep { body: &self.bodies.cutter, from: s.from, to: s.to };
+                parts.push([sweep.at(from), sweep.at(to)]);
+            }
+            gone += here;
+        }
+        parts
+    }
+}
+
+/// The motions of a link through other places.
+fn moves(link: &ProgramLink, through: &[AxisValues]) -> Vec<Move> {
+    let starts = std::iter::once(&link.start).chain(through);
+    let block = link.blocks.first().copied().unwrap_or(0);
+    let between = |(start, end): (&AxisValues, &AxisValues)| Move {
+        block,
+        section: link.section,
+        law: link.law,
+        is_rapid: true,
+        start: *start,
+        end: *end,
+        feed: None,
+        moves_tool: true,
+    };
+    starts.zip(through).map(between).collect()
+}
