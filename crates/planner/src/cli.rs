@@ -17,6 +17,7 @@ use crate::chip_area_command::{self, ChipAreaArguments};
 use crate::feedrate_command::{self, FeedrateArguments};
 use crate::machine_commands::{self, MachineCommand};
 use crate::progress::Bar;
+use crate::rapids_command::{self, RapidsArguments};
 use crate::verify_command::{self, VerifyArguments};
 
 /// Plans five-axis face milling of sculptured surfaces: mesh and path in, machine NC out.
@@ -78,6 +79,8 @@ enum Command {
     Feedrate(FeedrateArguments),
     /// Runs a program from anywhere on the virtual machine as a job's setup stands, and says what it would do
     Verify(VerifyArguments),
+    /// Gives an existing program faster links: each the fastest way that is free of stock, part, fixtures and machine
+    Rapids(RapidsArguments),
     /// Section area of the chip of a pass: one case, or a table of them
     ChipArea(ChipAreaArguments),
     /// Writes an example: a complete job folder
@@ -194,6 +197,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
         }
         Command::Feedrate(arguments) => feedrate_command::run(&arguments),
         Command::Verify(arguments) => verify_command::run(&arguments),
+        Command::Rapids(arguments) => rapids_command::run(&arguments),
         Command::ChipArea(arguments) => chip_area_command::run(&arguments),
         Command::New { part } => write_new(part),
         Command::Machine { what } => machine_commands::run(what),

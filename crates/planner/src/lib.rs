@@ -57,6 +57,7 @@ mod pole;
 mod post_load;
 mod program;
 mod program_spec;
+pub mod rapids;
 mod refeed;
 mod refeed_checks;
 mod refeed_law;

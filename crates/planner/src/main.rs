@@ -9,6 +9,7 @@ mod cli;
 mod feedrate_command;
 mod machine_commands;
 mod progress;
+mod rapids_command;
 mod verify_command;
 
 fn main() -> ExitCode {

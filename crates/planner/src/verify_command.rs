@@ -95,7 +95,7 @@ fn cut_of(arguments: &VerifyArguments) -> Result<Option<CutRequest>, Failure> {
 }
 
 /// Index of the setup of this name or number.
-fn setup_of(job: &Job, asked: Option<&str>) -> Result<usize, Failure> {
+pub(crate) fn setup_of(job: &Job, asked: Option<&str>) -> Result<usize, Failure> {
     let setups = &job.file.setups;
     let names: Vec<&str> = setups.iter().map(|s| s.name.as_str()).collect();
     let Some(asked) = asked else {

@@ -308,7 +308,7 @@ fn register_in(dialect: Dialect, job: &Job) -> u32 {
     }
 }
 
-fn virtual_setup<'a>(
+pub(crate) fn virtual_setup<'a>(
     dialect: Dialect,
     job: &'a Job,
     setup: &'a Setup<'_>,

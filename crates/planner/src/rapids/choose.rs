@@ -1,0 +1,151 @@
+//! The fastest free way of a link.
+
+use facemill_inverse_kinematics::{AxisKind, AxisValues, BlockLaw};
+use facemill_virtual_machine::{LinkStage, ProgramLink};
+use rayon::prelude::*;
+
+use super::clock::LinkClock;
+use super::ways::{Ends, WayKind};
+
+/// A way in place of a link.
+#[derive(Clone, Debug)]
+pub(crate) struct Chosen {
+    pub kind: WayKind,
+    /// The positions, as their words say them.
+    pub through: Vec<AxisValues>,
+    /// Time, s.
+    pub time: f64,
+}
+
+/// Times of a link, and a faster way where there is one.
+#[derive(Clone, Debug)]
+pub(crate) struct Choice {
+    /// As it was, s.
+    pub before: f64,
+    /// All axes together, whatever is in the way, s.
+    pub lower_bound: f64,
+    pub better: Option<Chosen>,
+}
+
+/// Distances out that are tried of every kind of way, in squares of this many equal parts of the largest.
+const RUNGS: u32 = 14;
+
+/// Halvings between the last distance out that was not free and the first one that was.
+const HALVINGS: u32 = 5;
+
+/// Parts of the distance to the straight line by which places between are pulled in, one after the other.
+const PULLS: [f64; 4] = [0.5, 0.25, 0.25, 0.125];
+
+/// Ways of one link that are asked for at most.
+const MAX_TESTS: usize = 48;
+
+/// By how much a way has to be faster, s: less is rounding.
+const FASTER: f64 = 1e-4;
+
+/// What choosing needs.
+pub(crate) struct Chooser<'c, 'a> {
+    pub ends: &'c Ends<'a>,
+    pub clock: &'c LinkClock<'a>,
+    pub law: BlockLaw,
+    /// Positions as rounded words give them; `None` where they have no words.
+    pub rounded: &'c (dyn Fn(&AxisValues) -> Option<AxisValues> + Sync),
+}
+
+/// A way that is not tested yet.
+struct Timed {
+    kind: WayKind,
+    out: f64,
+    way: Chosen,
+}
+
+impl Chooser<'_, '_> {
+    /// The fastest free way of a link among all kinds, each as far in as it is free; never one that is slower than the link is.
+    ///
+    /// # Errors
+    /// When a way cannot be timed.
+    pub(crate) fn choose(&self, link: &ProgramLink, stage: &LinkStage<'_, '_>) -> Result<Choice, String> {
+        let before = self.clock.time(self.law, &link.start, &link.ends)?;
+        let lower_bound = self.clock.time(self.law, &link.start, &[self.ends.end])?;
+        let largest = self.largest_out(link);
+        let mut all = vec![(WayKind::Direct, 0.0)];
+        for kind in WayKind::TRIED.into_iter().filter(|kind| *kind != WayKind::Direct) {
+            all.extend((0..=RUNGS).map(|k| (kind, largest * (f64::from(k) / f64::from(RUNGS)).powi(2))));
+        }
+        let timed: Vec<Option<Timed>> = all.par_iter().map(|&(kind, out)| self.timed(kind, out, before)).collect();
+        let mut timed: Vec<Timed> = timed.into_iter().flatten().collect();
+        timed.sort_by(|a, b| a.way.time.total_cmp(&b.way.time));
+        let free = timed.iter().take(MAX_TESTS).position(|t| stage.is_free(link, &t.way.through));
+        let better = free.map(|k| {
+            let inner = self.further_in(link, stage, &timed[k], &timed[..k]);
+            self.pulled_tight(link, stage, inner)
+        });
+        Ok(Choice { before, lower_bound, better })
+    }
+
+    /// A way with its time, where it is faster than `before`.
+    fn timed(&self, kind: WayKind, out: f64, before: f64) -> Option<Timed> {
+        let way = self.ends.way(kind, out)?;
+        let (last, over) = way.split_last()?;
+        let mut through: Vec<AxisValues> = over.iter().map(self.rounded).collect::<Option<_>>()?;
+        through.push(*last);
+        // What cannot be timed is none.
+        let time = self.clock.time(self.law, &self.ends.start, &through).ok()?;
+        (time < before - FASTER).then_some(Timed { kind, out, way: Chosen { kind, through, time } })
+    }
+
+    /// The same kind of way as far in as it is free, from the farthest one that was not on.
+    fn further_in(&self, link: &ProgramLink, stage: &LinkStage<'_, '_>, found: &Timed, blocked: &[Timed]) -> Chosen {
+        let mut best = found.way.clone();
+        let inner = blocked.iter().filter(|t| t.kind == found.kind && t.out < found.out).map(|t| t.out);
+        let Some(mut low) = inner.reduce(f64::max) else { return best };
+        let mut high = found.out;
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (low + high);
+            match self.timed(found.kind, middle, best.time) {
+                Some(t) if stage.is_free(link, &t.way.through) => (high, best) = (middle, t.way),
+                _ => low = middle,
+            }
+        }
+        best
+    }
+
+    /// The same way with its places between the ends pulled toward the line through their neighbours, as far as that is free
+    /// and faster.
+    fn pulled_tight(&self, link: &ProgramLink, stage: &LinkStage<'_, '_>, mut best: Chosen) -> Chosen {
+        for by in PULLS {
+            for k in 0..best.through.len() - 1 {
+                let before = if k == 0 { self.ends.start } else { best.through[k - 1] };
+                let Some(share) = self.share_of_way(&before, &best.through[k], &best.through[k + 1]) else { continue };
+                let straight = before.lerp(&best.through[k + 1], share);
+                let Some(pulled) = (self.rounded)(&best.through[k].lerp(&straight, by)) else { continue };
+                let mut through = best.through.clone();
+                through[k] = pulled;
+                let time = self.clock.time(self.law, &self.ends.start, &through);
+                let is_faster = time.as_ref().is_ok_and(|time| *time < best.time - FASTER);
+                if let (true, Ok(time)) = (is_faster && stage.is_free(link, &through), time) {
+                    best = Chosen { kind: best.kind, through, time };
+                }
+            }
+        }
+        best
+    }
+
+    /// The share of the tip's way over a place that is done there.
+    fn share_of_way(&self, before: &AxisValues, at: &AxisValues, behind: &AxisValues) -> Option<f64> {
+        let tip = |axes: &AxisValues| self.ends.machine.cl_point(axes, self.ends.tool_length).tip;
+        let [a, b, c] = [before, at, behind].map(tip);
+        let all = (b - a).norm() + (c - b).norm();
+        (all > 0.0).then(|| (b - a).norm() / all)
+    }
+
+    /// How far out a way may go to be worth it, mm: what the linear axes go on the link as it is.
+    fn largest_out(&self, link: &ProgramLink) -> f64 {
+        let starts = std::iter::once(&link.start).chain(&link.ends);
+        let length = |(from, to): (&AxisValues, &AxisValues)| -> f64 {
+            let way = |k: usize| to[k] - from[k];
+            let axes = self.ends.machine.axes().iter().enumerate();
+            axes.filter(|(_, a)| a.kind == AxisKind::Linear).map(|(k, _)| way(k).powi(2)).sum::<f64>().sqrt()
+        };
+        starts.zip(&link.ends).map(length).sum()
+    }
+}

@@ -1,0 +1,355 @@
+//! The order of passes with the shortest links: an open tour, each pass driven in its own direction.
+
+/// What it costs to go from one pass to another, in any unit that adds up, such as seconds.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TourCosts {
+    n: usize,
+    /// From the end of the pass of the row to the start of that of the column.
+    links: Vec<f64>,
+    /// To the start of each pass from where the tool comes from.
+    first: Vec<f64>,
+    /// From the end of each pass to where the tool goes to.
+    last: Vec<f64>,
+}
+
+/// An order of passes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Tour {
+    /// Indices of the passes.
+    pub order: Vec<usize>,
+    /// Its cost, with the ways to the first pass and from the last.
+    pub cost: f64,
+    /// No order costs less than this.
+    pub lower_bound: f64,
+    /// Whether it is an order of least cost.
+    pub is_exact: bool,
+}
+
+/// Why there is no tour.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum TourError {
+    /// The numbers of costs do not go together.
+    #[error(
+        "{links} links, {first} ways to the first pass and {last} from the last are not those of one number of passes"
+    )]
+    Counts {
+        /// Number of links.
+        links: usize,
+        /// Number of ways to the first pass.
+        first: usize,
+        /// Number of ways from the last pass.
+        last: usize,
+    },
+    /// A cost is negative or not finite.
+    #[error("a cost is not a number of at least 0")]
+    Cost,
+}
+
+/// Passes up to which the order is exact: 2¹² sets of 12 ends are nothing, and each pass more doubles them.
+const EXACT: usize = 12;
+
+/// Passes from which the nearest pass is taken next, again and again, to begin with: more seldom find anything shorter.
+const BEGINNINGS: usize = 16;
+
+/// Longest row of passes that is moved to another place.
+const LONGEST_ROW: usize = 3;
+
+/// Least gain of a change, as part of the cost: less is rounding, and could go in circles.
+const LEAST_GAIN: f64 = 1e-12;
+
+/// Rounds of improvements at most: each of them gains something, so that this is never reached but by thousands of passes.
+const MAX_ROUNDS: usize = 1000;
+
+impl TourCosts {
+    /// Costs of n passes: `links` row by row, from the end of the row's pass to the start of the column's.
+    ///
+    /// # Errors
+    /// When there are not n² links for n ways to the first pass and n from the last, or a cost is negative or not finite.
+    pub fn new(links: Vec<f64>, first: Vec<f64>, last: Vec<f64>) -> Result<Self, TourError> {
+        let n = first.len();
+        if links.len() != n * n || last.len() != n {
+            return Err(TourError::Counts { links: links.len(), first: n, last: last.len() });
+        }
+        // From a pass to itself nothing goes.
+        let mut off_diagonal = links.iter().enumerate().filter(|(k, _)| k / n != k % n).map(|(_, c)| c);
+        let is_cost = |c: &f64| *c >= 0.0 && c.is_finite();
+        if !(off_diagonal.all(is_cost) && first.iter().all(is_cost) && last.iter().all(is_cost)) {
+            return Err(TourError::Cost);
+        }
+        Ok(Self { n, links, first, last })
+    }
+
+    fn link(&self, from: usize, to: usize) -> f64 {
+        self.links[from * self.n + to]
+    }
+
+    /// What an order costs.
+    #[must_use]
+    pub fn of(&self, order: &[usize]) -> f64 {
+        let (Some(&first), Some(&last)) = (order.first(), order.last()) else { return 0.0 };
+        self.first[first] + order.windows(2).map(|w| self.link(w[0], w[1])).sum::<f64>() + self.last[last]
+    }
+}
+
+/// An order of passes that costs as little as is found: of up to twelve passes the least of all, of more never more than they
+/// cost in the order that they have, with a bound that tells how much less there could be at most.
+#[must_use]
+pub fn shortest_tour(costs: &TourCosts) -> Tour {
+    if costs.n <= EXACT {
+        let order = exact(costs);
+        let cost = costs.of(&order);
+        return Tour { order, cost, lower_bound: cost, is_exact: true };
+    }
+    let beginnings = std::iter::once((0..costs.n).collect())
+        .chain((0..BEGINNINGS).map(|k| nearest_next(costs, k * costs.n / BEGINNINGS)));
+    let improved = beginnings.map(|order| improved(costs, order)).map(|order| (costs.of(&order), order));
+    let (cost, order) = improved.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or_default();
+    let lower_bound = lower_bound(costs).min(cost);
+    Tour { order, cost, lower_bound, is_exact: false }
+}
+
+/// By the least cost over every set of passes that ends at each of them (Held and Karp).
+fn exact(costs: &TourCosts) -> Vec<usize> {
+    let n = costs.n;
+    if n == 0 {
+        return Vec::new();
+    }
+    let all = (1 << n) - 1;
+    // Cost and the pass before, by set and last pass.
+    let mut best = vec![(f64::INFINITY, n); (all + 1) * n];
+    (0..n).for_each(|k| best[(1 << k) * n + k] = (costs.first[k], n));
+    for set in 1..=all {
+        for end in (0..n).filter(|end| set >> end & 1 == 1) {
+            let here = best[set * n + end].0;
+            for next in (0..n).filter(|next| set >> next & 1 == 0) {
+                let cost = here + costs.link(end, next);
+                let there = &mut best[(set | 1 << next) * n + next];
+                if cost < there.0 {
+                    *there = (cost, end);
+                }
+            }
+        }
+    }
+    let whole = |end: &usize| best[all * n + end].0 + costs.last[*end];
+    let mut end = (0..n).min_by(|a, b| whole(a).total_cmp(&whole(b))).unwrap_or(0);
+    let (mut order, mut set) = (Vec::with_capacity(n), all);
+    while end < n {
+        order.push(end);
+        let before = best[set * n + end].1;
+        set &= !(1 << end);
+        end = before;
+    }
+    order.reverse();
+    order
+}
+
+/// Always on to the nearest pass that is left.
+fn nearest_next(costs: &TourCosts, first: usize) -> Vec<usize> {
+    let mut left: Vec<usize> = (0..costs.n).filter(|k| *k != first).collect();
+    let mut order = vec![first];
+    let mut at = first;
+    while !left.is_empty() {
+        let cost = |k: &usize| costs.link(at, left[*k]);
+        let nearest = (0..left.len()).min_by(|a, b| cost(a).total_cmp(&cost(b))).unwrap_or(0);
+        at = left.remove(nearest);
+        order.push(at);
+    }
+    order
+}
+
+/// Rows of passes moved to other places, and the order of rows turned around, until nothing of it is shorter.
+fn improved(costs: &TourCosts, mut order: Vec<usize>) -> Vec<usize> {
+    for _ in 0..MAX_ROUNDS {
+        if !(move_a_row(costs, &mut order) | turn_rows(costs, &mut order)) {
+            break;
+        }
+    }
+    order
+}
+
+/// Cost from the pass at one place of an order to that at another; outside of it are the ways in and out.
+fn between(costs: &TourCosts, from: Option<usize>, to: Option<usize>) -> f64 {
+    match (from, to) {
+        (Some(from), Some(to)) => costs.link(from, to),
+        (None, Some(to)) => costs.first[to],
+        (Some(from), None) => costs.last[from],
+        (None, None) => 0.0,
+    }
+}
+
+/// Moves every short row to where it is best (Or-opt); says whether anything was gained.
+fn move_a_row(costs: &TourCosts, order: &mut Vec<usize>) -> bool {
+    let (n, mut is_any) = (order.len(), false);
+    let least = LEAST_GAIN * costs.of(order);
+    for length in 1..=LONGEST_ROW.min(n.saturating_sub(1)) {
+        for from in 0..=n - length {
+            let row = [order[from], order[from + length - 1]];
+            let before = from.checked_sub(1).map(|k| order[k]);
+            let behind = order.get(from + length).copied();
+            let freed = between(costs, before, Some(row[0])) + between(costs, Some(row[1]), behind)
+                - between(costs, before, behind);
+            let rest: Vec<usize> = order[..from].iter().chain(&order[from + length..]).copied().collect();
+            let added = |at: usize| {
+                let (a, b) = (at.checked_sub(1).map(|k| rest[k]), rest.get(at).copied());
+                between(costs, a, Some(row[0])) + between(costs, Some(row[1]), b) - between(costs, a, b)
+            };
+            let best = (0..=rest.len()).min_by(|a, b| added(*a).total_cmp(&added(*b))).unwrap_or(from);
+            if added(best) < freed - least {
+                let moved: Vec<usize> = order[from..from + length].to_vec();
+                *order = rest[..best].iter().chain(&moved).chain(&rest[best..]).copied().collect();
+                is_any = true;
+            }
+        }
+    }
+    is_any
+}
+
+/// Drives rows in the opposite order where that is shorter (2-opt); each pass keeps its own direction.
+fn turn_rows(costs: &TourCosts, order: &mut [usize]) -> bool {
+    let (n, mut is_any) = (order.len(), false);
+    let least = LEAST_GAIN * costs.of(order);
+    for from in 0..n {
+        let before = from.checked_sub(1).map(|k| order[k]);
+        let (mut onward, mut back) = (0.0, 0.0);
+        for to in from + 1..n {
+            onward += costs.link(order[to - 1], order[to]);
+            back += costs.link(order[to], order[to - 1]);
+            let behind = order.get(to + 1).copied();
+            let now = between(costs, before, Some(order[from])) + onward + between(costs, Some(order[to]), behind);
+            let turned = between(costs, before, Some(order[to])) + back + between(costs, Some(order[from]), behind);
+            if turned < now - least {
+                order[from..=to].reverse();
+                (onward, back) = (back, onward);
+                is_any = true;
+            }
+        }
+    }
+    is_any
+}
+
+/// What every order costs at least: one way in, one way out, and the largest of three bounds on the links: a spanning tree by
+/// the cheaper direction of each, and the cheapest link to (and from) every pass but the one that this is dearest for.
+fn lower_bound(costs: &TourCosts) -> f64 {
+    let n = costs.n;
+    let least = |all: &[f64]| all.iter().copied().reduce(f64::min).unwrap_or(0.0);
+    let cheapest = |cost: &dyn Fn(usize, usize) -> f64| {
+        let of = |k: usize| (0..n).filter(|j| *j != k).map(|j| cost(k, j)).fold(f64::INFINITY, f64::min);
+        let each: Vec<f64> = (0..n).map(of).collect();
+        each.iter().sum::<f64>() - each.iter().copied().fold(0.0, f64::max)
+    };
+    let out = cheapest(&|k, j| costs.link(k, j));
+    let into = cheapest(&|k, j| costs.link(j, k));
+    least(&costs.first) + least(&costs.last) + spanning_tree(costs).max(out).max(into)
+}
+
+/// Cost of a least spanning tree (Prim); an order of passes is one.
+fn spanning_tree(costs: &TourCosts) -> f64 {
+    let n = costs.n;
+    let edge = |a: usize, b: usize| costs.link(a, b).min(costs.link(b, a));
+    let mut nearest: Vec<f64> = (0..n).map(|k| if k == 0 { 0.0 } else { edge(0, k) }).collect();
+    let mut is_in = vec![false; n];
+    let mut sum = 0.0;
+    for _ in 0..n {
+        let outside = (0..n).filter(|k| !is_in[*k]);
+        let Some(next) = outside.min_by(|a, b| nearest[*a].total_cmp(&nearest[*b])) else { break };
+        is_in[next] = true;
+        sum += nearest[next];
+        (0..n).for_each(|k| nearest[k] = nearest[k].min(if k == next { f64::INFINITY } else { edge(next, k) }));
+    }
+    sum
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    struct Lcg(u64);
+
+    impl Lcg {
+        fn unit(&mut self) -> f64 {
+            self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (self.0 >> 11) as f64 / (1u64 << 53) as f64
+        }
+
+        /// Costs that go neither by distance nor the same way back; every other set has many that are equal.
+        fn costs(&mut self, n: usize) -> TourCosts {
+            let is_coarse = self.unit() < 0.5;
+            let mut all = |n: usize| -> Vec<f64> {
+                let cost = |u: f64| if is_coarse { (4.0 * u).floor() } else { 10.0 * u };
+                (0..n).map(|_| cost(self.unit())).collect()
+            };
+            TourCosts::new(all(n * n), all(n), all(n)).unwrap()
+        }
+    }
+
+    fn least_of_all(costs: &TourCosts, order: &mut Vec<usize>, k: usize) -> f64 {
+        if k == order.len() {
+            return costs.of(order);
+        }
+        let mut least = f64::INFINITY;
+        for j in k..order.len() {
+            order.swap(k, j);
+            least = least.min(least_of_all(costs, order, k + 1));
+            order.swap(k, j);
+        }
+        least
+    }
+
+    fn is_permutation(order: &[usize], n: usize) -> bool {
+        let mut sorted = order.to_vec();
+        sorted.sort_unstable();
+        sorted == (0..n).collect::<Vec<_>>()
+    }
+
+    #[test]
+    fn few_passes_are_in_the_best_of_all_orders_and_bounds_are_below_it() {
+        let mut rng = Lcg(3);
+        for n in 0..=7 {
+            for _ in 0..20 {
+                let costs = rng.costs(n);
+                let tour = shortest_tour(&costs);
+                let least = if n == 0 { 0.0 } else { least_of_all(&costs, &mut (0..n).collect(), 0) };
+                assert!(is_permutation(&tour.order, n) && tour.is_exact);
+                assert!((tour.cost - least).abs() < 1e-9, "{n}: {} {least}", tour.cost);
+                assert!(n == 0 || lower_bound(&costs) <= least + 1e-9, "{n}: {} {least}", lower_bound(&costs));
+                // What many passes are done by is an order, too, and no better than the best.
+                let other = improved(&costs, (0..n).collect::<Vec<_>>());
+                assert!(n == 0 || is_permutation(&other, n) && costs.of(&other) >= least - 1e-9);
+            }
+        }
+    }
+
+    #[test]
+    fn many_passes_cost_no_more_than_as_they_are_and_no_less_than_the_bound() {
+        let mut rng = Lcg(5);
+        for n in [13, 20, 60] {
+            let costs = rng.costs(n);
+            let tour = shortest_tour(&costs);
+            assert!(is_permutation(&tour.order, n) && !tour.is_exact);
+            assert!((tour.cost - costs.of(&tour.order)).abs() < 1e-9);
+            assert!(tour.cost <= costs.of(&(0..n).collect::<Vec<_>>()) && tour.lower_bound <= tour.cost);
+        }
+    }
+
+    #[test]
+    fn passes_on_a_line_are_driven_along_it() {
+        let mut rng = Lcg(8);
+        let mut places: Vec<f64> = (0..40).map(|_| 100.0 * rng.unit()).collect();
+        let links = places.iter().flat_map(|a| places.iter().map(move |b| (b - a).abs())).collect();
+        let costs = TourCosts::new(links, places.clone(), vec![0.0; 40]).unwrap();
+        let tour = shortest_tour(&costs);
+        places.sort_by(f64::total_cmp);
+        // From 0 to the farthest one, past all others.
+        assert!((tour.cost - places[39]).abs() < 1e-9, "{} {}", tour.cost, places[39]);
+    }
+
+    #[test]
+    fn costs_that_are_none_are_refused() {
+        let new = |links: &[f64], first: &[f64]| TourCosts::new(links.to_vec(), first.to_vec(), vec![0.0; first.len()]);
+        assert!(matches!(new(&[0.0; 3], &[0.0; 2]), Err(TourError::Counts { links: 3, first: 2, last: 2 })));
+        assert_eq!(new(&[0.0, -1.0, 0.0, 0.0], &[0.0; 2]), Err(TourError::Cost));
+        assert_eq!(new(&[0.0; 4], &[0.0, f64::NAN]), Err(TourError::Cost));
+        // From a pass to itself is not asked.
+        assert!(new(&[f64::NAN, 1.0, 1.0, f64::NAN], &[0.0; 2]).is_ok());
+    }
+}

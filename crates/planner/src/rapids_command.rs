@@ -1,0 +1,75 @@
+//! `facemill rapids`.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::Args;
+use facemill::nc_program::Dialect;
+use facemill::rapids::{RapidsRequest, faster_rapids};
+use facemill::{CutRequest, Failure, Job, files};
+
+use crate::cli::{Bars, say};
+use crate::feedrate_command::dialect;
+use crate::verify_command::setup_of;
+
+#[derive(Args)]
+pub(crate) struct RapidsArguments {
+    /// NC program, from anywhere
+    program: PathBuf,
+    /// Job file: machine, tool, mounting, work offset, part, fixtures and stock are taken from it
+    #[arg(long, value_name = "FILE")]
+    job: PathBuf,
+    /// Name of the job's setup, or its number from 1; where it is not given, the job must have one
+    #[arg(long, value_name = "SETUP")]
+    setup: Option<String>,
+    /// Control that the program is for: fanuc, haas, mazak, linuxcnc, siemens_840d; the job's where it is not given
+    #[arg(long, value_name = "NAME", value_parser = dialect)]
+    dialect: Option<Dialect>,
+    /// Depth of the cutter that is a finding; where it is not given the smallest that the setup's operations allow
+    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
+    gouge_mm: Option<f64>,
+    /// Cut the stock on lines so far apart
+    #[arg(long, value_name = "MM", default_value_t = 1.0, allow_negative_numbers = true)]
+    stock_cell_mm: f64,
+    /// How far from the truth what is cut may be
+    #[arg(long, value_name = "MM", default_value_t = 0.05, allow_negative_numbers = true)]
+    stock_tolerance_mm: f64,
+    /// Distance to keep from stock and fixtures; the setup's for rapids where it is not given
+    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
+    clearance_mm: Option<f64>,
+    /// Program to write
+    #[arg(short, long, value_name = "FILE")]
+    out: PathBuf,
+    /// File to write the times of all links to, as JSON
+    #[arg(long, value_name = "FILE")]
+    report: Option<PathBuf>,
+}
+
+pub(crate) fn run(arguments: &RapidsArguments) -> Result<ExitCode, Failure> {
+    crate::progress::watch_interrupts().map_err(Failure::Internal)?;
+    if arguments.clearance_mm.is_some_and(|c| !(c >= 0.0 && c.is_finite())) {
+        return Err(Failure::input(&arguments.program, "--clearance-mm: must be a length of at least 0"));
+    }
+    let job = Job::read(&arguments.job)?;
+    let setup = setup_of(&job, arguments.setup.as_deref())?;
+    let text = files::read(&arguments.program)?;
+    let request = RapidsRequest {
+        program: &arguments.program,
+        dialect: arguments.dialect.unwrap_or_else(|| job.post.dialect()),
+        setup,
+        gouge_limit: arguments.gouge_mm,
+        cut: CutRequest { cell: arguments.stock_cell_mm, tolerance: arguments.stock_tolerance_mm, rest: None },
+        clearance: arguments.clearance_mm,
+    };
+    let made = faster_rapids(&job, &text, &request, &Bars)?;
+    let clean = made.verification.verification.faults().next().is_none();
+    if !crate::progress::start_writing() {
+        return Err(Failure::Interrupted);
+    }
+    files::write_one(&arguments.out, made.text)?;
+    if let Some(report) = &arguments.report {
+        files::write_one(report, facemill::file_format::to_json(&made.file).into_bytes())?;
+    }
+    say(&made.file.table())?;
+    Ok(if clean { ExitCode::SUCCESS } else { ExitCode::from(1) })
+}
