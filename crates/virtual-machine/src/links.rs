@@ -50,8 +50,9 @@ pub enum LinkHold {
 /// How free a way has to be.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LinkSettings {
-    /// Distance that the tool keeps from stock and fixtures on the way, mm. From the stock it is kept from where the tool has
-    /// gone twice as far from the start, and up to there before the end: cuts end near the stock.
+    /// Distance that the tool keeps from stock and fixtures on the way, mm. Cuts end near the stock: from there a third of it is kept
+    /// from where the tool has gone twice as far as it, two thirds from four times and all of it from six times as far; the same
+    /// toward the end.
     pub clearance: f64,
     /// As in [`run_stock`](crate::run_stock), mm.
     pub tolerance: f64,
@@ -61,8 +62,8 @@ pub struct LinkSettings {
 pub struct LinkStage<'s, 'a> {
     scene: &'s Scene<'a>,
     bodies: &'s Bodies,
-    /// The cutter and each body of the tool with the clearance.
-    kept: &'s [TurnedBody],
+    /// The cutter and each body of the tool with a third, two thirds and all of the clearance.
+    kept: &'s [Vec<TurnedBody>; 3],
     coarse: Coarseness,
     clearance: f64,
     stock: &'s DexelMap,
@@ -91,7 +92,7 @@ pub fn run_links(
     let links = links(program, &resolved.moves, &doubts);
     let cell = stock.grid().cell();
     let bodies = Bodies::new(setup.tool, verify.clearance_slack, cell);
-    let kept = kept_bodies(setup, link.clearance, cell);
+    let kept = [1.0, 2.0, 3.0].map(|thirds| kept_bodies(setup, link.clearance * thirds / 3.0, cell));
     let coarse = Coarseness { tolerance: link.tolerance, reach: setup.tool.gauge_length(), max_way: bodies.max_way };
     let mut done = 0;
     for found in &links {
@@ -99,7 +100,7 @@ pub fn run_links(
         done = found.first + found.ends.len();
         monitor.advance(count_blocks(&resolved.moves[found.first..done]));
         monitor.checkpoint()?;
-        let (scene, bodies, kept, stock) = (&scene, &bodies, &kept[..], &*stock);
+        let (scene, bodies, kept, stock) = (&scene, &bodies, &kept, &*stock);
         visit(found, &LinkStage { scene, bodies, kept, coarse, clearance: link.clearance, stock });
     }
     cut(&scene, &bodies, &coarse, &resolved.moves[done..], stock, monitor)
@@ -243,9 +244,9 @@ impl LinkStage<'_, '_> {
                 self.clears(sweep, 2.0 * self.coarse.tolerance)
             })
         };
-        let parts = self.far_from_ends(way.iter().map(|(_, s)| s));
-        let is_kept_clear = |[from, to]: &[ClPoint; 2]| {
-            self.kept.iter().all(|body| self.clears(&Sweep { body, from: *from, to: *to }, 0.0))
+        let parts = self.with_clearance(way.iter().map(|(_, s)| s));
+        let is_kept_clear = |(level, [from, to]): &(usize, [ClPoint; 2])| {
+            self.kept[*level].iter().all(|body| self.clears(&Sweep { body, from: *from, to: *to }, 0.0))
         };
         parts.iter().all(is_kept_clear) && way.iter().all(is_plainly_clear)
     }
@@ -256,24 +257,29 @@ impl LinkStage<'_, '_> {
         found.is_ok_and(|contact| contact.is_none_or(|c| c.depth <= depth))
     }
 
-    /// The parts of a way on which the clearance is kept. Way is that of the tip and, with the turn of the axis, of the tool's
-    /// farthest point.
-    fn far_from_ends<'s>(&self, way: impl Iterator<Item = &'s Segment> + Clone) -> Vec<[ClPoint; 2]> {
+    /// The parts of a way on which thirds of the clearance are kept, with the index of how much. Way is that of the tip and, with
+    /// the turn of the axis, of the tool's farthest point.
+    fn with_clearance<'s>(&self, way: impl Iterator<Item = &'s Segment> + Clone) -> Vec<(usize, [ClPoint; 2])> {
         let length = |s: &Segment| {
             let turn = s.from.axis.cross(&s.to.axis).norm().atan2(s.from.axis.dot(&s.to.axis));
             (s.to.tip - s.from.tip).norm() + self.coarse.reach * turn
         };
         let all: f64 = way.clone().map(length).sum();
-        let [low, high] = [2.0 * self.clearance, all - 2.0 * self.clearance];
+        let steps = [2.0, 4.0, 6.0].map(|times| times * self.clearance);
+        let breaks = steps.into_iter().chain(steps.into_iter().map(|step| all - step));
         let mut gone = 0.0;
         let mut parts = Vec::new();
         for s in way {
             let here = length(s);
-            let share = |at: f64| if here > 0.0 { ((at - gone) / here).clamp(0.0, 1.0) } else { 0.0 };
-            let [from, to] = [share(low), share(high)];
-            if from < to {
+            let mut shares: Vec<f64> = breaks.clone().map(|at| (at - gone) / here).chain([0.0, 1.0]).collect();
+            shares.retain(|share| (0.0..=1.0).contains(share));
+            shares.sort_by(f64::total_cmp);
+            for part in shares.windows(2).filter(|part| part[0] < part[1]) {
+                let middle = gone + here * 0.5 * (part[0] + part[1]);
+                let from_end = middle.min(all - middle);
+                let Some(level) = steps.iter().rposition(|step| *step <= from_end) else { continue };
                 let sweep = Sweep { body: &self.bodies.cutter, from: s.from, to: s.to };
-                parts.push([sweep.at(from), sweep.at(to)]);
+                parts.push((level, [sweep.at(part[0]), sweep.at(part[1])]));
             }
             gone += here;
         }
