@@ -73,10 +73,12 @@ impl Chooser<'_, '_> {
         }
         let timed: Vec<Option<Timed>> = all.par_iter().map(|&(kind, out)| self.timed(kind, out, before)).collect();
         let mut timed: Vec<Timed> = timed.into_iter().flatten().collect();
-        timed.sort_by(|a, b| a.way.time.total_cmp(&b.way.time));
+        // Of those that take as long the one that goes least far out.
+        let step = |t: &Timed| (t.way.time / FASTER).round();
+        timed.sort_by(|a, b| step(a).total_cmp(&step(b)).then(a.out.total_cmp(&b.out)));
         let free = timed.iter().take(MAX_TESTS).position(|t| stage.is_free(link, &t.way.through));
         let better = free.map(|k| {
-            let inner = self.further_in(link, stage, &timed[k], &timed[..k]);
+            let inner = self.further_in(link, stage, &timed[k], (&timed[..k], before));
             self.pulled_tight(link, stage, inner)
         });
         Ok(Choice { before, lower_bound, better })
@@ -94,14 +96,21 @@ impl Chooser<'_, '_> {
     }
 
     /// The same kind of way as far in as it is free, from the farthest one that was not on.
-    fn further_in(&self, link: &ProgramLink, stage: &LinkStage<'_, '_>, found: &Timed, blocked: &[Timed]) -> Chosen {
+    fn further_in(
+        &self,
+        link: &ProgramLink,
+        stage: &LinkStage<'_, '_>,
+        found: &Timed,
+        (blocked, before): (&[Timed], f64),
+    ) -> Chosen {
         let mut best = found.way.clone();
         let inner = blocked.iter().filter(|t| t.kind == found.kind && t.out < found.out).map(|t| t.out);
         let Some(mut low) = inner.reduce(f64::max) else { return best };
         let mut high = found.out;
         for _ in 0..HALVINGS {
             let middle = 0.5 * (low + high);
-            match self.timed(found.kind, middle, best.time) {
+            // Farther in at the same time is better, too.
+            match self.timed(found.kind, middle, before.min(best.time + 2.0 * FASTER)) {
                 Some(t) if stage.is_free(link, &t.way.through) => (high, best) = (middle, t.way),
                 _ => low = middle,
             }
