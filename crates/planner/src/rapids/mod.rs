@@ -2,6 +2,7 @@
 
 mod choose;
 mod clock;
+mod finish;
 mod report;
 mod text;
 mod tour;
@@ -12,7 +13,7 @@ use std::path::Path;
 use facemill_inverse_kinematics::{AxisValues, BlockLaw};
 use facemill_nc_program::{Compensation, Dialect, ReadProgram, WordMap, read_program};
 use facemill_virtual_machine::{
-    Finding, LinkHold, LinkSettings, LinkStage, ProgramLink, Verification, VerifySettings, VirtualSetup, run_links,
+    LinkHold, LinkSettings, LinkStage, ProgramLink, VerifySettings, VirtualSetup, run_links,
 };
 use nalgebra::Isometry3;
 
@@ -25,7 +26,8 @@ use crate::verify_program::virtual_setup;
 use crate::{CutRequest, Failure, Stages, VerificationFile, VerifyRequest, verify_program};
 use choose::{Choice, Chooser, Chosen};
 use clock::LinkClock;
-use text::{LinkLines, LinkWords, link_lines, replaced};
+use finish::finish;
+use text::{LinkLines, LinkWords, link_lines};
 use ways::Ends;
 
 pub use report::{LinkReport, RAPIDS_FORMAT, RapidsFile};
@@ -84,14 +86,13 @@ pub fn faster_rapids(
         return Err(job.wrong("links of machines with two heads are not replaced"));
     }
     let program = read_program(text, request.dialect).map_err(|e| Failure::input(request.program, e))?;
-    let verified = verified(job, text, request, stages)?;
+    let before = verified(job, text, request, stages)?;
     let setup = Setup::read(job, request.setup)?;
     let words = word_map(job, &setup, request.setup)?;
     let clearance = request.clearance.unwrap_or(setup.file.rapid_clearance_mm);
     let stage = Stage { job, setup: &setup, words: &words, program: &program, request, clearance };
     let mut links = stage.links(stages)?;
-    let outcome = finish(&stage, text, &mut links, &verified, stages)?;
-    Ok(outcome)
+    finish(&stage, text, &mut links, &before, stages)
 }
 
 fn verified(
@@ -241,128 +242,5 @@ fn held(link: &ProgramLink) -> Option<String> {
             Some("the control keeps the tip on a line at rapid rate there (RTCP), which is not replaced".to_owned())
         }
         _ => None,
-    }
-}
-
-/// How often links with new findings get their old lines back before nothing is changed.
-const ROUNDS: usize = 4;
-
-/// Writes, reads and runs the new program until no changed link has a new finding.
-fn finish(
-    stage: &Stage<'_>,
-    text: &[u8],
-    links: &mut [Found],
-    before: &VerificationFile,
-    stages: &dyn Stages,
-) -> Result<Rapids, Failure> {
-    for _ in 0..ROUNDS {
-        let (new, places) = written(text, links);
-        same_elsewhere(stage, &new, links, &places)?;
-        let after = verified(stage.job, &new, stage.request, stages)?;
-        if !take_back(links, &places, &before.verification, &after.verification) {
-            if after.verification.findings.len() > before.verification.findings.len() {
-                break;
-            }
-            let file = report(stage, links, &places, [before, &after]);
-            return Ok(Rapids { text: new, file, verification: after });
-        }
-    }
-    Err(Failure::Infeasible(format!(
-        "{}: other ways for its links have findings that the program does not have; nothing is written",
-        stage.request.program.display()
-    )))
-}
-
-/// The program with the links that have a better way, and each link's first and last line in it.
-fn written(text: &[u8], links: &[Found]) -> (Vec<u8>, Vec<[u32; 2]>) {
-    let changed: Vec<(&[u32], &[String])> =
-        links.iter().filter_map(|l| Some((&l.own.as_ref()?.lines[..], &l.better.as_ref()?.1[..]))).collect();
-    let (new, places) = replaced(text, &changed);
-    let mut places = places.into_iter();
-    let mut moved = 0_i64;
-    let of_link = |link: &Found| match (&link.own, &link.better) {
-        (Some(own), Some((_, texts))) => {
-            moved += texts.len() as i64 - own.lines.len() as i64;
-            places.next().unwrap_or_default()
-        }
-        _ => link.lines.map(|line| u32::try_from(i64::from(line) + moved).unwrap_or(0)),
-    };
-    let places = links.iter().map(of_link).collect();
-    (new, places)
-}
-
-/// Reads the new program: outside of changed links its motions are those of the old one, and links end where they did.
-fn same_elsewhere(stage: &Stage<'_>, new: &[u8], links: &[Found], places: &[[u32; 2]]) -> Result<(), Failure> {
-    let internal = |why: String| Failure::Internal(format!("the program with other links {why}"));
-    let read = read_program(new, stage.request.dialect).map_err(|e| internal(format!("is not read: {e}")))?;
-    let old_lines: Vec<u32> = links
-        .iter()
-        .filter(|l| l.better.is_some())
-        .flat_map(|l| l.own.iter().flat_map(|own| own.lines.iter().copied()))
-        .collect();
-    let new_lines: Vec<[u32; 2]> =
-        links.iter().zip(places).filter(|(l, _)| l.better.is_some()).map(|(_, place)| *place).collect();
-    let is_old = |line: u32| old_lines.binary_search(&line).is_err();
-    let is_new = |line: u32| {
-        let k = new_lines.partition_point(|[_, last]| *last < line);
-        new_lines.get(k).is_none_or(|[first, _]| line < *first)
-    };
-    let mut old = stage.program.blocks.iter().filter(|b| is_old(b.line));
-    let mut kept = read.blocks.iter().filter(|b| is_new(b.line));
-    loop {
-        match (old.next(), kept.next()) {
-            (None, None) => return Ok(()),
-            (Some(a), Some(b)) if a.motion == b.motion && a.commands == b.commands && a.text == b.text => {}
-            (a, b) => {
-                let [a, b] = [a, b].map(|block| block.map_or(0, |block| block.line));
-                return Err(internal(format!("does something else in line {b} than before in line {a}")));
-            }
-        }
-    }
-}
-
-/// Takes better ways back where the new program has a finding that the old one does not have there; says whether there were any.
-fn take_back(links: &mut [Found], places: &[[u32; 2]], before: &Verification, after: &Verification) -> bool {
-    let touches = |f: &Finding, [first, last]: [u32; 2]| f.first_line <= last && f.last_line >= first;
-    let mut is_any = false;
-    for (link, place) in links.iter_mut().zip(places).filter(|(l, _)| l.better.is_some()) {
-        let is_same = |a: &Finding, b: &Finding| a.kind == b.kind && a.body == b.body && a.obstacle == b.obstacle;
-        let was = |f: &Finding| before.findings.iter().any(|b| touches(b, link.lines) && is_same(b, f));
-        let Some(new) = after.findings.iter().find(|f| touches(f, *place) && !was(f)) else { continue };
-        link.kept_because = Some(format!("the faster way has a finding: {new}"));
-        link.better = None;
-        is_any = true;
-    }
-    is_any
-}
-
-fn report(stage: &Stage<'_>, links: &[Found], places: &[[u32; 2]], verified: [&VerificationFile; 2]) -> RapidsFile {
-    let views = [(&stage.job.machine, stage.job.tool.gauge_length())];
-    let of_link = |(link, place): (&Found, &[u32; 2])| LinkReport {
-        lines: link.lines,
-        new_lines: *place,
-        time_before_s: link.before,
-        time_after_s: link.better.as_ref().map_or(link.before, |(way, _)| way.time),
-        lower_bound_s: link.lower_bound,
-        way: link.better.as_ref().map_or(WayKind::Original, |(way, _)| way.kind),
-        kept_because: link.kept_because.clone(),
-    };
-    let all: Vec<LinkReport> = links.iter().zip(places).map(of_link).collect();
-    let sum = |time: fn(&LinkReport) -> f64| all.iter().map(time).sum::<f64>();
-    let (after, bound) = (sum(|l| l.time_after_s), sum(|l| l.lower_bound_s));
-    RapidsFile {
-        format: RAPIDS_FORMAT,
-        job: stage.job.file.name.clone(),
-        setup: stage.setup.file.name.clone(),
-        dialect: stage.request.dialect.name().to_owned(),
-        clearance_mm: stage.clearance,
-        by_acceleration_and_jerk: LinkClock::new(&views).is_by_law(),
-        time_before_s: sum(|l| l.time_before_s),
-        time_after_s: after,
-        lower_bound_s: bound,
-        ratio_to_lower_bound: (bound > 0.0).then(|| after / bound),
-        changed: links.iter().filter(|l| l.better.is_some()).count(),
-        findings: verified.map(|v| v.verification.findings.len()),
-        links: all,
     }
 }
