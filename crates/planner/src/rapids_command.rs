@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use clap::Args;
 use facemill::nc_program::Dialect;
 use facemill::rapids::{RapidsRequest, faster_rapids};
+use facemill::z_map::DexelMap;
 use facemill::{CutRequest, Failure, Job, files};
 
 use crate::cli::{Bars, say};
@@ -34,6 +35,9 @@ pub(crate) struct RapidsArguments {
     /// How far from the truth what is cut may be
     #[arg(long, value_name = "MM", default_value_t = 0.05, allow_negative_numbers = true)]
     stock_tolerance_mm: f64,
+    /// Begin with the rest that another program left (facemill verify --rest-out) in place of the job's stock
+    #[arg(long, value_name = "FILE", conflicts_with = "stock_cell_mm")]
+    rest: Option<PathBuf>,
     /// Distance to keep from stock and fixtures; the setup's for rapids where it is not given
     #[arg(long, value_name = "MM", allow_negative_numbers = true)]
     clearance_mm: Option<f64>,
@@ -43,6 +47,16 @@ pub(crate) struct RapidsArguments {
     /// File to write the times of all links to, as JSON
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
+}
+
+/// What the options say of the stock.
+fn cut_of(arguments: &RapidsArguments) -> Result<CutRequest, Failure> {
+    let tolerance = arguments.stock_tolerance_mm;
+    let Some(path) = &arguments.rest else {
+        return Ok(CutRequest { cell: arguments.stock_cell_mm, tolerance, rest: None });
+    };
+    let rest = DexelMap::from_bytes(&files::read(path)?).map_err(|e| Failure::input(path, e))?;
+    Ok(CutRequest { cell: rest.grid().cell(), tolerance, rest: Some(rest) })
 }
 
 pub(crate) fn run(arguments: &RapidsArguments) -> Result<ExitCode, Failure> {
@@ -58,7 +72,7 @@ pub(crate) fn run(arguments: &RapidsArguments) -> Result<ExitCode, Failure> {
         dialect: arguments.dialect.unwrap_or_else(|| job.post.dialect()),
         setup,
         gouge_limit: arguments.gouge_mm,
-        cut: CutRequest { cell: arguments.stock_cell_mm, tolerance: arguments.stock_tolerance_mm, rest: None },
+        cut: cut_of(arguments)?,
         clearance: arguments.clearance_mm,
     };
     let made = faster_rapids(&job, &text, &request, &Bars)?;
