@@ -7,7 +7,8 @@ use facemill::{CutRequest, Failure, Job, SilentStages};
 use facemill_tests::interpreter;
 use facemill_tests::jobs::{JobFolder, text_of};
 use facemill_tests::read_back::ReadBack;
-use facemill_tests::variants::tiny_patch;
+use facemill_tests::variants::{tiny_patch, variant};
+use serde_json::json;
 
 fn faster(job: &JobFolder, dialect: Dialect, text: &str) -> Result<Rapids, Failure> {
     let path = job.path("program.nc");
@@ -59,7 +60,8 @@ fn without(text: &str, ranges: impl Iterator<Item = [u32; 2]>) -> String {
 
 #[test]
 fn links_far_above_a_sculptured_surface_come_down_to_its_stock() {
-    let job = tiny_patch();
+    let planes = "/operations/0/path/strategy/strategy/parallel_planes";
+    let job = variant(&[(&format!("{planes}/from_mm"), json!(-2.2)), (&format!("{planes}/to_mm"), json!(2.2))]);
     let planned = job.plan();
     let name = planned.files.iter().find(|(n, _)| n.ends_with(".nc")).unwrap().0.clone();
     let old = with_far_links(&text_of(&planned, &name));
@@ -70,6 +72,7 @@ fn links_far_above_a_sculptured_surface_come_down_to_its_stock() {
 
     // Every link is there; the first one says more than places.
     let (before, after) = (links(&old), links(&new));
+    assert!(before.len() > 2);
     assert!(file.links.len() == before.len() && before.len() == after.len() && file.changed == before.len() - 1);
     let held = file.links[0].kept_because.as_ref().unwrap();
     assert!(held.starts_with(&format!("line {}: says", file.links[0].lines[0] + 1)), "{held}");
