@@ -22,7 +22,7 @@ pub(crate) struct Chosen {
 pub(crate) struct Choice {
     /// As it was, s.
     pub before: f64,
-    /// All axes together, whatever is in the way, s.
+    /// The slowest axis by itself, whatever is in the way, s.
     pub lower_bound: f64,
     pub better: Option<Chosen>,
 }
@@ -65,7 +65,7 @@ impl Chooser<'_, '_> {
     /// When a way cannot be timed.
     pub(crate) fn choose(&self, link: &ProgramLink, stage: &LinkStage<'_, '_>) -> Result<Choice, String> {
         let before = self.clock.time(self.law, &link.start, &link.ends)?;
-        let lower_bound = self.clock.time(self.law, &link.start, &[self.ends.end])?;
+        let lower_bound = self.clock.least_time(&link.start, &self.ends.end);
         let largest = self.largest_out(link);
         let mut all = vec![(WayKind::Direct, 0.0)];
         for kind in WayKind::TRIED.into_iter().filter(|kind| *kind != WayKind::Direct) {

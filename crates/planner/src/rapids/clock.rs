@@ -1,7 +1,7 @@
 //! How long a link takes.
 
 use facemill_feedrate::{ProgramBlock, rapid_time};
-use facemill_inverse_kinematics::{AxisValues, BlockLaw, Machine};
+use facemill_inverse_kinematics::{Axis, AxisValues, BlockLaw, Machine};
 
 use crate::timing::{Run, Timer, View};
 
@@ -26,6 +26,20 @@ impl<'a> LinkClock<'a> {
         self.timer.is_some()
     }
 
+    /// Time that no way to there is faster than, s: that of the slowest axis by itself.
+    pub(crate) fn least_time(&self, start: &AxisValues, end: &AxisValues) -> f64 {
+        let of_axis = |(k, axis): (usize, &Axis)| {
+            let way = (end[k] - start[k]).abs();
+            match (axis.max_acceleration, axis.max_jerk) {
+                (Some(acceleration), Some(jerk)) if self.is_by_law() => {
+                    rest_to_rest(way, axis.max_velocity, acceleration, jerk)
+                }
+                _ => way / axis.max_velocity,
+            }
+        };
+        self.machine.axes().iter().enumerate().map(of_axis).fold(0.0, f64::max)
+    }
+
     /// Time of a way through these positions, s.
     ///
     /// # Errors
@@ -44,5 +58,59 @@ impl<'a> LinkClock<'a> {
         };
         let run = Run { start: *start, blocks: through.iter().zip(&plain).map(block).collect(), is_rapid: true };
         Ok(timer.time(&run)?.times.iter().sum())
+    }
+}
+
+/// Least time of one axis from rest to rest within velocity, acceleration and jerk.
+///
+/// It gains its largest speed v in v/a + a/j, or where it does not get to its largest acceleration in 2·√(v/j), and loses it in
+/// as long, on half of v times that each. Where the way is too short for that, v is what the way allows.
+fn rest_to_rest(way: f64, velocity: f64, acceleration: f64, jerk: f64) -> f64 {
+    // Speed from which on the largest acceleration is got to.
+    let knee = acceleration * acceleration / jerk;
+    let gain = |v: f64| if v >= knee { v / acceleration + acceleration / jerk } else { 2.0 * (v / jerk).sqrt() };
+    if velocity * gain(velocity) <= way {
+        return 2.0 * gain(velocity) + (way - velocity * gain(velocity)) / velocity;
+    }
+    let ramp = acceleration / jerk;
+    let peak = 0.5 * acceleration * ((ramp * ramp + 4.0 * way / acceleration).sqrt() - ramp);
+    if peak >= knee { 2.0 * gain(peak) } else { 4.0 * (0.5 * way / jerk).cbrt() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Way of an axis that changes its acceleration by the jerk all the time, or keeps the largest one or the largest speed:
+    /// integrated step by step to the middle of its time, and doubled.
+    fn way_in(time: f64, velocity: f64, acceleration: f64, jerk: f64) -> f64 {
+        let n = 40_000;
+        let (step, ramp) = (0.5 * time / f64::from(n), (acceleration / jerk).min((velocity / jerk).sqrt()));
+        // Gains speed for `ramp`, holds, and stops gaining in `ramp`, so that it is at its largest speed in the middle at the latest.
+        let hold = (velocity / (jerk * ramp) - ramp).min(0.5 * time - 2.0 * ramp).max(0.0);
+        let ramp = ramp.min(0.25 * time);
+        let (mut v, mut way) = (0.0, 0.0);
+        for k in 0..n {
+            let t = (f64::from(k) + 0.5) * step;
+            let a = (jerk * t).min(jerk * ramp).min((jerk * (2.0 * ramp + hold - t)).max(0.0));
+            way += (v + 0.5 * a * step) * step;
+            v += a * step;
+        }
+        2.0 * way
+    }
+
+    #[test]
+    fn an_axis_by_itself_takes_as_long_as_its_way_integrated() {
+        for (velocity, acceleration, jerk) in [(500.0, 2000.0, 40_000.0), (100.0, 500.0, 1000.0), (0.8, 0.5, 1.5)] {
+            let mut before = 0.0;
+            for way in [1e-3, 0.1, 1.0, 5.0, 30.0, 200.0, 3000.0] {
+                let time = rest_to_rest(way, velocity, acceleration, jerk);
+                let gone = way_in(time, velocity, acceleration, jerk);
+                assert!((gone - way).abs() < 1e-3 * way, "{way} in {time}: {gone}");
+                assert!(time > before && time > way / velocity);
+                before = time;
+            }
+        }
+        assert_eq!(rest_to_rest(0.0, 1.0, 1.0, 1.0), 0.0);
     }
 }

@@ -181,7 +181,7 @@ impl Stage<'_> {
             Err(why) => {
                 let before = clock.time(link.law, &link.start, &link.ends)?;
                 let end = link.ends.last().copied().unwrap_or(link.start);
-                let lower_bound = clock.time(link.law, &link.start, &[end])?;
+                let lower_bound = clock.least_time(&link.start, &end);
                 return Ok(Found { lines, own: None, before, lower_bound, better: None, kept_because: Some(why) });
             }
         };

@@ -29,7 +29,7 @@ pub struct RapidsFile {
     pub time_before_s: f64,
     /// Time of all links as they are now, s.
     pub time_after_s: f64,
-    /// Time of all links with nothing in the way, each in one block, s.
+    /// Time of the slowest axis of each link by itself, with nothing in the way: no ways are faster, s.
     pub lower_bound_s: f64,
     /// `time_after_s` by `lower_bound_s`; `null` without links.
     pub ratio_to_lower_bound: Option<f64>,
@@ -52,7 +52,7 @@ pub struct LinkReport {
     pub time_before_s: f64,
     /// Time now, s.
     pub time_after_s: f64,
-    /// Time with nothing in the way, in one block, s.
+    /// Time of its slowest axis by itself, with nothing in the way: no way is faster, s.
     pub lower_bound_s: f64,
     /// How it goes now.
     pub way: WayKind,
