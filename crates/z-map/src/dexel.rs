@@ -1,7 +1,9 @@
 //! Dexel maps: stock with several intervals of material on each line, and what moving bodies take out of it.
 
 mod body;
+mod crossings;
 mod cut;
+mod deviation;
 mod dilated;
 mod file;
 mod grid;
@@ -20,6 +22,7 @@ mod tri_dexel;
 
 pub use body::{BodyError, RoundRing, TurnedBody};
 pub use cut::{Contact, Cut};
+pub use deviation::{Cavity, Deviation, DeviationError, Place};
 pub use file::StockFileError;
 pub use grid::{DexelGrid, GridError};
 pub use map::{Broken, DexelMap, StockError};

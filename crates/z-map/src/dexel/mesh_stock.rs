@@ -40,21 +40,21 @@ pub enum MeshStockError {
 
 /// Where triangles and lines are rounded to in the lattice's plane, mm: sides of edges are then whole numbers, and
 /// exact. Larger, the stock would be wrong by more; smaller, large parts would not fit.
-const QUANTUM: f64 = 1.0 / (1u64 << 26) as f64;
+pub(crate) const QUANTUM: f64 = 1.0 / (1u64 << 26) as f64;
 
 /// Largest coordinate: products of two differences must fit into 127 bits with room to spare.
-const MAX_REACH: f64 = (1u64 << 24) as f64;
+pub(crate) const MAX_REACH: f64 = (1u64 << 24) as f64;
 
 /// What lines may seem to leave a solid before they enter it, mm: heights of two triangles that touch are rounded.
 const ROUNDING: f64 = 1e-6;
 
 /// A place in the lattice's plane, in quanta.
-type Place = [i64; 2];
+pub(crate) type Place = [i64; 2];
 
 /// A triangle's corners in the map's frame.
-struct Facet {
-    places: [Place; 3],
-    heights: [f64; 3],
+pub(crate) struct Facet {
+    pub(crate) places: [Place; 3],
+    pub(crate) heights: [f64; 3],
 }
 
 /// An end of material on a line: where, and whether it begins.
@@ -142,7 +142,7 @@ impl DexelMap {
 }
 
 /// The triangles that may be over or under the lines of each tile, in the order of the mesh.
-fn bins(map: &DexelMap, mesh: &TriMesh, allowance: f64) -> Vec<Vec<u32>> {
+pub(crate) fn bins(map: &DexelMap, mesh: &TriMesh, allowance: f64) -> Vec<Vec<u32>> {
     let mut bins = vec![Vec::new(); map.tiles.len()];
     for index in 0..mesh.triangles().len() {
         let Some([columns, rows]) = window(&map.grid, &mesh.corners(index), allowance) else { continue };
@@ -156,7 +156,7 @@ fn bins(map: &DexelMap, mesh: &TriMesh, allowance: f64) -> Vec<Vec<u32>> {
 }
 
 /// Columns and rows of the lines that may meet a triangle.
-fn window(grid: &DexelGrid, corners: &[Point3<f64>; 3], allowance: f64) -> Option<[[usize; 2]; 2]> {
+pub(crate) fn window(grid: &DexelGrid, corners: &[Point3<f64>; 3], allowance: f64) -> Option<[[usize; 2]; 2]> {
     let range = |axis: usize| {
         let low = corners.iter().map(|p| p[axis]).fold(f64::INFINITY, f64::min);
         let high = corners.iter().map(|p| p[axis]).fold(f64::NEG_INFINITY, f64::max);
@@ -233,7 +233,7 @@ impl Cast<'_> {
 
 impl Facet {
     /// Height at which a line goes through, and whether it goes in.
-    fn crossing(&self, at: Place) -> Option<(f64, bool)> {
+    pub(crate) fn crossing(&self, at: Place) -> Option<(f64, bool)> {
         let [a, b, c] = self.places;
         let sides = [side(b, c, at), side(c, a, at), side(a, b, at)];
         let is_up = sides[0].1;

@@ -1,0 +1,357 @@
+//! How far the cut stock is from the part that it should have become.
+
+use facemill_cl_data::{Cancelled, Monitor};
+use facemill_surface_model::{Surface, TriMesh};
+use nalgebra::{Point3, Vector3};
+use rayon::prelude::*;
+
+use crate::dexel::crossings::{Crossing, crossings_of_tile, outer};
+use crate::dexel::grid::DexelGrid;
+use crate::dexel::map::DexelMap;
+use crate::dexel::mesh_stock::{MAX_REACH, bins};
+use crate::dexel::tile::{Interval, LINES, SIDE};
+
+/// A place where a line of a map goes through the surface of a part, and how far the stock's surface is from it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    /// On the part, workpiece frame, mm.
+    pub position: Point3<f64>,
+    /// Triangle of the part.
+    pub triangle: u32,
+    /// Material too much (positive) or too little (negative: a gouge), mm; −∞ where there is no stock at all under the
+    /// surface of a part that is not closed.
+    pub deviation: f64,
+    /// Whether the stock's surface there is another than before: something was cut.
+    pub is_cut: bool,
+}
+
+/// Part that is gone although the stock reaches the part's surface on both sides of it along a line.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cavity {
+    /// Middle of the gap, workpiece frame, mm.
+    pub position: Point3<f64>,
+    /// Distance from the part's surface that no point of the gap is beyond, at most a twentieth and 0.01 mm too much, mm.
+    pub depth: f64,
+}
+
+/// Why stock cannot be held against a part.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum DeviationError {
+    /// The two maps have different lines.
+    #[error("the stock before and after cutting are not on the same lines")]
+    OtherLines,
+    /// The part is too far from the map's origin to be counted in whole quanta of 2⁻²⁶ mm.
+    #[error("the part reaches {reach:.3e} mm from the dexels' origin, more than {:.3e} mm; move it", MAX_REACH)]
+    TooFar {
+        /// Largest coordinate, map frame, mm.
+        reach: f64,
+    },
+    /// The monitor asked to stop.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+}
+
+/// The stock held against a part, at every place where a line of the map goes through the part's surface.
+///
+/// At such a place the stock's end is looked for along the line: with material over the place the upper end of that
+/// material, else the end of what is next below it; for a surface that looks down the same the other way round. The
+/// deviation is the distance of this end from that part of the surface that looks the same way as the place (normals less
+/// than 90° apart) and sees the end from the same side, so that a neighbouring blade is not taken for it. So it is:
+/// - exact up to rounding (10⁻⁷ mm) for every line, whatever its slope to the surface: the end is a point of the stock's
+///   surface;
+/// - never less than the end's distance from the whole part, and never more than its distance along the line;
+/// - stopped where the line comes to the next surface of the part: a blade that is cut through is gouged by its thickness,
+///   a gap between two blades that is full of stock is an excess of its width.
+///
+/// Of a closed part all that is missing on a line is found: what is not at a surface is told as [`Cavity`]. Stock that hangs in
+/// the air, with a gap between it and the part, is no deviation. Between the lines nothing is said: a gouge narrower than the
+/// cell can be missed. Walls along the lines are not crossed by them; they have no places.
+#[derive(Clone, Debug)]
+pub struct Deviation<'a> {
+    part: &'a Surface,
+    grid: DexelGrid,
+    tiles: Vec<TilePlaces>,
+}
+
+/// What is kept of a place.
+#[derive(Clone, Copy, Debug)]
+struct Record {
+    height: f64,
+    deviation: f64,
+    triangle: u32,
+    is_cut: bool,
+}
+
+/// Places of a tile, by line.
+#[derive(Clone, Debug, Default)]
+struct TilePlaces {
+    /// First record of each line, and the number of all; empty where there are none.
+    starts: Vec<u32>,
+    records: Vec<Record>,
+    cavity: Option<Cavity>,
+}
+
+/// Where the stock's surface is along a line, seen from a place of the part.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Far {
+    /// An end of material at this height.
+    Stock(f64),
+    /// The next surface of the part comes first.
+    Part(f64),
+    /// There is no material.
+    Nowhere,
+}
+
+impl DexelMap {
+    /// Holds this stock against a part in the workpiece frame. `before` is the stock before it was cut, on the same lines.
+    ///
+    /// Of a part whose components are all closed only the outside counts, also where they overlap. The result does not depend on
+    /// the number of threads; `monitor` is told of every tile.
+    ///
+    /// # Errors
+    /// When the maps have different lines, the part is too far away, or the monitor cancels.
+    pub fn deviation<'a>(
+        &self,
+        before: &DexelMap,
+        part: &'a Surface,
+        monitor: &dyn Monitor,
+    ) -> Result<Deviation<'a>, DeviationError> {
+        if before.grid != self.grid {
+            return Err(DeviationError::OtherLines);
+        }
+        let mesh = part.mesh().transformed(&self.grid.work_from_map().inverse());
+        let bounds = mesh.aabb();
+        let reach = bounds.min.coords.amax().max(bounds.max.coords.amax());
+        if !mesh.triangles().is_empty() && reach > MAX_REACH {
+            return Err(DeviationError::TooFar { reach });
+        }
+        let is_closed = part.topology().components.iter().all(|c| c.closed);
+        let bins = bins(self, &mesh, 0.0);
+        let held = Held { map: self, before, part, mesh: &mesh, is_closed };
+        let tile = |k: usize| {
+            monitor.checkpoint()?;
+            let found = held.tile(k, &bins[k]);
+            monitor.advance(1);
+            Ok(found)
+        };
+        let tiles = (0..self.tiles.len()).into_par_iter().map(tile).collect::<Result<Vec<_>, Cancelled>>()?;
+        Ok(Deviation { part, grid: self.grid, tiles })
+    }
+
+    /// Number of tiles: steps of [`DexelMap::deviation`].
+    pub fn n_tiles(&self) -> usize {
+        self.tiles.len()
+    }
+}
+
+impl Deviation<'_> {
+    /// All places, line by line within tiles, upward.
+    pub fn places(&self) -> impl Iterator<Item = Place> + '_ {
+        let tiles_x = self.grid.n_lines()[0].div_ceil(SIDE);
+        self.tiles.iter().enumerate().filter(|(_, t)| !t.starts.is_empty()).flat_map(move |(k, tile)| {
+            let (i0, j0) = (k % tiles_x * SIDE, k / tiles_x * SIDE);
+            (0..LINES).flat_map(move |line| {
+                tile.of_line(line).iter().map(move |r| self.place(i0 + line % SIDE, j0 + line / SIDE, r))
+            })
+        })
+    }
+
+    /// The deepest of all cavities; of equal ones the first by tile.
+    pub fn deepest_cavity(&self) -> Option<Cavity> {
+        self.tiles.iter().filter_map(|t| t.cavity).reduce(deeper)
+    }
+
+    /// The place next to a point of the part with this normal: the nearest one on the nine lines around it, of those whose
+    /// normals are within 60° of it, and that are not farther away than lines may be along such a slope.
+    pub fn near(&self, point: &Point3<f64>, normal: &Vector3<f64>) -> Option<Place> {
+        let frame = self.grid.work_from_map();
+        let p = frame.inverse_transform_point(point);
+        let rise = frame.inverse_transform_vector(normal).z.abs();
+        let [i, j] = [0, 1].map(|k| ((p[k] - self.grid.origin()[k]) / self.grid.cell()).floor() as i64);
+        let mut nearest: Option<(f64, Place)> = None;
+        for (a, b) in (-1..=1).flat_map(|b| (-1..=1).map(move |a| (i + a, j + b))) {
+            let (Ok(a), Ok(b)) = (usize::try_from(a), usize::try_from(b)) else { continue };
+            for record in self.records(a, b) {
+                let place = self.place(a, b, record);
+                let distance = (place.position - point).norm();
+                let is_near = distance * rise <= 2.0 * self.grid.cell() && nearest.is_none_or(|(d, _)| distance < d);
+                let looks_alike = || self.part.facet_normal(place.triangle).is_some_and(|n| n.dot(normal) > 0.5);
+                if is_near && looks_alike() {
+                    nearest = Some((distance, place));
+                }
+            }
+        }
+        nearest.map(|(_, place)| place)
+    }
+
+    fn records(&self, i: usize, j: usize) -> &[Record] {
+        let [nx, ny] = self.grid.n_lines();
+        if i >= nx || j >= ny {
+            return &[];
+        }
+        self.tiles[j / SIDE * nx.div_ceil(SIDE) + i / SIDE].of_line(j % SIDE * SIDE + i % SIDE)
+    }
+
+    fn place(&self, i: usize, j: usize, record: &Record) -> Place {
+        let Record { height, deviation, triangle, is_cut } = *record;
+        Place { position: self.grid.in_work(i, j, height), triangle, deviation, is_cut }
+    }
+}
+
+impl TilePlaces {
+    fn of_line(&self, line: usize) -> &[Record] {
+        match self.starts.get(line..line + 2) {
+            Some(ends) => &self.records[ends[0] as usize..ends[1] as usize],
+            None => &[],
+        }
+    }
+}
+
+/// Two maps and a part.
+struct Held<'a> {
+    map: &'a DexelMap,
+    before: &'a DexelMap,
+    part: &'a Surface,
+    /// In the map's frame.
+    mesh: &'a TriMesh,
+    is_closed: bool,
+}
+
+impl Held<'_> {
+    fn tile(&self, index: usize, bin: &[u32]) -> TilePlaces {
+        let tiles_x = self.map.tiles_x();
+        let (i0, j0) = (index % tiles_x * SIDE, index / tiles_x * SIDE);
+        let crossings = crossings_of_tile(&self.map.grid, [i0, j0], self.mesh, bin);
+        let mut out = TilePlaces::default();
+        if crossings.is_empty() {
+            return out;
+        }
+        for of_line in crossings.chunk_by(|a, b| a.line == b.line) {
+            let line = usize::from(of_line[0].line);
+            let outer = Some(of_line).filter(|_| self.is_closed).and_then(outer);
+            out.starts.resize(line + 1, out.records.len() as u32);
+            let at = Line {
+                held: self,
+                i: i0 + line % SIDE,
+                j: j0 + line / SIDE,
+                now: self.map.tiles[index].intervals(line).collect(),
+                before: self.before.tiles[index].intervals(line).collect(),
+            };
+            let kept = outer.as_deref().unwrap_or(of_line);
+            out.records.extend((0..kept.len()).map(|k| at.record(kept, k)));
+            if let Some(solid) = &outer {
+                out.cavity = out.cavity.into_iter().chain(at.cavities(solid)).reduce(deeper);
+            }
+        }
+        out.starts.resize(LINES + 1, out.records.len() as u32);
+        out
+    }
+}
+
+fn deeper(a: Cavity, b: Cavity) -> Cavity {
+    if b.depth > a.depth { b } else { a }
+}
+
+/// One line of both maps.
+struct Line<'a> {
+    held: &'a Held<'a>,
+    i: usize,
+    j: usize,
+    now: Vec<Interval>,
+    before: Vec<Interval>,
+}
+
+impl Line<'_> {
+    /// The place of the k-th crossing.
+    fn record(&self, crossings: &[Crossing], k: usize) -> Record {
+        let Crossing { height, is_begin, triangle, .. } = crossings[k];
+        let away = |n: Option<usize>| n.and_then(|n| crossings.get(n)).map(|c| c.height);
+        let (below, above) = (away(k.checked_sub(1)), away(Some(k + 1)));
+        let (inward, outward) = if is_begin { (above, below) } else { (below, above) };
+        let far = |line: &[Interval]| far(line, height, is_begin, [inward, outward]);
+        let now = far(&self.now);
+        let deviation = match now {
+            Far::Stock(z) | Far::Part(z) => {
+                let is_excess = (z > height) != is_begin;
+                let distance = self.distance_from_sheet(z, height, triangle);
+                if is_excess { distance } else { -distance }
+            }
+            Far::Nowhere => f64::NEG_INFINITY,
+        };
+        Record { height, deviation, triangle, is_cut: now != far(&self.before) }
+    }
+
+    /// Distance of a height on the line from the part's surface that looks the same way as a triangle through which the line
+    /// goes at another height, and has the height on the same side.
+    fn distance_from_sheet(&self, z: f64, height: f64, triangle: u32) -> f64 {
+        let along = (z - height).abs();
+        let part = self.held.part;
+        let at = |z: f64| self.held.map.grid.in_work(self.i, self.j, z);
+        let Some(normal) = part.facet_normal(triangle).filter(|_| along > 0.0) else { return along };
+        let (end, place) = (at(z), at(height));
+        let side = (end - place).dot(&normal).signum();
+        let counts = |t: u32| {
+            let Some(n) = part.facet_normal(t).filter(|n| n.dot(&normal) > 0.0) else { return false };
+            side * n.dot(&(end - part.mesh().corners(t as usize)[0])) >= -ON_PLANE
+        };
+        let nearest = part.closest_point_where(&end, along, counts);
+        nearest.map_or(along, |p| p.distance)
+    }
+
+    /// The deepest gap between two intervals that both reach into one and the same interval of the part.
+    fn cavities(&self, solid: &[Crossing]) -> Option<Cavity> {
+        let gaps = self.now.windows(2).map(|w| [w[0].top, w[1].bottom]);
+        let inside = |g: &[f64; 2]| solid.chunks_exact(2).any(|p| p[0].height < g[0] && g[1] < p[1].height);
+        gaps.filter(inside).map(|gap| self.cavity(gap)).reduce(deeper)
+    }
+
+    /// The greatest distance from the part over a gap, from above: distance changes by no more than the way along the line.
+    fn cavity(&self, gap: [f64; 2]) -> Cavity {
+        let at = |z: f64| self.held.map.grid.in_work(self.i, self.j, z);
+        let distance = |z: f64| self.held.part.closest_point(&at(z), f64::INFINITY).map_or(0.0, |p| p.distance);
+        let (mut depth, mut least) = (0.0_f64, 0.0_f64);
+        let mut waiting = vec![gap];
+        while let Some([a, b]) = waiting.pop() {
+            let (middle, half) = (0.5 * (a + b), 0.5 * (b - a));
+            let here = distance(middle);
+            least = least.max(here);
+            if here + half <= least * (1.0 + CAVITY_SHARE) + CAVITY_LENGTH {
+                depth = depth.max(here + half);
+            } else {
+                waiting.extend([[a, middle], [middle, b]]);
+            }
+        }
+        Cavity { position: at(0.5 * (gap[0] + gap[1])), depth }
+    }
+}
+
+/// How far from a triangle's plane a point may be and still be on both sides of it, mm: less than anyone measures, more than
+/// heights are rounded.
+const ON_PLANE: f64 = 1e-6;
+
+/// How much a cavity may be told too deep: share of its depth, and mm. Less takes more distances; more says less.
+const CAVITY_SHARE: f64 = 0.05;
+const CAVITY_LENGTH: f64 = 0.01;
+
+/// Where the stock's surface is, seen from a height at which the part's material begins or ends upward. `stops` are the part's
+/// next surfaces into its material and out of it.
+fn far(line: &[Interval], height: f64, is_begin: bool, stops: [Option<f64>; 2]) -> Far {
+    // Turned so that the part's material is below.
+    let sign = if is_begin { -1.0 } else { 1.0 };
+    let z = sign * height;
+    let ends = |i: &Interval| if is_begin { [-i.top, -i.bottom] } else { [i.bottom, i.top] };
+    let [inward, outward] = stops.map(|s| s.map(|s| sign * s));
+    let around = line.iter().map(ends).find(|[low, high]| *low <= z && z <= *high);
+    if let Some([_, high]) = around {
+        return match outward.filter(|stop| *stop < high) {
+            Some(stop) => Far::Part(sign * stop),
+            None => Far::Stock(sign * high),
+        };
+    }
+    let next = line.iter().map(|i| ends(i)[1]).filter(|high| *high < z).reduce(f64::max);
+    match (next, inward) {
+        (Some(high), stop) if stop.is_none_or(|s| s <= high) => Far::Stock(sign * high),
+        (_, Some(stop)) => Far::Part(sign * stop),
+        (_, None) => Far::Nowhere,
+    }
+}
