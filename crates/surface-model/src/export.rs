@@ -3,8 +3,10 @@ use nalgebra::{Isometry3, Vector3};
 use std::fmt::Write as _;
 
 mod glb;
+mod painted;
 
 pub use glb::write_glb;
+pub use painted::write_painted_glb;
 
 /// A mesh placed in a scene under a name. One mesh can stand in several nodes, as the blades of a propeller.
 #[derive(Clone, Debug)]
@@ -29,6 +31,14 @@ pub enum ExportError {
         mesh: usize,
         /// Number of meshes.
         n_meshes: usize,
+    },
+    /// There is not one colour for each vertex.
+    #[error("there are {n_colours} colours for {n_vertices} vertices")]
+    Colours {
+        /// Number of colours.
+        n_colours: usize,
+        /// Number of vertices of the mesh.
+        n_vertices: usize,
     },
     /// No node has a triangle, which no reader takes.
     #[error("there is no triangle to write")]

@@ -5,7 +5,8 @@
 //! - [`Surface`] takes a mesh for the smooth surface it stands for: normals with creases, curvature, closest point, rays,
 //!   inside and outside, on a box [`Tree`] that others may walk too.
 //! - [`plane_section`], [`cylinder_section`], [`implicit_section`] and [`level_curves`] cut it into curves.
-//! - [`write_obj`], [`write_stl_binary`] and [`write_glb`] write scenes of meshes, the same bytes for the same scene.
+//! - [`write_obj`], [`write_stl_binary`] and [`write_glb`] write scenes of meshes, the same bytes for the same scene;
+//!   [`write_painted_glb`] one mesh with colours, which [`TriMesh::refined`] makes fine enough for them.
 //!
 //! ```
 //! use facemill_surface_model::*;
@@ -42,6 +43,7 @@ mod import;
 mod level_curves;
 mod normals;
 mod ray;
+mod refine;
 mod repair;
 mod sections;
 mod surface;
@@ -55,12 +57,13 @@ mod weld;
 
 pub use curvature::{CurvatureTensor, PrincipalCurvatures};
 pub use edges::Edges;
-pub use export::{ExportError, NamedNode, write_glb, write_obj, write_stl_binary};
+pub use export::{ExportError, NamedNode, write_glb, write_obj, write_painted_glb, write_stl_binary};
 pub use import::{
     ImportError, ImportFault, ImportSettings, Imported, LengthUnit, MeshFormat, UpAxis, import_mesh, no_external_files,
 };
 pub use level_curves::{LevelCurve, LevelPoint, level_curves, level_curves_where};
 pub use ray::RayHit;
+pub use refine::Refined;
 pub use repair::RepairReport;
 pub use sections::{Polyline, cylinder_section, implicit_section, plane_section};
 pub use surface::{Surface, SurfacePoint, SurfaceSettings};

@@ -23,9 +23,7 @@ pub fn write_glb(meshes: &[&TriMesh], nodes: &[NamedNode<'_>]) -> Result<Vec<u8>
     for node in nodes {
         document.add_node(node, meshes[node.mesh], &stored[node.mesh]);
     }
-    document.buffers.push(Buffer { byte_length: bin.len() });
-    let json = serde_json::to_vec(&document).map_err(|_| ExportError::TooLarge)?;
-    container(json, bin)
+    document.bytes(bin)
 }
 
 /// A point in mm, +Z up, as glTF has it: metres, +Y up.
@@ -37,12 +35,14 @@ fn to_gltf(v: &Vector3<f64>) -> Vector3<f64> {
 // the bytes, is fixed here.
 #[derive(Default, Serialize)]
 #[serde(rename_all = "camelCase")]
-struct Document {
+pub(super) struct Document {
     asset: Asset,
     scene: u32,
     scenes: [Scene; 1],
     nodes: Vec<Node>,
     meshes: Vec<Mesh>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    materials: Vec<Material>,
     accessors: Vec<Accessor>,
     buffer_views: Vec<BufferView>,
     buffers: Vec<Buffer>,
@@ -88,12 +88,30 @@ struct Mesh {
 struct Primitive {
     attributes: Attributes,
     indices: u32,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    material: Option<u32>,
+}
+
+#[derive(Serialize)]
+#[serde(rename_all = "camelCase")]
+struct Material {
+    pbr_metallic_roughness: Metal,
+    double_sided: bool,
+}
+
+#[derive(Serialize)]
+#[serde(rename_all = "camelCase")]
+struct Metal {
+    metallic_factor: f32,
+    roughness_factor: f32,
 }
 
 #[derive(Serialize)]
 struct Attributes {
     #[serde(rename = "POSITION")]
     position: u32,
+    #[serde(rename = "COLOR_0", skip_serializing_if = "Option::is_none")]
+    color: Option<u32>,
 }
 
 #[derive(Serialize)]
@@ -102,6 +120,8 @@ struct Accessor {
     buffer_view: u32,
     byte_offset: usize,
     component_type: u32,
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    normalized: bool,
     count: usize,
     #[serde(rename = "type")]
     kind: &'static str,
@@ -127,13 +147,14 @@ struct Buffer {
 }
 
 const FLOAT: u32 = 5126;
+const UNSIGNED_SHORT: u32 = 5123;
 const UNSIGNED_INT: u32 = 5125;
 const ARRAY_BUFFER: u32 = 34962;
 const ELEMENT_ARRAY_BUFFER: u32 = 34963;
 
 impl Document {
     /// Stores a mesh and returns the index of the glTF mesh of each of its groups that is not empty.
-    fn store(&mut self, mesh: &TriMesh, index: usize, bin: &mut Vec<u8>) -> Result<Vec<u32>, ExportError> {
+    pub(super) fn store(&mut self, mesh: &TriMesh, index: usize, bin: &mut Vec<u8>) -> Result<Vec<u32>, ExportError> {
         if mesh.triangles().is_empty() {
             return Ok(Vec::new());
         }
@@ -150,6 +171,7 @@ impl Document {
             buffer_view: index_view - 1,
             byte_offset: 0,
             component_type: FLOAT,
+            normalized: false,
             count: points.len(),
             kind: "VEC3",
             min: bound(f32::min),
@@ -162,15 +184,49 @@ impl Document {
                 buffer_view: index_view,
                 byte_offset: 12 * range.start,
                 component_type: UNSIGNED_INT,
+                normalized: false,
                 count: 3 * range.len(),
                 kind: "SCALAR",
                 min: None,
                 max: None,
             });
             stored.push(self.meshes.len() as u32);
-            self.meshes.push(Mesh { name, primitives: [Primitive { attributes: Attributes { position }, indices }] });
+            let attributes = Attributes { position, color: None };
+            self.meshes.push(Mesh { name, primitives: [Primitive { attributes, indices, material: None }] });
         }
         Ok(stored)
+    }
+
+    /// Gives all meshes these colours of their vertices: linear red, green and blue of 16 bits, and a dull material.
+    pub(super) fn paint(&mut self, colours: &[[u16; 3]], bin: &mut Vec<u8>) -> Result<(), ExportError> {
+        let (buffer_view, accessor) = (self.buffer_views.len() as u32, self.accessors.len() as u32);
+        let opaque = colours.iter().flat_map(|&[r, g, b]| [r, g, b, u16::MAX]);
+        self.view(bin, opaque.flat_map(u16::to_le_bytes), ARRAY_BUFFER);
+        u32::try_from(bin.len()).map_err(|_| ExportError::TooLarge)?;
+        self.accessors.push(Accessor {
+            buffer_view,
+            byte_offset: 0,
+            component_type: UNSIGNED_SHORT,
+            normalized: true,
+            count: colours.len(),
+            kind: "VEC4",
+            min: None,
+            max: None,
+        });
+        // Without a material metal is meant, which is black where nothing is mirrored in it.
+        let pbr_metallic_roughness = Metal { metallic_factor: 0.0, roughness_factor: 0.9 };
+        self.materials.push(Material { pbr_metallic_roughness, double_sided: true });
+        for primitive in self.meshes.iter_mut().flat_map(|m| &mut m.primitives) {
+            (primitive.attributes.color, primitive.material) = (Some(accessor), Some(0));
+        }
+        Ok(())
+    }
+
+    /// The file.
+    pub(super) fn bytes(mut self, bin: Vec<u8>) -> Result<Vec<u8>, ExportError> {
+        self.buffers.push(Buffer { byte_length: bin.len() });
+        let json = serde_json::to_vec(&self).map_err(|_| ExportError::TooLarge)?;
+        container(json, bin)
     }
 
     fn view(&mut self, bin: &mut Vec<u8>, data: impl Iterator<Item = u8>, target: u32) {
@@ -179,7 +235,7 @@ impl Document {
         self.buffer_views.push(BufferView { buffer: 0, byte_offset, byte_length: bin.len() - byte_offset, target });
     }
 
-    fn add_node(&mut self, node: &NamedNode<'_>, mesh: &TriMesh, stored: &[u32]) {
+    pub(super) fn add_node(&mut self, node: &NamedNode<'_>, mesh: &TriMesh, stored: &[u32]) {
         let place = self.nodes.len() as u32;
         self.scenes[0].nodes.push(place);
         let turn = node.transform.rotation.quaternion();
