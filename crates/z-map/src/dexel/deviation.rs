@@ -265,8 +265,10 @@ impl Line<'_> {
     /// The place of the k-th crossing.
     fn record(&self, crossings: &[Crossing], k: usize) -> Record {
         let Crossing { height, is_begin, triangle, .. } = crossings[k];
-        let away = |n: Option<usize>| n.and_then(|n| crossings.get(n)).map(|c| c.height);
-        let (below, above) = (away(k.checked_sub(1)), away(Some(k + 1)));
+        // A surface that is there twice does not stop itself.
+        let is_other = |c: &&Crossing| (c.height - height).abs() > SAME_HEIGHT;
+        let below = crossings[..k].iter().rev().find(is_other).map(|c| c.height);
+        let above = crossings[k + 1..].iter().find(is_other).map(|c| c.height);
         let (inward, outward) = if is_begin { (above, below) } else { (below, above) };
         let far = |line: &[Interval]| far(line, height, is_begin, [inward, outward]);
         let now = far(&self.now);
@@ -328,6 +330,9 @@ impl Line<'_> {
 /// How far from a triangle's plane a point may be and still be on both sides of it, mm: less than anyone measures, more than
 /// heights are rounded.
 const ON_PLANE: f64 = 1e-6;
+
+/// Heights that are the same, mm: those of triangles that touch are rounded.
+const SAME_HEIGHT: f64 = 1e-6;
 
 /// How much a cavity may be told too deep: share of its depth, and mm. Less takes more distances; more says less.
 const CAVITY_SHARE: f64 = 0.05;
