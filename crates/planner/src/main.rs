@@ -6,6 +6,7 @@ use clap::Parser;
 
 mod chip_area_command;
 mod cli;
+mod deviation_command;
 mod feedrate_command;
 mod machine_commands;
 mod progress;

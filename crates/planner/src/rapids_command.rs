@@ -53,10 +53,10 @@ pub(crate) struct RapidsArguments {
 fn cut_of(arguments: &RapidsArguments) -> Result<CutRequest, Failure> {
     let tolerance = arguments.stock_tolerance_mm;
     let Some(path) = &arguments.rest else {
-        return Ok(CutRequest { cell: arguments.stock_cell_mm, tolerance, rest: None });
+        return Ok(CutRequest { cell: arguments.stock_cell_mm, tolerance, rest: None, deviation: None });
     };
     let rest = DexelMap::from_bytes(&files::read(path)?).map_err(|e| Failure::input(path, e))?;
-    Ok(CutRequest { cell: rest.grid().cell(), tolerance, rest: Some(rest) })
+    Ok(CutRequest { cell: rest.grid().cell(), tolerance, rest: Some(rest), deviation: None })
 }
 
 pub(crate) fn run(arguments: &RapidsArguments) -> Result<ExitCode, Failure> {

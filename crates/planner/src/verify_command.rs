@@ -7,9 +7,12 @@ use clap::Args;
 use facemill::nc_program::Dialect;
 use facemill::virtual_machine::Verification;
 use facemill::z_map::DexelMap;
-use facemill::{CutRequest, Failure, Job, VerificationFile, Verified, VerifyRequest, clock, files, verify_program};
+use facemill::{
+    CutRequest, DeviationRequest, Failure, Job, VerificationFile, Verified, VerifyRequest, clock, files, verify_program,
+};
 
 use crate::cli::{Bars, say};
+use crate::deviation_command::{mesh_bytes, painted_mesh, rest_mesh, told_deviation};
 use crate::feedrate_command::dialect;
 
 #[derive(Args)]
@@ -43,6 +46,16 @@ pub(crate) struct VerifyArguments {
     /// File to write the stock behind the program to
     #[arg(long, value_name = "FILE")]
     rest_out: Option<PathBuf>,
+    /// File to write the stock behind the program to as a closed mesh, by its ending .obj, .stl or .glb
+    #[arg(long, value_name = "FILE", value_parser = rest_mesh)]
+    rest_mesh: Option<PathBuf>,
+    /// Hold the stock behind the program against the part, and write the part in colours of the deviation to this .glb file
+    #[arg(long, value_name = "FILE", value_parser = painted_mesh)]
+    deviation: Option<PathBuf>,
+    /// Hold the stock behind the program against the part, with this deviation to both sides within tolerance; where it is not
+    /// given with --deviation, the largest cusp of the setup's operations with all that is allowed for gouges
+    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
+    deviation_tolerance_mm: Option<f64>,
     /// File to write what was found to, as JSON
     #[arg(short, long, value_name = "FILE")]
     out: Option<PathBuf>,
@@ -64,17 +77,24 @@ pub(crate) fn run(arguments: &VerifyArguments) -> Result<ExitCode, Failure> {
         certificates: arguments.certificates,
         cut: cut_of(arguments)?,
     };
-    let Verified { file, rest } = verify_program(&job, &text, &request, &Bars)?;
+    let Verified { file, rest, painted } = verify_program(&job, &text, &request, &Bars)?;
     let told = told(&file);
-    let clean = file.verification.faults().next().is_none();
+    let gouged = file.deviation.as_ref().is_some_and(|d| d.exceeds_gouge_limit);
+    let clean = file.verification.faults().next().is_none() && !gouged;
     if !crate::progress::start_writing() {
         return Err(Failure::Interrupted);
     }
     if let Some(out) = &arguments.out {
         files::write_one(out, facemill::file_format::to_json(&file).into_bytes())?;
     }
+    if let (Some(out), Some(rest)) = (&arguments.rest_mesh, &rest) {
+        files::write_one(out, mesh_bytes(out, rest)?)?;
+    }
     if let (Some(out), Some(rest)) = (&arguments.rest_out, rest) {
         files::write_one(out, rest.to_bytes())?;
+    }
+    if let (Some(out), Some(painted)) = (&arguments.deviation, painted) {
+        files::write_one(out, painted)?;
     }
     say(&told)?;
     Ok(if clean { ExitCode::SUCCESS } else { ExitCode::from(1) })
@@ -83,14 +103,30 @@ pub(crate) fn run(arguments: &VerifyArguments) -> Result<ExitCode, Failure> {
 /// What the options say of the stock.
 fn cut_of(arguments: &VerifyArguments) -> Result<Option<CutRequest>, Failure> {
     let tolerance = arguments.stock_tolerance_mm;
+    let asked = arguments.deviation.is_some() || arguments.deviation_tolerance_mm.is_some();
+    let deviation = asked.then_some(DeviationRequest {
+        tolerance: arguments.deviation_tolerance_mm,
+        painted: arguments.deviation.is_some(),
+    });
     if let Some(path) = &arguments.rest {
         let rest = DexelMap::from_bytes(&files::read(path)?).map_err(|e| Failure::input(path, e))?;
-        return Ok(Some(CutRequest { cell: rest.grid().cell(), tolerance, rest: Some(rest) }));
+        return Ok(Some(CutRequest { cell: rest.grid().cell(), tolerance, rest: Some(rest), deviation }));
     }
-    match (arguments.stock_cell_mm, &arguments.rest_out) {
-        (Some(cell), _) => Ok(Some(CutRequest { cell, tolerance, rest: None })),
-        (None, Some(out)) => Err(Failure::input(out, "--rest-out needs --stock-cell-mm or --rest: nothing is cut")),
-        (None, None) => Ok(None),
+    if let Some(cell) = arguments.stock_cell_mm {
+        return Ok(Some(CutRequest { cell, tolerance, rest: None, deviation }));
+    }
+    let needing = [
+        ("--rest-out", arguments.rest_out.is_some()),
+        ("--rest-mesh", arguments.rest_mesh.is_some()),
+        ("--deviation", arguments.deviation.is_some()),
+        ("--deviation-tolerance-mm", asked),
+    ];
+    match needing.iter().find(|(_, is_there)| *is_there) {
+        Some((option, _)) => {
+            let message = format!("{option} needs --stock-cell-mm or --rest: nothing is cut");
+            Err(Failure::input(&arguments.program, message))
+        }
+        None => Ok(None),
     }
 }
 
@@ -142,6 +178,7 @@ fn told(file: &VerificationFile) -> String {
             s.blocks_in_air
         ));
     }
+    lines.extend(file.deviation.as_ref().map(told_deviation).unwrap_or_default());
     if let Some(c) = &file.certificates {
         lines.push(format!("  certified blocks  {} of {}", c.certified, c.blocks));
     }

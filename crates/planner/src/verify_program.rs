@@ -13,6 +13,8 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::cell::budget;
+use crate::deviation::{CutStock, DeviationRequest, deviation_of};
+use crate::deviation_report::DeviationReport;
 use crate::dual::{HEADS_APART, dual_word_map, merged_runs, proven_for_both};
 use crate::follow::Surroundings;
 use crate::load::{Job, Setup};
@@ -53,6 +55,8 @@ pub struct CutRequest {
     pub tolerance: f64,
     /// The rest of another program, which this one begins with in place of the job's stock.
     pub rest: Option<DexelMap>,
+    /// Hold what is left against the part.
+    pub deviation: Option<DeviationRequest>,
 }
 
 /// What was found, and what is left of the stock where it was cut.
@@ -62,6 +66,8 @@ pub struct Verified {
     pub file: VerificationFile,
     /// The stock behind the program.
     pub rest: Option<DexelMap>,
+    /// The part's surface in the colours of its deviation, as GLB, where it was asked for.
+    pub painted: Option<Vec<u8>>,
 }
 
 /// What was cut.
@@ -100,6 +106,9 @@ pub struct VerificationFile {
     /// What was cut; absent where the stock was not.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stock: Option<StockReport>,
+    /// How far the cut stock is from the part; absent where it was not asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub deviation: Option<DeviationReport>,
     /// What is proven of each block; absent where it was not asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub certificates: Option<Certificates>,
@@ -152,9 +161,10 @@ pub fn verify_program(
         verification: found.verification,
         assumptions: assumptions(&program, &machine),
         stock: found.stock,
+        deviation: found.deviation,
         certificates: found.certificates,
     };
-    Ok(Verified { file, rest: found.rest })
+    Ok(Verified { file, rest: found.rest, painted: found.painted })
 }
 
 /// A program and how it is looked at.
@@ -171,6 +181,8 @@ struct Found {
     certificates: Option<Certificates>,
     stock: Option<StockReport>,
     rest: Option<DexelMap>,
+    deviation: Option<DeviationReport>,
+    painted: Option<Vec<u8>>,
 }
 
 impl Run<'_> {
@@ -208,9 +220,11 @@ impl Run<'_> {
             None => stock_map(job, setup, cut.cell)?,
         };
         let before = stock.volume();
+        let uncut = cut.deviation.map(|_| stock.clone());
         let monitor = self.stages.start("cut the stock", self.program.blocks.len());
         let run = run_stock(self.program, at, &self.settings(), &mut stock, cut.tolerance, &*monitor);
         let run = run.map_err(not_verified)?;
+        drop(monitor);
         found.verification.findings.extend(run.findings);
         found.stock = Some(StockReport {
             cell_mm: stock.grid().cell(),
@@ -219,6 +233,18 @@ impl Run<'_> {
             removed_mm3: run.removed_mm3,
             blocks_in_air: run.blocks.iter().filter(|b| b.removed_mm3 == 0.0).count(),
         });
+        if let (Some(asked), Some(uncut)) = (&cut.deviation, &uncut) {
+            let held = CutStock {
+                program: self.program,
+                at,
+                before: uncut,
+                now: &stock,
+                tolerance: cut.tolerance,
+                gouge_limit: self.gouge_limit,
+            };
+            let (report, painted) = deviation_of(job, setup, &held, asked, self.stages)?;
+            (found.deviation, found.painted) = (Some(report), painted);
+        }
         found.rest = Some(stock);
         Ok(())
     }
@@ -257,7 +283,7 @@ impl Run<'_> {
         let heads = [(&machines[0], lengths[0], "head 1"), (&machines[1], lengths[1], "head 2")];
         let at = virtual_setup(self.request.dialect, &seen[0], &setups[0], &words, Isometry3::identity());
         self.compare_feeds(job, &setups[0], &heads, &at, &mut verification);
-        Ok(Found { verification, certificates, stock: None, rest: None })
+        Ok(Found { verification, certificates, stock: None, rest: None, deviation: None, painted: None })
     }
 
     /// Adds findings where feeds and spindle speeds are not the job's; of each head with the length of its tool, and its name.
@@ -294,7 +320,8 @@ impl Run<'_> {
             let monitor = self.stages.start("certify program", blocks);
             certify(self.program, at, &settings, &*monitor).map_err(not_verified)
         });
-        Ok(Found { verification, certificates: certificates.transpose()?, stock: None, rest: None })
+        let certificates = certificates.transpose()?;
+        Ok(Found { verification, certificates, stock: None, rest: None, deviation: None, painted: None })
     }
 }
 

@@ -1,0 +1,170 @@
+//! The cut stock against the part: figures, and the part's surface in colours.
+
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
+
+use facemill_nc_program::ReadProgram;
+use facemill_surface_model::{Refined, Surface, SurfaceSettings, TriMesh, write_painted_glb};
+use facemill_virtual_machine::VirtualSetup;
+use facemill_z_map::{Deviation, DeviationError, DexelMap, Place};
+use nalgebra::Point3;
+use rayon::prelude::*;
+
+use crate::cell::budget;
+use crate::deviation_colours::colour;
+use crate::deviation_cusps::{CuspScene, cusps};
+use crate::deviation_report::{
+    Condition, DeviationFigures, DeviationPlace, DeviationReport, Patch, beyond, drive_triangles, places_beyond,
+};
+use crate::load::{Job, ObstacleRole, Setup};
+use crate::{Failure, Stages};
+
+/// What is asked of the deviation.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct DeviationRequest {
+    /// Deviation up to which a place is within tolerance, mm; `None`: the largest cusp that one of the setup's operations
+    /// allows, with the gouge limit and the uncertainty of the cut.
+    pub tolerance: Option<f64>,
+    /// Write the part's surface in colours, too.
+    pub painted: bool,
+}
+
+/// Triangles of the surface that are looked at for areas and colours, at most: about 100 MB of GLB.
+const MAX_PATCHES: usize = 2_000_000;
+
+/// Stock before and after a program, and how well it was cut.
+pub(crate) struct CutStock<'a> {
+    pub program: &'a ReadProgram,
+    /// What it was run on.
+    pub at: &'a VirtualSetup<'a>,
+    pub before: &'a DexelMap,
+    pub now: &'a DexelMap,
+    /// Tolerance of the cut, mm.
+    pub tolerance: f64,
+    pub gouge_limit: f64,
+}
+
+/// Holds the cut stock against the setup's part; with it the GLB, where it is asked for.
+///
+/// # Errors
+/// When the tolerance is no length, the part cannot be measured or painted, or the stages are cancelled.
+pub(crate) fn deviation_of(
+    job: &Job,
+    setup: &Setup<'_>,
+    stock: &CutStock<'_>,
+    request: &DeviationRequest,
+    stages: &dyn Stages,
+) -> Result<(DeviationReport, Option<Vec<u8>>), Failure> {
+    let uncertainty_mm = 2.0 * stock.tolerance;
+    let tolerance_mm = request.tolerance.unwrap_or_else(|| {
+        let cusps = job.operations_of(setup.file).map(|(_, o)| o.tolerances.cusp_mm + budget(job, o).simulated());
+        cusps.fold(0.0, f64::max) + uncertainty_mm
+    });
+    if !(tolerance_mm > 0.0 && tolerance_mm.is_finite()) {
+        return Err(job.wrong("the tolerance of the deviation must be a length above 0 mm"));
+    }
+    let (part, allowances) = part_of(setup);
+    let monitor = stages.start("deviation from the part", stock.now.n_tiles());
+    let found = stock.now.deviation(stock.before, &part, &*monitor).map_err(|e| match e {
+        DeviationError::Cancelled(_) => Failure::Interrupted,
+        other => job.wrong(format!("setup \"{}\": {other}", setup.file.name)),
+    })?;
+    drop(monitor);
+    let is_drive = drive_triangles(&part, &setup.drive);
+    let fine = part.mesh().refined(stock.now.grid().cell(), MAX_PATCHES);
+    let patches = patches(&part, &fine, &found, &allowances, &is_drive);
+    let places = || places_beyond(&found, &allowances);
+    let limit = stock.gouge_limit + uncertainty_mm;
+    let cavity = found.deepest_cavity();
+    let scene = CuspScene {
+        part: &part,
+        allowances: &allowances,
+        found: &found,
+        cell: stock.now.grid().cell(),
+        uncertainty: uncertainty_mm,
+        tolerance: tolerance_mm,
+    };
+    let report = DeviationReport {
+        tolerance_mm,
+        uncertainty_mm,
+        exceeds_gouge_limit: places().any(|p| p.is_cut && p.deviation < -limit),
+        drive: DeviationFigures::of(
+            places().filter(|p| is_drive[p.triangle as usize]),
+            patches.iter().copied().filter(|p| p.is_drive),
+            tolerance_mm,
+        ),
+        part: DeviationFigures::of(places(), patches.iter().copied(), tolerance_mm),
+        cavity: cavity.map(|c| DeviationPlace { value_mm: c.depth, at_mm: c.position.into() }),
+        cusps: cusps(stock.program, stock.at, &scene),
+    };
+    let painted = request.painted.then(|| {
+        let colours = colours(&fine, &patches, tolerance_mm);
+        write_painted_glb("deviation", &fine.mesh, &colours).map_err(|e| Failure::Internal(format!("deviation: {e}")))
+    });
+    Ok((report, painted.transpose()?))
+}
+
+/// All part surfaces of a setup, and the allowance on each triangle. What a job names twice, as the side that is cut and with the
+/// whole part, is there once with the larger allowance: twice, the part would not be closed.
+fn part_of(setup: &Setup<'_>) -> (Surface, Vec<f64>) {
+    let mut mesh = TriMesh::default();
+    let mut of_triangle = Vec::new();
+    for obstacle in setup.obstacles.iter().filter(|o| o.role == ObstacleRole::Part) {
+        mesh = mesh.joined(&obstacle.mesh);
+        of_triangle.resize(mesh.triangles().len(), obstacle.allowance);
+    }
+    // The same places are the same vertices, so that the sides hang together.
+    let mut places: HashMap<[u64; 3], u32> = HashMap::new();
+    let welded: Vec<u32> = mesh
+        .vertices()
+        .iter()
+        .zip(0..)
+        .map(|(p, k)| *places.entry([p.x, p.y, p.z].map(f64::to_bits)).or_insert(k))
+        .collect();
+    let mut known: HashMap<[u32; 3], usize> = HashMap::new();
+    let (mut triangles, mut allowances) = (Vec::new(), Vec::<f64>::new());
+    for (triangle, allowance) in mesh.triangles().iter().zip(of_triangle) {
+        let corners = triangle.map(|v| welded[v as usize]);
+        // From the lowest corner on: the same triangle, wound the same way.
+        let mut key = corners;
+        key.rotate_left((0..3).min_by_key(|&c| corners[c]).unwrap_or(0));
+        match known.entry(key) {
+            Entry::Occupied(at) => allowances[*at.get()] = allowances[*at.get()].max(allowance),
+            Entry::Vacant(new) => {
+                new.insert(triangles.len());
+                triangles.push(corners);
+                allowances.push(allowance);
+            }
+        }
+    }
+    let mesh = TriMesh::new(mesh.vertices().to_vec(), triangles).unwrap_or_default();
+    (Surface::new(mesh, SurfaceSettings::default()), allowances)
+}
+
+/// The small triangles with the place that is nearest to the middle of each.
+fn patches(part: &Surface, fine: &Refined, found: &Deviation<'_>, allowances: &[f64], is_drive: &[bool]) -> Vec<Patch> {
+    let patch = |k: usize| {
+        let parent = fine.parents[k];
+        let [a, b, c] = fine.mesh.corners(k).map(|p| p.coords);
+        let middle = Point3::from((a + b + c) / 3.0);
+        let normal = part.facet_normal(parent);
+        let place: Option<Place> = normal.and_then(|n| found.near(&middle, &n)).map(|p| beyond(p, allowances));
+        Patch { area: 0.5 * fine.mesh.scaled_normal(k).norm(), is_drive: is_drive[parent as usize], place }
+    };
+    (0..fine.parents.len()).into_par_iter().map(patch).collect()
+}
+
+/// The colour of each vertex: the mean of the triangles around it by area.
+fn colours(fine: &Refined, patches: &[Patch], tolerance: f64) -> Vec<[u8; 3]> {
+    let mut sums = vec![[0.0_f64; 4]; fine.mesh.vertices().len()];
+    for (triangle, patch) in fine.mesh.triangles().iter().zip(patches) {
+        let colour = colour(Condition::of(patch.place.as_ref(), tolerance), tolerance);
+        for &v in triangle {
+            let sum = &mut sums[v as usize];
+            (0..3).for_each(|k| sum[k] += patch.area * f64::from(colour[k]));
+            sum[3] += patch.area;
+        }
+    }
+    // A vertex without area around it is nowhere to be seen.
+    sums.iter().map(|s| [0, 1, 2].map(|k| if s[3] > 0.0 { (s[k] / s[3]).round() as u8 } else { 0 })).collect()
+}

@@ -1,0 +1,53 @@
+//! Colours of deviations.
+
+use crate::deviation_report::Condition;
+
+/// Red, green and blue as screens take them.
+type Colour = [u8; 3];
+
+/// Within tolerance.
+const GREEN: Colour = [60, 170, 80];
+/// Gouged by a little, and by [`FULL`] tolerances or more.
+const RED: [Colour; 2] = [[250, 170, 60], [190, 0, 20]];
+/// Left over by a little, and by [`FULL`] tolerances or more.
+const BLUE: [Colour; 2] = [[120, 190, 250], [10, 40, 170]];
+/// Not reached by the program.
+const LIGHT_GREY: Colour = [205, 205, 205];
+/// Not measured.
+const DARK_GREY: Colour = [95, 95, 95];
+
+/// Tolerances from which on the colour is full.
+const FULL: f64 = 4.0;
+
+/// The colour of a place: green within tolerance, orange to red where it is gouged, light to dark blue where material is left,
+/// light grey where the program has not been, dark grey where nothing was measured.
+pub(crate) fn colour(condition: Condition, tolerance: f64) -> Colour {
+    let between = |[near, full]: [Colour; 2], deviation: f64| {
+        let share = ((deviation.abs() / tolerance - 1.0) / (FULL - 1.0)).clamp(0.0, 1.0);
+        let part = |k: usize| f64::from(near[k]) + share * (f64::from(full[k]) - f64::from(near[k]));
+        [0, 1, 2].map(|k| part(k).round() as u8)
+    };
+    match condition {
+        Condition::Within(_) => GREEN,
+        Condition::Gouged(d) => between(RED, d),
+        Condition::Excess(d) => between(BLUE, d),
+        Condition::NotReached => LIGHT_GREY,
+        Condition::NoStock => RED[1],
+        Condition::NotMeasured => DARK_GREY,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn colours_grow_with_the_deviation_and_stop() {
+        let red = |d: f64| colour(Condition::Gouged(-d), 0.1);
+        assert_eq!((red(0.1), red(0.4), red(7.0)), (RED[0], RED[1], RED[1]));
+        assert!(red(0.2)[1] < RED[0][1] && red(0.3)[1] < red(0.2)[1]);
+        let blue = |d: f64| colour(Condition::Excess(d), 0.1);
+        assert!(blue(0.1) == BLUE[0] && blue(0.4) == BLUE[1] && blue(0.3)[0] < blue(0.2)[0]);
+        assert_eq!(colour(Condition::NoStock, 0.1), RED[1]);
+    }
+}

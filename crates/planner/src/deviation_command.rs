@@ -1,0 +1,106 @@
+//! What `facemill verify` says and writes of the cut stock's deviation, and its mesh.
+
+use std::path::{Path, PathBuf};
+
+use facemill::surface_model::{NamedNode, write_glb, write_obj, write_stl_binary};
+use facemill::z_map::DexelMap;
+use facemill::{DeviationFigures, DeviationPlace, DeviationReport, Failure};
+use nalgebra::Isometry3;
+
+/// Writer of a scene.
+type Writer =
+    fn(&[&facemill::surface_model::TriMesh], &[NamedNode<'_>]) -> Result<Vec<u8>, facemill::surface_model::ExportError>;
+
+/// The writer that the ending of a file asks for.
+fn writer(file: &Path) -> Option<Writer> {
+    match file.extension()?.to_str()?.to_ascii_lowercase().as_str() {
+        "obj" => Some(write_obj),
+        "stl" => Some(write_stl_binary),
+        "glb" => Some(write_glb),
+        _ => None,
+    }
+}
+
+/// A file for the rest as a mesh.
+pub(crate) fn rest_mesh(text: &str) -> Result<PathBuf, String> {
+    let file = PathBuf::from(text);
+    if writer(&file).is_some() { Ok(file) } else { Err("must end in .obj, .stl or .glb".to_owned()) }
+}
+
+/// A file for the part in colours.
+pub(crate) fn painted_mesh(text: &str) -> Result<PathBuf, String> {
+    let file = PathBuf::from(text);
+    let is_glb = file.extension().is_some_and(|e| e.eq_ignore_ascii_case("glb"));
+    if is_glb { Ok(file) } else { Err("must end in .glb, the format that keeps colours".to_owned()) }
+}
+
+/// The rest as a closed mesh in the workpiece frame, in the format of the file's ending.
+pub(crate) fn mesh_bytes(file: &Path, rest: &DexelMap) -> Result<Vec<u8>, Failure> {
+    let coarser = |e: String| Failure::input(file, format!("{e}; take a larger --stock-cell-mm"));
+    let mesh = rest.to_mesh().map_err(|e| coarser(e.to_string()))?;
+    let node = NamedNode { name: "rest", mesh: 0, transform: Isometry3::identity() };
+    let write = writer(file).ok_or_else(|| Failure::input(file, "must end in .obj, .stl or .glb"))?;
+    if mesh.triangles().is_empty() {
+        return Err(Failure::input(file, "nothing is left of the stock, and a mesh without triangles is none"));
+    }
+    write(&[&mesh], &[node]).map_err(|e| coarser(e.to_string()))
+}
+
+/// Lines of the summary.
+pub(crate) fn told_deviation(report: &DeviationReport) -> Vec<String> {
+    let tolerance = report.tolerance_mm;
+    let mut lines = vec![format!(
+        "  deviation         within tolerance to {tolerance:.3} mm; told to {:.3} mm on every line",
+        report.uncertainty_mm
+    )];
+    for (name, figures) in [("drive surface", &report.drive), ("part", &report.part)] {
+        lines.extend(told_figures(name, figures));
+    }
+    if let Some(c) = &report.cavity {
+        lines.push(format!("    hole in the part  {:.3} mm from its surface{}", c.value_mm, at(c)));
+    }
+    if let Some((c, r)) = report.cusps.as_ref().and_then(|c| Some((c, c.ratio?))) {
+        lines.push(format!(
+            "    cusps             {:.3} mm, predicted {:.3} mm; ratio at {} of {} places {:.2} to {:.2}, in the middle {:.2}",
+            c.largest_measured_mm, c.largest_predicted_mm, c.compared, c.sampled, r.p5, r.p95, r.median
+        ));
+    }
+    if report.exceeds_gouge_limit {
+        lines.push("    DEEPER THAN ALLOWED: the program has cut into the part".to_owned());
+    }
+    lines
+}
+
+fn told_figures(name: &str, figures: &DeviationFigures) -> [String; 2] {
+    let told = |place: &Option<DeviationPlace>| match place {
+        Some(p) => format!("{:.3} mm{}", p.value_mm, at(p)),
+        None => "none".to_owned(),
+    };
+    let a = &figures.area_mm2;
+    let all = a.within + a.gouged + a.excess + a.not_reached + a.no_stock + a.not_measured;
+    let share = |area: f64| if all > 0.0 { 100.0 * area / all } else { 0.0 };
+    [
+        format!(
+            "    {name:<17} gouge {}, excess {}, left uncut {}",
+            told(&figures.largest_gouge),
+            told(&figures.largest_excess),
+            told(&figures.largest_not_reached)
+        ),
+        format!(
+            "      of {:.1} cm2      {:.1} % within, {:.1} % gouged, {:.1} % excess, {:.1} % not reached, {:.1} % without stock, \
+             {:.1} % not measured",
+            all / 100.0,
+            share(a.within),
+            share(a.gouged),
+            share(a.excess),
+            share(a.not_reached),
+            share(a.no_stock),
+            share(a.not_measured)
+        ),
+    ]
+}
+
+fn at(place: &DeviationPlace) -> String {
+    let [x, y, z] = place.at_mm;
+    format!(" at ({x:.2}, {y:.2}, {z:.2})")
+}

@@ -1,0 +1,267 @@
+//! Cusps in the cut stock, and what the passes of the program should have left between them.
+
+use facemill_cl_data::{Aabb, CcPoint, ClPoint};
+use facemill_cutter_location::cusp::{CutPoint, ridges};
+use facemill_inverse_kinematics::AxisKind;
+use facemill_nc_program::{AxisAt, Compensation, MotionKind, ReadMotion, ReadProgram};
+use facemill_surface_model::Surface;
+use facemill_tool_model::{Cusp, Cutter};
+use facemill_virtual_machine::VirtualSetup;
+use facemill_z_map::Deviation;
+use nalgebra::{Point3, Unit, Vector3};
+use rayon::prelude::*;
+use schemars::JsonSchema;
+use serde::Serialize;
+
+/// Cusp heights measured at a sample of places between neighbouring passes, against the ridge that the outlines of the tilted
+/// cutter leave there. Both are estimates: measured is the highest line's place on the way across, which misses the ridge by up to
+/// half a cell.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
+pub struct CuspReport {
+    /// Points of passes that were drawn, the same ones for the same program.
+    pub sampled: usize,
+    /// Of them with a neighbouring pass at least four cells away, and a predicted ridge that can be told from the uncertainty.
+    pub compared: usize,
+    /// Of those drawn where the outlines leave a strip that is not cut at all.
+    pub uncut: usize,
+    /// The highest of the predicted ridges that were compared, mm.
+    pub largest_predicted_mm: f64,
+    /// The highest measured between the same passes, mm.
+    pub largest_measured_mm: f64,
+    /// Measured by predicted height; absent where none were compared.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ratio: Option<CuspRatios>,
+}
+
+/// Quantiles of the ratio of measured to predicted cusps.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct CuspRatios {
+    /// The lowest.
+    pub lowest: f64,
+    /// Five in a hundred are lower.
+    pub p5: f64,
+    /// Half are lower.
+    pub median: f64,
+    /// Ninety-five in a hundred are lower.
+    pub p95: f64,
+    /// The highest.
+    pub highest: f64,
+}
+
+/// Points that are drawn.
+const SAMPLES: usize = 300;
+
+/// Cells between passes below which a ridge is too narrow for the lines.
+const CELLS_ACROSS: f64 = 4.0;
+
+/// How much longer the arc to the neighbouring pass may be than the straight way to its nearest point: on surfaces that a
+/// cutter follows an arc is hardly longer than its chord.
+const NEIGHBOUR: f64 = 1.05;
+
+/// The stock and part that passes are held against.
+pub(crate) struct CuspScene<'a> {
+    pub part: &'a Surface,
+    /// Allowance on each triangle of the part, mm.
+    pub allowances: &'a [f64],
+    pub found: &'a Deviation<'a>,
+    pub cell: f64,
+    /// How far deviations may be off, mm.
+    pub uncertainty: f64,
+    /// How far the cutter may be from the surface and still count as on a pass, mm.
+    pub tolerance: f64,
+}
+
+/// Compares cusps along a program; `None` where the cutter is nowhere on the surface, or its positions cannot be followed.
+pub(crate) fn cusps(program: &ReadProgram, at: &VirtualSetup<'_>, scene: &CuspScene<'_>) -> Option<CuspReport> {
+    let runs = runs(program, at, scene);
+    let all: Vec<(usize, usize)> =
+        runs.iter().enumerate().flat_map(|(r, run)| (0..run.len()).map(move |k| (r, k))).collect();
+    if all.is_empty() {
+        return None;
+    }
+    let boxes: Vec<Aabb> = runs.iter().map(|run| Aabb::of_points(run.iter().map(|p| &p.cc.position))).collect();
+    let drawn = sample(all.len());
+    let compare = |k: &usize| {
+        let (run, point) = all[*k];
+        scene.compared(at.tool.cutter(), &runs, &boxes, run, point)
+    };
+    let found: Vec<Compared> = drawn.par_iter().map(compare).collect();
+    let mut report = CuspReport { sampled: drawn.len(), ..CuspReport::default() };
+    let mut ratios = Vec::new();
+    for compared in found {
+        match compared {
+            Compared::Not => {}
+            Compared::Uncut => report.uncut += 1,
+            Compared::Heights { predicted, measured } => {
+                ratios.push(measured / predicted);
+                report.largest_predicted_mm = report.largest_predicted_mm.max(predicted);
+                report.largest_measured_mm = report.largest_measured_mm.max(measured);
+            }
+        }
+    }
+    report.compared = ratios.len();
+    report.ratio = quantiles(ratios);
+    Some(report)
+}
+
+/// Indices below `n`: all where they are few, else drawn by a generator that always starts alike (Knuth's MMIX).
+fn sample(n: usize) -> Vec<usize> {
+    if n <= SAMPLES {
+        return (0..n).collect();
+    }
+    let mut state = 1_u64;
+    let mut draw = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        ((u128::from(state) * n as u128) >> 64) as usize
+    };
+    (0..SAMPLES).map(|_| draw()).collect()
+}
+
+fn quantiles(mut ratios: Vec<f64>) -> Option<CuspRatios> {
+    ratios.sort_by(f64::total_cmp);
+    let last = ratios.len().checked_sub(1)?;
+    let at = |share: f64| ratios[(share * last as f64).round() as usize];
+    Some(CuspRatios { lowest: at(0.0), p5: at(0.05), median: at(0.5), p95: at(0.95), highest: at(1.0) })
+}
+
+/// What one place shows.
+enum Compared {
+    Not,
+    Uncut,
+    Heights { predicted: f64, measured: f64 },
+}
+
+impl CuspScene<'_> {
+    fn compared(&self, cutter: &Cutter, runs: &[Vec<CutPoint>], boxes: &[Aabb], run: usize, point: usize) -> Compared {
+        let (own, reach) = (runs[run][point], 3.0 * cutter.radius());
+        let here = own.cc.position;
+        let beside = (0..runs.len()).filter(|&r| r != run && boxes[r].distance_sq(&here) <= reach * reach);
+        let distance = |p: &CutPoint| (p.cc.position - here).norm();
+        let apart = beside.clone().flat_map(|r| &runs[r]).map(distance).fold(f64::INFINITY, f64::min);
+        let ridges = beside.filter_map(|r| Some((r, ridges(cutter, &[own], &runs[r], reach)[0]?)));
+        let nearest = ridges.min_by(|a, b| a.1.step_over.total_cmp(&b.1.step_over));
+        // Where a point of another pass is nearer, that one ends beside this point, and the ridge is not a neighbour's.
+        let is_neighbour = |step_over: f64| step_over >= CELLS_ACROSS * self.cell && step_over <= NEIGHBOUR * apart;
+        let Some((neighbour, ridge)) = nearest.filter(|(_, r)| is_neighbour(r.step_over)) else {
+            return Compared::Not;
+        };
+        let predicted = match ridge.cusp {
+            Cusp::Uncut => return Compared::Uncut,
+            Cusp::Height(h) if h < 2.0 * self.uncertainty => return Compared::Not,
+            Cusp::Height(h) => h,
+        };
+        let Some(toward) = runs[neighbour].iter().min_by(|a, b| distance(a).total_cmp(&distance(b))) else {
+            return Compared::Not;
+        };
+        let left = own.cc.left().into_inner();
+        let across = left * (ridge.step_over * left.dot(&(toward.cc.position - here)).signum());
+        match self.highest(&here, &across) {
+            Some(measured) => Compared::Heights { predicted, measured },
+            None => Compared::Not,
+        }
+    }
+
+    /// The most that stands over the surface on the way from a point of it across.
+    fn highest(&self, from: &Point3<f64>, across: &Vector3<f64>) -> Option<f64> {
+        let width = across.norm();
+        let steps = (2.0 * width / self.cell).ceil().max(1.0) as usize;
+        let places = (0..=steps).filter_map(|k| {
+            let point = from + across * (k as f64 / steps as f64);
+            let foot = self.part.closest_point(&point, width)?;
+            let normal = self.part.facet_normal(foot.triangle)?;
+            let place = self.found.near(&foot.position, &normal)?;
+            let height = place.deviation - self.allowances[place.triangle as usize];
+            height.is_finite().then_some(height)
+        });
+        places.reduce(f64::max)
+    }
+
+    /// Where a pose touches the surface, where it does: the cutter's lowest point against the normal of the part that is nearest
+    /// to it, found by going to and fro.
+    fn contact(&self, cutter: &Cutter, pose: ClPoint) -> Option<Contact> {
+        let reach = 2.0 * cutter.radius();
+        let axis = pose.axis.into_inner();
+        let mut lowest = pose.tip;
+        for _ in 0..CONTACT_STEPS {
+            let foot = self.part.closest_point(&lowest, reach)?;
+            let normal = self.part.normal_at(&foot);
+            let up = normal.dot(&axis);
+            let outward = (normal.into_inner() - axis * up).try_normalize(FLAT).filter(|_| up > 0.0)?;
+            let (r, rim) = (cutter.corner_radius(), cutter.rim_radius());
+            let next = pose.tip + (axis - normal.into_inner()) * r - outward * rim;
+            if (next - lowest).norm() < SAME_CONTACT {
+                let surface = foot.position + normal.into_inner() * self.allowances[foot.triangle as usize];
+                let is_on_it = (next - surface).norm() <= self.tolerance;
+                return is_on_it.then_some(Contact { pose, position: foot.position, normal });
+            }
+            lowest = next;
+        }
+        None
+    }
+}
+
+/// A pose on the surface.
+struct Contact {
+    pose: ClPoint,
+    position: Point3<f64>,
+    normal: Unit<Vector3<f64>>,
+}
+
+/// Steps to and fro between cutter and surface; on surfaces that the cutter fits each brings the point much nearer.
+const CONTACT_STEPS: usize = 20;
+/// Steps as short as this have arrived, mm.
+const SAME_CONTACT: f64 = 1e-4;
+/// Sine of the tilt below which a disc lies flat and touches everywhere.
+const FLAT: f64 = 1e-6;
+
+/// The passes of a program: positions one after the other in cutting blocks with the cutter on the surface.
+fn runs(program: &ReadProgram, at: &VirtualSetup<'_>, scene: &CuspScene<'_>) -> Vec<Vec<CutPoint>> {
+    let moves: Vec<&ReadMotion> = program.blocks.iter().filter_map(|b| b.motion.as_ref()).collect();
+    let cutter = at.tool.cutter();
+    let touch = |motion: &&ReadMotion| scene.contact(cutter, pose_at(motion, at)?);
+    let touching: Vec<_> = moves.par_iter().map(touch).collect();
+    let mut runs = Vec::new();
+    let mut run: Vec<Contact> = Vec::new();
+    for (motion, found) in moves.iter().zip(touching) {
+        if motion.kind != MotionKind::Linear || found.is_none() {
+            runs.extend(pass(&std::mem::take(&mut run)));
+        }
+        run.extend(found);
+    }
+    runs.extend(pass(&run));
+    runs
+}
+
+/// Points of a pass with feed and posture; `None` of one point alone.
+fn pass(run: &[Contact]) -> Option<Vec<CutPoint>> {
+    let point = |k: usize| {
+        let Contact { pose, position, normal } = &run[k];
+        let feed = run[(k + 1).min(run.len() - 1)].position - run[k.saturating_sub(1)].position;
+        let cc = CcPoint::new(*position, normal.into_inner(), feed).ok()?;
+        Some(CutPoint { cc, posture: cc.posture_of(&pose.axis) })
+    };
+    let points: Vec<CutPoint> = (0..run.len()).filter_map(point).collect();
+    (points.len() > 1).then_some(points)
+}
+
+/// Pose of the tool on the work at the end of a motion; `None` where words alone do not tell it.
+fn pose_at(motion: &ReadMotion, at: &VirtualSetup<'_>) -> Option<ClPoint> {
+    let (machine, length) = (at.machine, at.tool.gauge_length());
+    let mut axes = machine.home();
+    let on_table = if matches!(motion.compensation, Compensation::Rtcp(_)) {
+        let mut tip = Point3::origin();
+        for (k, axis) in at.words.axes().iter().enumerate() {
+            let AxisAt::Word(word) = motion.position.get(axis.letter)? else { return None };
+            match machine.axes()[k].kind {
+                AxisKind::Rotary => axes[k] = axis.offset + word.to_radians(),
+                AxisKind::Linear => tip["XYZ".find(axis.letter.letter())?] = word,
+            }
+        }
+        ClPoint { tip: at.table_from_rtcp_words * tip, ..machine.cl_point(&axes, length) }
+    } else {
+        let joints = at.words.joints_at(motion, axes.as_slice()).ok()?;
+        joints.iter().enumerate().for_each(|(k, joint)| axes[k] = *joint);
+        machine.cl_point(&axes, length)
+    };
+    Some(on_table.transformed(&at.table_from_work.inverse()))
+}
