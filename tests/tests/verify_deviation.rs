@@ -1,5 +1,5 @@
-//! A plate milled by hand-written programs with a tilted face mill: cusps, a planted gouge and what was not reached are what
-//! closed forms say, in the report and in the colours.
+//! A plate milled by hand-written programs with a tilted face mill: cusps, a planted gouge and what was not reached
+//! are what closed forms say, in the report and in the colours.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -46,7 +46,6 @@ fn plate() -> JobFolder {
     let meshes = json!([mesh(json!({ "role": "drive", "groups": ["top"] })), mesh(json!({ "role": "part" }))]);
     let offset = json!({ "offset": { "allowance_mm": ALLOWANCE } });
     job.set("job.json", &[("/setups/0/meshes", meshes), ("/setups/0/stock", offset)]);
-    let section = |length: f64, diameter: f64| json!([{ "length_mm": length, "diameter_low_mm": diameter, "diameter_high_mm": diameter }]);
     job.set(
         "tool.json",
         &[
@@ -65,6 +64,11 @@ fn plate() -> JobFolder {
     job
 }
 
+/// One section of a tool's body.
+fn section(length: f64, diameter: f64) -> Value {
+    json!([{ "length_mm": length, "diameter_low_mm": diameter, "diameter_high_mm": diameter }])
+}
+
 /// Words of the tilted cutter with its lowest point at a place of the work, by the paper's equation (9) with C = 0.
 fn words([x, y, z]: [f64; 3]) -> String {
     let (sin, cos) = TILT_DEG.to_radians().sin_cos();
@@ -76,7 +80,8 @@ fn words([x, y, z]: [f64; 3]) -> String {
 /// Where the pass in the middle goes down.
 const GOUGED_AT: f64 = 5.0;
 
-/// Passes along x, the last one `last` steps beside the middle; with `gouge` the one in the middle goes that deep at x = 5.
+/// Passes along x, the last one `last` steps beside the middle; with `gouge` the one in the middle goes that deep at x
+/// = 5.
 fn program(last: i32, gouge: f64) -> String {
     let mut text = format!("G21 G90 G94\nG0 G43 {} H1\n", words([-30.0, -18.0, 40.0]));
     for k in -3..=last {
@@ -127,7 +132,8 @@ fn sum(figures: &DeviationFigures) -> f64 {
     a.within + a.gouged + a.excess + a.not_reached + a.no_stock + a.not_measured
 }
 
-/// The ridge is told to what its slope falls off within half a cell, so the error falls with the cell; areas are the ellipse's.
+/// The ridge is told to what its slope falls off within half a cell, so the error falls with the cell; areas are the
+/// ellipse's.
 #[test]
 fn cusps_are_those_of_the_tilted_disc() {
     let job = plate();
@@ -163,7 +169,8 @@ fn cusps_are_those_of_the_tilted_disc() {
     }
 }
 
-/// A strip without passes keeps its allowance and is told as such, and the bottom too; walls along the lines are not measured.
+/// A strip without passes keeps its allowance and is told as such, and the bottom too; walls along the lines are not
+/// measured.
 #[test]
 fn what_was_not_reached_is_told_apart_from_what_was_left() {
     let found = verified(&plate(), &program(1, 0.0), 0.5, Some(0.04)).unwrap();
@@ -216,8 +223,8 @@ fn a_planted_gouge_is_told_with_its_depth_and_place_and_is_red() {
     assert!(why.contains("tolerance of the deviation") && why.contains("above 0"), "{why}");
 }
 
-/// A side that the job names twice, with an allowance of its own: the part is closed all the same, and is held against what the
-/// program should leave.
+/// A side that the job names twice, with an allowance of its own: the part is closed all the same, and is held against
+/// what the program should leave.
 #[test]
 fn allowances_count_and_surfaces_named_twice_are_there_once() {
     let job = plate();

@@ -22,8 +22,8 @@ use crate::{Failure, Stages};
 /// What is asked of the deviation.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct DeviationRequest {
-    /// Deviation up to which a place is within tolerance, mm; `None`: the largest cusp that one of the setup's operations
-    /// allows, with the gouge limit and the uncertainty of the cut.
+    /// Deviation up to which a place is within tolerance, mm; `None`: the largest cusp that one of the setup's
+    /// operations allows, with the gouge limit and the uncertainty of the cut.
     pub tolerance: Option<f64>,
     /// Write the part's surface in colours, too.
     pub painted: bool,
@@ -104,8 +104,8 @@ pub(crate) fn deviation_of(
     Ok((report, painted.transpose()?))
 }
 
-/// All part surfaces of a setup, and the allowance on each triangle. What a job names twice, as the side that is cut and with the
-/// whole part, is there once with the larger allowance: twice, the part would not be closed.
+/// All part surfaces of a setup, and the allowance on each triangle. What a job names twice, as the side that is cut
+/// and with the whole part, is there once with the larger allowance: twice, the part would not be closed.
 fn part_of(setup: &Setup<'_>) -> (Surface, Vec<f64>) {
     let mut mesh = TriMesh::default();
     let mut of_triangle = Vec::new();

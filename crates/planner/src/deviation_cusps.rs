@@ -13,14 +13,15 @@ use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-/// Cusp heights measured at a sample of places between neighbouring passes, against the ridge that the outlines of the tilted
-/// cutter leave there. Both are estimates: measured is the highest line's place on the way across, which misses the ridge by up to
-/// half a cell.
+/// Cusp heights measured at a sample of places between neighbouring passes, against the ridge that the outlines of the
+/// tilted cutter leave there. Both are estimates: measured is the highest line's place on the way across, which misses
+/// the ridge by up to half a cell.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct CuspReport {
     /// Points of passes that were drawn, the same ones for the same program.
     pub sampled: usize,
-    /// Of them with a neighbouring pass at least four cells away, and a predicted ridge that can be told from the uncertainty.
+    /// Of them with a neighbouring pass at least four cells away, and a predicted ridge that can be told from the
+    /// uncertainty.
     pub compared: usize,
     /// Of those drawn where the outlines leave a strip that is not cut at all.
     pub uncut: usize,
@@ -54,8 +55,8 @@ const SAMPLES: usize = 300;
 /// Cells between passes below which a ridge is too narrow for the lines.
 const CELLS_ACROSS: f64 = 4.0;
 
-/// How much longer the arc to the neighbouring pass may be than the straight way to its nearest point: on surfaces that a
-/// cutter follows an arc is hardly longer than its chord.
+/// How much longer the arc to the neighbouring pass may be than the straight way to its nearest point: on surfaces
+/// that a cutter follows an arc is hardly longer than its chord.
 const NEIGHBOUR: f64 = 1.05;
 
 /// The stock and part that passes are held against.
@@ -71,7 +72,8 @@ pub(crate) struct CuspScene<'a> {
     pub tolerance: f64,
 }
 
-/// Compares cusps along a program; `None` where the cutter is nowhere on the surface, or its positions cannot be followed.
+/// Compares cusps along a program; `None` where the cutter is nowhere on the surface, or its positions cannot be
+/// followed.
 pub(crate) fn cusps(program: &ReadProgram, at: &VirtualSetup<'_>, scene: &CuspScene<'_>) -> Option<CuspReport> {
     let runs = runs(program, at, scene);
     let all: Vec<(usize, usize)> =
@@ -176,8 +178,8 @@ impl CuspScene<'_> {
         places.reduce(f64::max)
     }
 
-    /// Where a pose touches the surface, where it does: the cutter's lowest point against the normal of the part that is nearest
-    /// to it, found by going to and fro.
+    /// Where a pose touches the surface, where it does: the cutter's lowest point against the normal of the part that
+    /// is nearest to it, found by going to and fro.
     fn contact(&self, cutter: &Cutter, pose: ClPoint) -> Option<Contact> {
         let reach = 2.0 * cutter.radius();
         let axis = pose.axis.into_inner();

@@ -49,11 +49,11 @@ pub(crate) struct VerifyArguments {
     /// File to write the stock behind the program to as a closed mesh, by its ending .obj, .stl or .glb
     #[arg(long, value_name = "FILE", value_parser = rest_mesh)]
     rest_mesh: Option<PathBuf>,
-    /// Hold the stock behind the program against the part, and write the part in colours of the deviation to this .glb file
+    /// Hold the stock behind the program against the part, and write the part in colours of the deviation to this .glb
     #[arg(long, value_name = "FILE", value_parser = painted_mesh)]
     deviation: Option<PathBuf>,
-    /// Hold the stock behind the program against the part, with this deviation to both sides within tolerance; where it is not
-    /// given with --deviation, the largest cusp of the setup's operations with all that is allowed for gouges
+    /// Hold the stock behind the program against the part, with this deviation to both sides within tolerance; where it
+    /// is not given with --deviation, the largest cusp of the setup's operations with all that is allowed for gouges
     #[arg(long, value_name = "MM", allow_negative_numbers = true)]
     deviation_tolerance_mm: Option<f64>,
     /// File to write what was found to, as JSON
@@ -193,4 +193,40 @@ fn told(file: &VerificationFile) -> String {
         lines.push(format!("    and {} more; --out writes them all", v.findings.len() - TOLD));
     }
     lines.join("\n") + "\n"
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::Parser;
+
+    #[derive(Parser)]
+    struct Command {
+        #[command(flatten)]
+        verify: VerifyArguments,
+    }
+
+    fn cut(options: &[&str]) -> Result<Option<CutRequest>, Failure> {
+        let all = [&["verify", "program.nc", "--job", "job.json"], options].concat();
+        cut_of(&Command::try_parse_from(all).unwrap_or_else(|e| panic!("{e}")).verify)
+    }
+
+    #[test]
+    fn what_needs_a_cut_stock_says_so() {
+        for option in [
+            ["--rest-out", "a.stock"],
+            ["--rest-mesh", "a.obj"],
+            ["--deviation", "a.glb"],
+            ["--deviation-tolerance-mm", "0.1"],
+        ] {
+            let why = cut(&option).expect_err("nothing is cut").to_string();
+            assert!(why.contains(option[0]) && why.contains("--stock-cell-mm"), "{why}");
+            let with = cut(&[&option[..], &["--stock-cell-mm", "1"]].concat()).expect("stock is cut").expect("a cell");
+            assert_eq!(with.deviation.is_some(), option[0].starts_with("--deviation"));
+        }
+        assert!(cut(&[]).expect("nothing is asked").is_none());
+        let both = cut(&["--stock-cell-mm", "1", "--deviation", "a.glb", "--deviation-tolerance-mm", "0.1"]);
+        let asked = both.expect("fine").and_then(|c| c.deviation);
+        assert_eq!(asked, Some(DeviationRequest { tolerance: Some(0.1), painted: true }));
+    }
 }

@@ -43,8 +43,9 @@ pub(crate) fn crossings_of_tile(grid: &DexelGrid, corner: [usize; 2], mesh: &Tri
     found
 }
 
-/// Of a line's crossings with closed shells those where it comes into the solid and leaves it: where shells overlap, the
-/// surface of one inside another is none of the solid's. `None` where it does not go in as often as out, or out first.
+/// Of a line's crossings with closed shells those where it comes into the solid and leaves it: where shells overlap,
+/// the surface of one inside another is none of the solid's. `None` where it does not go in as often as out, or out
+/// first.
 pub(crate) fn outer(crossings: &[Crossing]) -> Option<Vec<Crossing>> {
     let mut depth = 0_i32;
     let mut kept = Vec::new();

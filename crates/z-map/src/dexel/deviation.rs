@@ -30,7 +30,8 @@ pub struct Place {
 pub struct Cavity {
     /// Middle of the gap, workpiece frame, mm.
     pub position: Point3<f64>,
-    /// Distance from the part's surface that no point of the gap is beyond, at most a twentieth and 0.01 mm too much, mm.
+    /// Distance from the part's surface that no point of the gap is beyond, at most a twentieth and 0.01 mm too much,
+    /// mm.
     pub depth: f64,
 }
 
@@ -55,17 +56,18 @@ pub enum DeviationError {
 ///
 /// At such a place the stock's end is looked for along the line: with material over the place the upper end of that
 /// material, else the end of what is next below it; for a surface that looks down the same the other way round. The
-/// deviation is the distance of this end from that part of the surface that looks the same way as the place (normals less
-/// than 90° apart) and sees the end from the same side, so that a neighbouring blade is not taken for it. So it is:
-/// - exact up to rounding (10⁻⁷ mm) for every line, whatever its slope to the surface: the end is a point of the stock's
-///   surface;
+/// deviation is the distance of this end from that part of the surface that looks the same way as the place (normals
+/// less than 90° apart) and sees the end from the same side, so that a neighbouring blade is not taken for it. So it
+/// is:
+/// - exact up to rounding (10⁻⁷ mm) for every line, whatever its slope to the surface: the end is a point of the
+///   stock's surface;
 /// - never less than the end's distance from the whole part, and never more than its distance along the line;
-/// - stopped where the line comes to the next surface of the part: a blade that is cut through is gouged by its thickness,
-///   a gap between two blades that is full of stock is an excess of its width.
+/// - stopped where the line comes to the next surface of the part: a blade that is cut through is gouged by its
+///   thickness, a gap between two blades that is full of stock is an excess of its width.
 ///
-/// Of a closed part all that is missing on a line is found: what is not at a surface is told as [`Cavity`]. Stock that hangs in
-/// the air, with a gap between it and the part, is no deviation. Between the lines nothing is said: a gouge narrower than the
-/// cell can be missed. Walls along the lines are not crossed by them; they have no places.
+/// Of a closed part all that is missing on a line is found: what is not at a surface is told as [`Cavity`]. Stock that
+/// hangs in the air, with a gap between it and the part, is no deviation. Between the lines nothing is said: a gouge
+/// narrower than the cell can be missed. Walls along the lines are not crossed by them; they have no places.
 #[derive(Clone, Debug)]
 pub struct Deviation<'a> {
     part: &'a Surface,
@@ -103,10 +105,11 @@ enum Far {
 }
 
 impl DexelMap {
-    /// Holds this stock against a part in the workpiece frame. `before` is the stock before it was cut, on the same lines.
+    /// Holds this stock against a part in the workpiece frame. `before` is the stock before it was cut, on the same
+    /// lines.
     ///
-    /// Of a part whose components are all closed only the outside counts, also where they overlap. The result does not depend on
-    /// the number of threads; `monitor` is told of every tile.
+    /// Of a part whose components are all closed only the outside counts, also where they overlap. The result does not
+    /// depend on the number of threads; `monitor` is told of every tile.
     ///
     /// # Errors
     /// When the maps have different lines, the part is too far away, or the monitor cancels.
@@ -161,8 +164,8 @@ impl Deviation<'_> {
         self.tiles.iter().filter_map(|t| t.cavity).reduce(deeper)
     }
 
-    /// The place next to a point of the part with this normal: the nearest one on the nine lines around it, of those whose
-    /// normals are within 60° of it, and that are not farther away than lines may be along such a slope.
+    /// The place next to a point of the part with this normal: the nearest one on the nine lines around it, of those
+    /// whose normals are within 60° of it, and that are not farther away than lines may be along such a slope.
     pub fn near(&self, point: &Point3<f64>, normal: &Vector3<f64>) -> Option<Place> {
         let frame = self.grid.work_from_map();
         let p = frame.inverse_transform_point(point);
@@ -283,8 +286,8 @@ impl Line<'_> {
         Record { height, deviation, triangle, is_cut: now != far(&self.before) }
     }
 
-    /// Distance of a height on the line from the part's surface that looks the same way as a triangle through which the line
-    /// goes at another height, and has the height on the same side.
+    /// Distance of a height on the line from the part's surface that looks the same way as a triangle through which
+    /// the line goes at another height, and has the height on the same side.
     fn distance_from_sheet(&self, z: f64, height: f64, triangle: u32) -> f64 {
         let along = (z - height).abs();
         let part = self.held.part;
@@ -307,7 +310,8 @@ impl Line<'_> {
         gaps.filter(inside).map(|gap| self.cavity(gap)).reduce(deeper)
     }
 
-    /// The greatest distance from the part over a gap, from above: distance changes by no more than the way along the line.
+    /// The greatest distance from the part over a gap, from above: distance changes by no more than the way along the
+    /// line.
     fn cavity(&self, gap: [f64; 2]) -> Cavity {
         let at = |z: f64| self.held.map.grid.in_work(self.i, self.j, z);
         let distance = |z: f64| self.held.part.closest_point(&at(z), f64::INFINITY).map_or(0.0, |p| p.distance);
@@ -327,8 +331,8 @@ impl Line<'_> {
     }
 }
 
-/// How far from a triangle's plane a point may be and still be on both sides of it, mm: less than anyone measures, more than
-/// heights are rounded.
+/// How far from a triangle's plane a point may be and still be on both sides of it, mm: less than anyone measures,
+/// more than heights are rounded.
 const ON_PLANE: f64 = 1e-6;
 
 /// Heights that are the same, mm: those of triangles that touch are rounded.
@@ -338,8 +342,8 @@ const SAME_HEIGHT: f64 = 1e-6;
 const CAVITY_SHARE: f64 = 0.05;
 const CAVITY_LENGTH: f64 = 0.01;
 
-/// Where the stock's surface is, seen from a height at which the part's material begins or ends upward. `stops` are the part's
-/// next surfaces into its material and out of it.
+/// Where the stock's surface is, seen from a height at which the part's material begins or ends upward. `stops` are
+/// the part's next surfaces into its material and out of it.
 fn far(line: &[Interval], height: f64, is_begin: bool, stops: [Option<f64>; 2]) -> Far {
     // Turned so that the part's material is below.
     let sign = if is_begin { -1.0 } else { 1.0 };
