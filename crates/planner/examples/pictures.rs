@@ -1,6 +1,6 @@
 //! Makes the pictures of the documentation from the sample job:
 //! `cargo run --release -p facemill --example pictures` writes `docs/pictures/*.svg`; with `machines` behind it only those of
-//! the machines, with `dual` only that of the two heads.
+//! the machines, with `dual` only that of the two heads, with `deviation` only that of the deviation.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -12,6 +12,8 @@ use facemill::z_map::{ZMap, ZMapSettings};
 use facemill::{Job, PlanSettings, SilentStages, files, plan_setup, read_mesh};
 use nalgebra::Isometry3;
 
+#[path = "pictures/deviation.rs"]
+mod deviation;
 #[path = "pictures/dual.rs"]
 mod dual;
 #[path = "pictures/figure.rs"]
@@ -25,6 +27,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let argument = std::env::args().nth(1);
     if argument.as_deref() == Some("dual") {
         return Ok(files::write_all(Path::new("docs/pictures"), &[dual_picture()?])?);
+    }
+    if argument.as_deref() == Some("deviation") {
+        return Ok(files::write_all(Path::new("docs/pictures"), &[deviation_picture()?])?);
     }
     files::write_all(Path::new("docs/pictures"), &machines::machines()?)?;
     if argument.as_deref() == Some("machines") {
@@ -40,6 +45,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let map = ZMap::build(&mesh, &Isometry3::identity(), &ZMapSettings { cell: 24.0, margin: 0.0 })?;
     let pictures = vec![
         dual_picture()?,
+        deviation_picture()?,
         ("passes.svg".to_owned(), passes(&map, &apt.points).into_bytes()),
         ("solution-space.svg".to_owned(), text("solution-space.svg").ok_or("no picture in the plan")?),
         ("cusp.svg".to_owned(), cusp(job.tool.cutter()).into_bytes()),
@@ -57,6 +63,10 @@ type Picture = (String, Vec<u8>);
 
 fn dual_picture() -> Result<Picture, Box<dyn std::error::Error>> {
     Ok(("dual-pass.svg".to_owned(), dual::dual_pass()?.into_bytes()))
+}
+
+fn deviation_picture() -> Result<Picture, Box<dyn std::error::Error>> {
+    Ok(("deviation.svg".to_owned(), deviation::deviation()?.into_bytes()))
 }
 
 /// An empty picture with white ground.
