@@ -46,7 +46,7 @@ pub(crate) fn crossings_of_tile(grid: &DexelGrid, corner: [usize; 2], mesh: &Tri
 /// Of a line's crossings with closed shells those where it comes into the solid and leaves it: where shells overlap,
 /// the surface of one inside another is none of the solid's. `None` where it does not go in as often as out, or out
 /// first.
-pub(crate) fn outer(crossings: &[Crossing]) -> Option<Vec<Crossing>> {
+pub(crate) fn outer(crossings: impl Iterator<Item = Crossing>) -> Option<Vec<Crossing>> {
     let mut depth = 0_i32;
     let mut kept = Vec::new();
     for crossing in crossings {
@@ -56,8 +56,15 @@ pub(crate) fn outer(crossings: &[Crossing]) -> Option<Vec<Crossing>> {
             return None;
         }
         if was_outside || depth == 0 {
-            kept.push(*crossing);
+            kept.push(crossing);
         }
     }
     (depth == 0).then_some(kept)
+}
+
+/// Crossings with the outside of closed shells and with open surfaces, upward.
+pub(crate) fn merged(solid: &[Crossing], open: Vec<&Crossing>) -> Vec<Crossing> {
+    let mut all: Vec<Crossing> = solid.iter().chain(open).copied().collect();
+    all.sort_by(|a, b| a.height.total_cmp(&b.height).then(b.is_begin.cmp(&a.is_begin)));
+    all
 }

@@ -5,7 +5,7 @@ use facemill_surface_model::{Surface, TriMesh};
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
-use crate::dexel::crossings::{Crossing, crossings_of_tile, outer};
+use crate::dexel::crossings::{Crossing, crossings_of_tile, merged, outer};
 use crate::dexel::grid::DexelGrid;
 use crate::dexel::map::DexelMap;
 use crate::dexel::mesh_stock::{MAX_REACH, bins};
@@ -108,8 +108,8 @@ impl DexelMap {
     /// Holds this stock against a part in the workpiece frame. `before` is the stock before it was cut, on the same
     /// lines.
     ///
-    /// Of a part whose components are all closed only the outside counts, also where they overlap. The result does not
-    /// depend on the number of threads; `monitor` is told of every tile.
+    /// Of the part's closed components only the outside counts, also where they overlap; of others every triangle. The
+    /// result does not depend on the number of threads; `monitor` is told of every tile.
     ///
     /// # Errors
     /// When the maps have different lines, the part is too far away, or the monitor cancels.
@@ -128,9 +128,8 @@ impl DexelMap {
         if !mesh.triangles().is_empty() && reach > MAX_REACH {
             return Err(DeviationError::TooFar { reach });
         }
-        let is_closed = part.topology().components.iter().all(|c| c.closed);
         let bins = bins(self, &mesh, 0.0);
-        let held = Held { map: self, before, part, mesh: &mesh, is_closed };
+        let held = Held { map: self, before, part, mesh: &mesh };
         let tile = |k: usize| {
             monitor.checkpoint()?;
             let found = held.tile(k, &bins[k]);
@@ -217,7 +216,6 @@ struct Held<'a> {
     part: &'a Surface,
     /// In the map's frame.
     mesh: &'a TriMesh,
-    is_closed: bool,
 }
 
 impl Held<'_> {
@@ -231,7 +229,13 @@ impl Held<'_> {
         }
         for of_line in crossings.chunk_by(|a, b| a.line == b.line) {
             let line = usize::from(of_line[0].line);
-            let outer = Some(of_line).filter(|_| self.is_closed).and_then(outer);
+            let is_closed = |c: &&Crossing| self.part.component(c.triangle).closed;
+            let (closed, open): (Vec<&Crossing>, Vec<&Crossing>) = of_line.iter().partition(is_closed);
+            let solid = outer(closed.into_iter().copied());
+            let kept = match &solid {
+                Some(solid) => merged(solid, open),
+                None => of_line.to_vec(),
+            };
             out.starts.resize(line + 1, out.records.len() as u32);
             let at = Line {
                 held: self,
@@ -240,9 +244,8 @@ impl Held<'_> {
                 now: self.map.tiles[index].intervals(line).collect(),
                 before: self.before.tiles[index].intervals(line).collect(),
             };
-            let kept = outer.as_deref().unwrap_or(of_line);
-            out.records.extend((0..kept.len()).map(|k| at.record(kept, k)));
-            if let Some(solid) = &outer {
+            out.records.extend((0..kept.len()).map(|k| at.record(&kept, k)));
+            if let Some(solid) = &solid {
                 out.cavity = out.cavity.into_iter().chain(at.cavities(solid)).reduce(deeper);
             }
         }

@@ -154,7 +154,12 @@ fn holes_inside_overlapping_shells_and_full_gaps_are_told() {
 
     let [a, b] = [cuboid([0.0, 0.0, 0.0], [10.0, 10.0, 10.0]), cuboid([2.0, 2.0, 5.0], [8.0, 8.0, 20.0])];
     let upper = cuboid([0.0, 0.0, 25.0], [10.0, 10.0, 30.0]);
-    let part = surface(a.joined(&b).joined(&upper));
+    // An open sheet far away changes nothing.
+    let sheet = TriMesh::new(
+        [[50.0, 0.0], [60.0, 0.0], [60.0, 10.0]].map(|[x, y]| Point3::new(x, y, 0.0)).to_vec(),
+        vec![[0, 1, 2]],
+    );
+    let part = surface(a.joined(&b).joined(&upper).joined(&sheet.unwrap()));
     let stock = DexelMap::of_box(&Isometry3::identity(), [0.0; 3], [10.0, 10.0, 30.0], 0.5).unwrap();
     let deviation = stock.deviation(&stock, &part, &Silent).unwrap();
     for place in deviation.places() {
