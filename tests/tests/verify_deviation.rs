@@ -237,6 +237,32 @@ fn allowances_count_and_surfaces_named_twice_are_there_once() {
     assert!(drive.largest_not_reached.is_none() && part.area_mm2.no_stock == 0.0, "{part:?}");
 }
 
+/// A post on the plate that is a check surface: what it covers is no surface of the part, and it is no stock on it.
+#[test]
+fn check_surfaces_are_what_the_part_is_joined_to() {
+    let job = plate();
+    let mut post = String::new();
+    for k in 0..8 {
+        let at = |axis: u32, low: f64, high: f64| if k >> axis & 1 == 1 { high } else { low };
+        let _ = writeln!(post, "v {} {} {}", at(0, -5.0, 5.0), at(1, 11.0, 14.0), at(2, -3.0, 8.0));
+    }
+    post +=
+        "f 5 6 8\nf 5 8 7\nf 1 3 4\nf 1 4 2\nf 1 2 6\nf 1 6 5\nf 3 7 8\nf 3 8 4\nf 1 5 7\nf 1 7 3\nf 2 4 8\nf 2 8 6\n";
+    job.write("post.obj", post.as_bytes());
+    let check =
+        json!({ "file": "post.obj", "unit": "millimetre", "up_axis": "z", "role": "check", "allowance_mm": 0.2 });
+    let mut meshes = job.json("job.json")["setups"][0]["meshes"].clone();
+    meshes.as_array_mut().unwrap().push(check);
+    job.set("job.json", &[("/setups/0/meshes", meshes)]);
+    let found = verified(&job, &program(-1, 0.0), 0.5, Some(0.04)).unwrap();
+    let drive = &report(&found).drive;
+    assert!(!report(&found).exceeds_gouge_limit && (sum(drive) - 900.0).abs() < 1e-6, "{drive:?}");
+    let left = drive.largest_not_reached.unwrap().value_mm;
+    assert!(left < 0.6, "{left}: the post is not stock on the plate");
+    // The covered rectangle, but for a cell around it.
+    assert!((drive.area_mm2.not_measured - 30.0).abs() < 2.0 * (10.0 + 3.0) * 0.75, "{drive:?}");
+}
+
 /// Places (mm, +Z up) and colours of the vertices of a GLB, from its bytes.
 fn painted(bytes: &[u8]) -> Vec<([f64; 3], [f64; 3])> {
     let length = u32::from_le_bytes(bytes[12..16].try_into().unwrap()) as usize;

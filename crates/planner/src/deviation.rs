@@ -63,7 +63,7 @@ pub(crate) fn deviation_of(
     if !(tolerance_mm > 0.0 && tolerance_mm.is_finite()) {
         return Err(job.wrong("the tolerance of the deviation must be a length above 0 mm"));
     }
-    let (part, allowances) = part_of(setup);
+    let Workpiece { surface: part, allowances, is_part } = workpiece(setup);
     let monitor = stages.start("deviation from the part", stock.now.n_tiles());
     let found = stock.now.deviation(stock.before, &part, &*monitor).map_err(|e| match e {
         DeviationError::Cancelled(_) => Failure::Interrupted,
@@ -71,9 +71,10 @@ pub(crate) fn deviation_of(
     })?;
     drop(monitor);
     let is_drive = drive_triangles(&part, &setup.drive);
-    let fine = part.mesh().refined(stock.now.grid().cell(), MAX_PATCHES);
+    let fine = refined(&part, &is_part, stock.now.grid().cell());
     let patches = patches(&part, &fine, &found, &allowances, &is_drive);
-    let places = || places_beyond(&found, &allowances);
+    let all_places = || places_beyond(&found, &allowances);
+    let places = || all_places().filter(|p| is_part[p.triangle as usize]);
     let limit = stock.gouge_limit + uncertainty_mm;
     let cavity = found.deepest_cavity();
     let scene = CuspScene {
@@ -87,7 +88,7 @@ pub(crate) fn deviation_of(
     let report = DeviationReport {
         tolerance_mm,
         uncertainty_mm,
-        exceeds_gouge_limit: places().any(|p| p.is_cut && p.deviation < -limit),
+        exceeds_gouge_limit: all_places().any(|p| p.is_cut && p.deviation < -limit),
         drive: DeviationFigures::of(
             places().filter(|p| is_drive[p.triangle as usize]),
             patches.iter().copied().filter(|p| p.is_drive),
@@ -104,14 +105,27 @@ pub(crate) fn deviation_of(
     Ok((report, painted.transpose()?))
 }
 
-/// All part surfaces of a setup, and the allowance on each triangle. What a job names twice, as the side that is cut
-/// and with the whole part, is there once with the larger allowance: twice, the part would not be closed.
-fn part_of(setup: &Setup<'_>) -> (Surface, Vec<f64>) {
+/// What the stock is to become.
+struct Workpiece {
+    surface: Surface,
+    /// Allowance on each triangle, mm; 0 on check surfaces, whose allowance is the cutter's distance.
+    allowances: Vec<f64>,
+    /// Whether each triangle is of a part and not of a check surface.
+    is_part: Vec<bool>,
+}
+
+/// All part and check surfaces of a setup: a hub that blades are joined to is no stock on them. What a job names twice, as
+/// the side that is cut and with the whole part, is there once with the larger allowance: twice, the part would not be closed.
+fn workpiece(setup: &Setup<'_>) -> Workpiece {
     let mut mesh = TriMesh::default();
     let mut of_triangle = Vec::new();
-    for obstacle in setup.obstacles.iter().filter(|o| o.role == ObstacleRole::Part) {
-        mesh = mesh.joined(&obstacle.mesh);
-        of_triangle.resize(mesh.triangles().len(), obstacle.allowance);
+    // Parts first: what is both is part.
+    for role in [ObstacleRole::Part, ObstacleRole::Check] {
+        for obstacle in setup.obstacles.iter().filter(|o| o.role == role) {
+            mesh = mesh.joined(&obstacle.mesh);
+            let is_part = role == ObstacleRole::Part;
+            of_triangle.resize(mesh.triangles().len(), (if is_part { obstacle.allowance } else { 0.0 }, is_part));
+        }
     }
     // The same places are the same vertices, so that the sides hang together.
     let mut places: HashMap<[u64; 3], u32> = HashMap::new();
@@ -122,8 +136,8 @@ fn part_of(setup: &Setup<'_>) -> (Surface, Vec<f64>) {
         .map(|(p, k)| *places.entry([p.x, p.y, p.z].map(f64::to_bits)).or_insert(k))
         .collect();
     let mut known: HashMap<[u32; 3], usize> = HashMap::new();
-    let (mut triangles, mut allowances) = (Vec::new(), Vec::<f64>::new());
-    for (triangle, allowance) in mesh.triangles().iter().zip(of_triangle) {
+    let (mut triangles, mut allowances, mut parts) = (Vec::new(), Vec::<f64>::new(), Vec::new());
+    for (triangle, (allowance, is_part)) in mesh.triangles().iter().zip(of_triangle) {
         let corners = triangle.map(|v| welded[v as usize]);
         // From the lowest corner on: the same triangle, wound the same way.
         let mut key = corners;
@@ -134,11 +148,31 @@ fn part_of(setup: &Setup<'_>) -> (Surface, Vec<f64>) {
                 new.insert(triangles.len());
                 triangles.push(corners);
                 allowances.push(allowance);
+                parts.push(is_part);
             }
         }
     }
     let mesh = TriMesh::new(mesh.vertices().to_vec(), triangles).unwrap_or_default();
-    (Surface::new(mesh, SurfaceSettings::default()), allowances)
+    Workpiece { surface: Surface::new(mesh, SurfaceSettings::default()), allowances, is_part: parts }
+}
+
+/// The part's triangles in small ones, whose parents are the workpiece's.
+fn refined(workpiece: &Surface, is_part: &[bool], edge: f64) -> Refined {
+    let mesh = workpiece.mesh();
+    let of_part: Vec<u32> = (0..is_part.len() as u32).filter(|&t| is_part[t as usize]).collect();
+    // With its own vertices alone, so that viewers see its bounds.
+    let (mut vertices, mut number) = (Vec::new(), vec![None; mesh.vertices().len()]);
+    let mut numbered = |v: u32| {
+        *number[v as usize].get_or_insert_with(|| {
+            vertices.push(mesh.vertices()[v as usize]);
+            vertices.len() as u32 - 1
+        })
+    };
+    let triangles = of_part.iter().map(|&t| mesh.triangles()[t as usize].map(&mut numbered)).collect();
+    let part = TriMesh::new(vertices, triangles).unwrap_or_default();
+    let mut fine = part.refined(edge, MAX_PATCHES);
+    fine.parents.iter_mut().for_each(|parent| *parent = of_part[*parent as usize]);
+    fine
 }
 
 /// The small triangles with the place that is nearest to the middle of each.
