@@ -8,6 +8,7 @@ mod dilated;
 mod file;
 mod grid;
 mod lanes;
+mod line_deviation;
 mod map;
 mod mesh_stock;
 mod placed;
