@@ -5,11 +5,11 @@ use rayon::prelude::*;
 
 use crate::dexel::grid::DexelGrid;
 use crate::dexel::map::DexelMap;
-use crate::dexel::run::{Scan, rows_to_look_at, run_of_row};
+use crate::dexel::run::{Ask, Scan, rows_to_look_at, run_of_row};
 use crate::dexel::steps::{Step, StepResult};
 use crate::dexel::straight::{Straight, Warmth};
 use crate::dexel::sweep::{Sweep, SweepError};
-use crate::dexel::tile::{DUST, SIDE, Tile};
+use crate::dexel::tile::{SIDE, Tile};
 
 /// What a sweep took out of the stock.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -68,14 +68,20 @@ impl DexelMap {
     pub fn meets(&self, sweep: &Sweep, tolerance: f64) -> Result<Option<Contact>, SweepError> {
         let pieces = self.pieces(std::slice::from_ref(sweep), tolerance)?;
         let tiles_x = self.tiles_x();
+        let arch = pulp::Arch::new();
         let mut deepest: Option<(usize, usize, [f64; 2])> = None;
         for batch in pieces.chunks(BATCH) {
             let placed = placed(batch, &self.grid);
             let work = self.work(&placed);
             let busy: Vec<usize> = (0..self.tiles.len()).filter(|&k| !work[k].is_empty()).collect();
             let of_tile = |&k: &usize| {
-                let glance =
-                    Glance { grid: &self.grid, i0: k % tiles_x * SIDE, j0: k / tiles_x * SIDE, tile: &self.tiles[k] };
+                let glance = Glance {
+                    grid: &self.grid,
+                    i0: k % tiles_x * SIDE,
+                    j0: k / tiles_x * SIDE,
+                    tile: &self.tiles[k],
+                    arch,
+                };
                 work[k].iter().filter_map(|&p| glance.deepest(&placed[p as usize].1)).reduce(deeper)
             };
             let found: Vec<_> = busy.par_iter().filter_map(of_tile).collect();
@@ -171,27 +177,21 @@ pub(crate) struct Glance<'a> {
     pub(crate) i0: usize,
     pub(crate) j0: usize,
     pub(crate) tile: &'a Tile,
+    /// What vector instructions there are.
+    pub(crate) arch: pulp::Arch,
 }
 
 impl Glance<'_> {
     pub(crate) fn deepest(&self, straight: &Straight) -> Option<Deepest> {
-        let grid = self.grid;
+        let (grid, tile) = (self.grid, self.tile);
         let mut deepest: Option<Deepest> = None;
-        let warmth = Warmth::default();
-        for j in rows_to_look_at(grid, self.i0, self.j0, self.tile, straight)? {
+        let mut warmth = Warmth::default();
+        for j in rows_to_look_at(grid, self.i0, self.j0, tile, straight)? {
             let row = j - self.j0;
-            let bounds = self.tile.row_bounds(row);
-            let Some(mut run) = run_of_row(grid, self.i0, j, bounds, straight, &warmth) else { continue };
-            for i in run.columns[0]..=run.columns[1] {
-                let line = row * SIDE + i - self.i0;
-                let Some([from, to]) = run.interval(straight, grid.x(i), self.tile.top_of(line)) else { continue };
-                for interval in self.tile.intervals(line) {
-                    let met = [from.max(interval.bottom), to.min(interval.top)];
-                    if met[1] - met[0] > DUST {
-                        deepest = deepest.into_iter().chain([(i, j, met)]).reduce(deeper);
-                    }
-                }
-            }
+            let Some(run) = run_of_row(grid, self.i0, j, tile.row_bounds(row), straight, &warmth) else { continue };
+            let (met, known) = self.arch.dispatch(Ask { grid, straight, i0: self.i0, row, tile, run });
+            warmth = known;
+            deepest = deepest.into_iter().chain(met.map(|(i, met)| (i, j, met))).reduce(deeper);
         }
         deepest
     }

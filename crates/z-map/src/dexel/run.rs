@@ -5,9 +5,9 @@ use std::ops::RangeInclusive;
 use pulp::NullaryFnOnce;
 
 use crate::dexel::grid::DexelGrid;
-use crate::dexel::lanes::LANES;
+use crate::dexel::lanes::{LANES, Verdicts, Wide};
 use crate::dexel::straight::{Straight, Warmth};
-use crate::dexel::tile::{SIDE, Tile};
+use crate::dexel::tile::{DUST, SIDE, Tile};
 
 /// What a bound must clear the material by, mm: above the rounding of heights and of the slopes that bounds are made
 /// of. Larger costs the exact answer for lines that are nearly touched.
@@ -74,29 +74,9 @@ impl Scan<'_, '_> {
     fn block(&mut self, first: usize, last: usize, lost: &mut (f64, u64)) -> usize {
         let n = LANES.min(last - first + 1);
         let line = self.row * SIDE + first - self.i0;
-        let mut tops = [f64::NEG_INFINITY; LANES];
-        if self.tile.is_row_plain(self.row) {
-            tops[..n].copy_from_slice(&self.tile.lowest_tops(self.row)[first - self.i0..][..n]);
-        } else {
-            (0..n).for_each(|l| tops[l] = self.tile.top_of(line + l));
-        }
-        let (mut x, mut floors) = ([0.0; LANES], [0.0; LANES]);
-        let (x0, cell) = (self.grid.x(first), self.grid.cell());
-        let mut is_clear = true;
-        for l in 0..LANES {
-            x[l] = x0 + l as f64 * cell;
-            floors[l] = self.straight.floor_at(x[l], self.run.y);
-            is_clear &= floors[l] >= tops[l] + CLEAR;
-        }
-        if is_clear {
-            return n;
-        }
-        // A line without material has its top at −∞; the look at it must be at a number.
-        let mut looks = [0.0; LANES];
-        for l in 0..LANES {
-            looks[l] = if tops[l] == f64::NEG_INFINITY { floors[l] } else { tops[l] };
-        }
-        let found = self.straight.verdicts(&x, self.run.y, &looks, &floors, &mut self.run.warmth);
+        let tops = tops(self.tile, line, n);
+        let x = places(self.grid, first);
+        let Some(found) = look(self.straight, &x, &tops, &mut self.run) else { return n };
         for l in 0..n {
             if found.is_untouched[l] || tops[l] == f64::NEG_INFINITY {
                 continue;
@@ -123,6 +103,110 @@ impl Scan<'_, '_> {
 fn count(length: f64, lost: &mut (f64, u64)) {
     lost.0 += length;
     lost.1 += u64::from(length > 0.0);
+}
+
+/// Asking a run; of its own type for the reason that [`Scan`] is.
+pub(crate) struct Ask<'a, 'b> {
+    pub(crate) grid: &'a DexelGrid,
+    pub(crate) straight: &'a Straight<'b>,
+    /// First column of the tile.
+    pub(crate) i0: usize,
+    /// Row of the tile.
+    pub(crate) row: usize,
+    pub(crate) tile: &'a Tile,
+    pub(crate) run: Run,
+}
+
+/// What of a line in a tile a solid meets, and in which column.
+pub(crate) type Met = (usize, [f64; 2]);
+
+impl NullaryFnOnce for Ask<'_, '_> {
+    /// Where the run is met deepest, and what is known then.
+    type Output = (Option<Met>, Warmth);
+
+    #[inline(always)]
+    fn call(mut self) -> Self::Output {
+        let [mut i, last] = self.run.columns;
+        let mut deepest = None;
+        while i <= last {
+            i += self.block(i, last, &mut deepest);
+        }
+        (deepest, self.run.warmth)
+    }
+}
+
+impl Ask<'_, '_> {
+    /// Sixteen lines or what is left of the row; returns how many.
+    #[inline(always)]
+    fn block(&mut self, first: usize, last: usize, deepest: &mut Option<Met>) -> usize {
+        let n = LANES.min(last - first + 1);
+        let line = self.row * SIDE + first - self.i0;
+        let tops = tops(self.tile, line, n);
+        let x = places(self.grid, first);
+        let Some(found) = look(self.straight, &x, &tops, &mut self.run) else { return n };
+        for l in 0..n {
+            if !(found.is_untouched[l] || tops[l] == f64::NEG_INFINITY) {
+                self.one(first + l, x[l], tops[l], found.cut_from[l], deepest);
+            }
+        }
+        n
+    }
+
+    /// One line, of which it may be known from where on all its material is met.
+    #[inline(never)]
+    fn one(&mut self, column: usize, x: f64, top: f64, met_from: f64, deepest: &mut Option<Met>) {
+        let known = (!met_from.is_nan()).then_some([met_from, f64::INFINITY]);
+        let Some([from, to]) = known.or_else(|| self.run.interval(self.straight, x, top)) else { return };
+        for interval in self.tile.intervals(self.row * SIDE + column - self.i0) {
+            let met = [from.max(interval.bottom), to.min(interval.top)];
+            let depth = met[1] - met[0];
+            if depth > deepest.map_or(DUST, |(_, [from, to])| to - from) {
+                *deepest = Some((column, met));
+            }
+        }
+    }
+}
+
+/// Heights at which the material of lines ends, from a line of a tile on; −∞ without material, and beyond the n-th.
+#[inline(always)]
+fn tops(tile: &Tile, line: usize, n: usize) -> Wide {
+    let mut tops = [f64::NEG_INFINITY; LANES];
+    let (row, column) = (line / SIDE, line % SIDE);
+    if tile.is_row_plain(row) {
+        tops[..n].copy_from_slice(&tile.lowest_tops(row)[column..][..n]);
+    } else {
+        (0..n).for_each(|l| tops[l] = tile.top_of(line + l));
+    }
+    tops
+}
+
+/// x of lines from a column on.
+#[inline(always)]
+fn places(grid: &DexelGrid, first: usize) -> Wide {
+    let (x0, cell) = (grid.x(first), grid.cell());
+    let mut x = [0.0; LANES];
+    (0..LANES).for_each(|l| x[l] = x0 + l as f64 * cell);
+    x
+}
+
+/// What is quickly told of sixteen lines; `None` where bounds tell that none is touched.
+#[inline(always)]
+fn look(straight: &Straight, x: &Wide, tops: &Wide, run: &mut Run) -> Option<Verdicts> {
+    let mut floors = [0.0; LANES];
+    let mut is_clear = true;
+    for l in 0..LANES {
+        floors[l] = straight.floor_at(x[l], run.y);
+        is_clear &= floors[l] >= tops[l] + CLEAR;
+    }
+    if is_clear {
+        return None;
+    }
+    // A line without material has its top at −∞; the look at it must be at a number.
+    let mut looks = [0.0; LANES];
+    for l in 0..LANES {
+        looks[l] = if tops[l] == f64::NEG_INFINITY { floors[l] } else { tops[l] };
+    }
+    Some(straight.verdicts(x, run.y, &looks, &floors, &mut run.warmth))
 }
 
 /// Rows of a tile that a solid may touch; `None` where its bounds are clear of all of the tile's material.

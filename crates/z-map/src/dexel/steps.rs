@@ -64,7 +64,7 @@ impl DexelMap {
                             (loss[0] > 0.0).then_some((*step, loss, None))
                         }
                         Step::Ask(_) => {
-                            let glance = Glance { grid: &grid, i0, j0, tile: window.tile };
+                            let glance = Glance { grid: &grid, i0, j0, tile: window.tile, arch };
                             glance.deepest(straight).map(|met| (*step, [0.0; 2], Some(met)))
                         }
                     }
