@@ -7,6 +7,7 @@ mod deviation;
 mod dilated;
 mod file;
 mod grid;
+mod job;
 mod lanes;
 mod line_deviation;
 mod map;
@@ -20,6 +21,7 @@ mod straight;
 mod sweep;
 mod tile;
 mod tri_dexel;
+mod turning;
 
 pub use body::{BodyError, RoundRing, TurnedBody};
 pub use cut::{Contact, Cut};

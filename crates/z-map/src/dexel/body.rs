@@ -131,6 +131,21 @@ impl TurnedBody {
         &self.corners
     }
 
+    /// A body that holds all that is within a length of this one.
+    pub(crate) fn dilated(&self, by: f64) -> Self {
+        let wider = |c: &Corner| {
+            let ring = RoundRing { rounding: c.ring.rounding + by, ..c.ring };
+            Corner { ring, is_lower: false }
+        };
+        Self::of(self.corners.iter().map(wider).collect())
+    }
+
+    /// Height along the axis.
+    pub(crate) fn height(&self) -> f64 {
+        let along = |sense: f64| self.corners.iter().map(|c| c.reach(0.0, sense)).fold(f64::NEG_INFINITY, f64::max);
+        along(1.0) + along(-1.0)
+    }
+
     /// The height on the axis from which no point of the body is farther than the returned distance, mm.
     pub(crate) fn middle(&self) -> (f64, f64) {
         let along = |sense: f64| self.corners.iter().map(|c| c.reach(0.0, sense)).fold(f64::NEG_INFINITY, f64::max);

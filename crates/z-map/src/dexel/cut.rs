@@ -4,10 +4,11 @@ use nalgebra::Point3;
 use rayon::prelude::*;
 
 use crate::dexel::grid::DexelGrid;
+use crate::dexel::job::{BATCH, Plan, Wider, tasks};
 use crate::dexel::map::DexelMap;
 use crate::dexel::run::{Ask, Scan, rows_to_look_at, run_of_row};
 use crate::dexel::steps::{Step, StepResult};
-use crate::dexel::straight::{Straight, Warmth};
+use crate::dexel::straight::{Swept, Warmth};
 use crate::dexel::sweep::{Sweep, SweepError};
 use crate::dexel::tile::{SIDE, Tile};
 
@@ -16,7 +17,7 @@ use crate::dexel::tile::{SIDE, Tile};
 pub struct Cut {
     /// Volume, mm³: length taken out of the lines by the area of a cell.
     pub volume: f64,
-    /// Lines that lost material, counted once for each straight piece of the motion.
+    /// Lines that lost material, counted once for each part of a motion that turns.
     pub lines: u64,
 }
 
@@ -28,9 +29,6 @@ pub struct Contact {
     /// Length of the line's material inside the swept solid, mm, in one of its intervals.
     pub depth: f64,
 }
-
-/// Pieces that are placed before tiles are gone through: bounds the memory for their outlines.
-pub(crate) const BATCH: usize = 512;
 
 impl DexelMap {
     /// Takes what a body sweeps out of the material.
@@ -66,65 +64,25 @@ impl DexelMap {
     /// # Errors
     /// As for [`DexelMap::remove`].
     pub fn meets(&self, sweep: &Sweep, tolerance: f64) -> Result<Option<Contact>, SweepError> {
-        let pieces = self.pieces(std::slice::from_ref(sweep), tolerance)?;
+        let steps = [Step::Ask(*sweep)];
+        let tasks = tasks(&self.grid, &steps, tolerance)?;
+        let wider = Wider::of(&tasks, tolerance);
         let tiles_x = self.tiles_x();
         let arch = pulp::Arch::new();
-        let mut deepest: Option<(usize, usize, [f64; 2])> = None;
-        for batch in pieces.chunks(BATCH) {
-            let placed = placed(batch, &self.grid);
-            let work = self.work(&placed);
-            let busy: Vec<usize> = (0..self.tiles.len()).filter(|&k| !work[k].is_empty()).collect();
-            let of_tile = |&k: &usize| {
-                let glance = Glance {
-                    grid: &self.grid,
-                    i0: k % tiles_x * SIDE,
-                    j0: k / tiles_x * SIDE,
-                    tile: &self.tiles[k],
-                    arch,
-                };
-                work[k].iter().filter_map(|&p| glance.deepest(&placed[p as usize].1)).reduce(deeper)
+        let mut deepest: Option<Deepest> = None;
+        for batch in tasks.chunks(BATCH) {
+            let plan = Plan::new(self, batch, &wider, tolerance);
+            let busy: Vec<_> = plan.of_tiles().collect();
+            let of_tile = |&(k, of_tile): &(usize, &[(u32, u32)])| {
+                let (i0, j0) = (k % tiles_x * SIDE, k / tiles_x * SIDE);
+                let glance = Glance { grid: &self.grid, i0, j0, tile: &self.tiles[k], arch };
+                of_tile.iter().filter_map(|&(_, job)| plan.jobs[job as usize].deepest(&glance)).reduce(deeper)
             };
             let found: Vec<_> = busy.par_iter().filter_map(of_tile).collect();
             deepest = deepest.into_iter().chain(found).reduce(deeper);
         }
         Ok(deepest
             .map(|(i, j, [from, to])| Contact { place: self.grid.in_work(i, j, 0.5 * (from + to)), depth: to - from }))
-    }
-
-    pub(crate) fn pieces<'a>(&self, sweeps: &'a [Sweep<'a>], tolerance: f64) -> Result<Vec<Piece<'a>>, SweepError> {
-        let map_from_work = self.grid.work_from_map().inverse();
-        let mut pieces = Vec::with_capacity(sweeps.len());
-        for (index, sweep) in sweeps.iter().enumerate() {
-            let of_sweep = sweep.pieces(index, &map_from_work, tolerance)?;
-            pieces.extend(of_sweep.into_iter().map(|poses| (index, sweep, poses)));
-        }
-        Ok(pieces)
-    }
-
-    /// The pieces that may touch each tile, in order.
-    pub(crate) fn work(&self, placed: &[(usize, Straight)]) -> Vec<Vec<u32>> {
-        let mut work = vec![Vec::new(); self.tiles.len()];
-        let tiles_x = self.tiles_x();
-        for (p, (_, straight)) in placed.iter().enumerate() {
-            let Some([first, last]) = straight.rows.columns() else { continue };
-            for tj in straight.rows.first / SIDE..=straight.rows.last() / SIDE {
-                for ti in first / SIDE..=last / SIDE {
-                    work[tj * tiles_x + ti].push(p as u32);
-                }
-            }
-        }
-        work
-    }
-}
-
-pub(crate) type Piece<'a> = (usize, &'a Sweep<'a>, [facemill_cl_data::ClPoint; 2]);
-
-pub(crate) fn placed<'a>(batch: &[Piece<'a>], grid: &DexelGrid) -> Vec<(usize, Straight<'a>)> {
-    let place = |(index, sweep, [from, to]): &Piece<'a>| Some((*index, Straight::new(sweep.body, from, to, grid)?));
-    if batch.len() > 4 {
-        batch.par_iter().filter_map(place).collect()
-    } else {
-        batch.iter().filter_map(place).collect()
     }
 }
 
@@ -147,15 +105,15 @@ pub(crate) struct Window<'a> {
 
 impl Window<'_> {
     /// Length taken out, and number of lines.
-    pub(crate) fn cut(&mut self, straight: &Straight) -> [f64; 2] {
-        let Some(rows) = rows_to_look_at(self.grid, self.i0, self.j0, self.tile, straight) else { return [0.0; 2] };
+    pub(crate) fn cut(&mut self, swept: &Swept) -> [f64; 2] {
+        let Some(rows) = rows_to_look_at(self.grid, self.i0, self.j0, self.tile, swept) else { return [0.0; 2] };
         let (mut length, mut lines) = (0.0, 0);
         let mut warmth = Warmth::default();
         for j in rows {
             let row = j - self.j0;
             let bounds = self.tile.row_bounds(row);
-            let Some(run) = run_of_row(self.grid, self.i0, j, bounds, straight, &warmth) else { continue };
-            let scan = Scan { grid: self.grid, straight, i0: self.i0, row, tile: self.tile, run };
+            let Some(run) = run_of_row(self.grid, self.i0, j, bounds, swept, &warmth) else { continue };
+            let scan = Scan { grid: self.grid, swept, i0: self.i0, row, tile: self.tile, run };
             let (removed, n, known) = self.arch.dispatch(scan);
             warmth = known;
             if removed > 0.0 {
@@ -182,14 +140,14 @@ pub(crate) struct Glance<'a> {
 }
 
 impl Glance<'_> {
-    pub(crate) fn deepest(&self, straight: &Straight) -> Option<Deepest> {
+    pub(crate) fn deepest(&self, swept: &Swept) -> Option<Deepest> {
         let (grid, tile) = (self.grid, self.tile);
         let mut deepest: Option<Deepest> = None;
         let mut warmth = Warmth::default();
-        for j in rows_to_look_at(grid, self.i0, self.j0, tile, straight)? {
+        for j in rows_to_look_at(grid, self.i0, self.j0, tile, swept)? {
             let row = j - self.j0;
-            let Some(run) = run_of_row(grid, self.i0, j, tile.row_bounds(row), straight, &warmth) else { continue };
-            let (met, known) = self.arch.dispatch(Ask { grid, straight, i0: self.i0, row, tile, run });
+            let Some(run) = run_of_row(grid, self.i0, j, tile.row_bounds(row), swept, &warmth) else { continue };
+            let (met, known) = self.arch.dispatch(Ask { grid, swept, i0: self.i0, row, tile, run });
             warmth = known;
             deepest = deepest.into_iter().chain(met.map(|(i, met)| (i, j, met))).reduce(deeper);
         }

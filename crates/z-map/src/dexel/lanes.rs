@@ -1,6 +1,8 @@
 //! Sixteen lines of a row at once: most of them are decided by one look at where their material ends.
 
-use crate::dexel::placed::Placed;
+use nalgebra::Vector3;
+
+use crate::dexel::body::TurnedBody;
 
 /// Lines side by side.
 pub(crate) const LANES: usize = 16;
@@ -45,16 +47,45 @@ const AGAIN: usize = 3;
 /// Steps of Newton's method before lines are left to be searched one by one.
 const MAX_STEPS: usize = 7;
 
-impl Placed<'_> {
+/// A straight motion of each line's own: where the tip begins, and how it moves.
+#[derive(Clone, Debug)]
+pub(crate) struct Course {
+    pub(crate) tip: [Wide; 3],
+    pub(crate) motion: [Wide; 3],
+}
+
+impl Course {
+    /// The same for all lines.
+    #[inline(always)]
+    pub(crate) fn same(tip: &Vector3<f64>, motion: &Vector3<f64>) -> Self {
+        let wide = |v: &Vector3<f64>| [[v.x; LANES], [v.y; LANES], [v.z; LANES]];
+        Self { tip: wide(tip), motion: wide(motion) }
+    }
+}
+
+/// A run of sixteen lines whose material ends at `tops`, under straight sweeps that are not below `floors`.
+pub(crate) struct Lanes<'a> {
+    pub(crate) body: &'a TurnedBody,
+    /// The tool axis, the same all the time.
+    pub(crate) axis: &'a Vector3<f64>,
+    pub(crate) course: Course,
+    pub(crate) x: Wide,
+    pub(crate) y: f64,
+    pub(crate) tops: Wide,
+    pub(crate) floors: Wide,
+}
+
+impl Lanes<'_> {
     /// Signed distances as of single points, and normals. The body is moved by `share` of the motion.
     #[inline(always)]
-    pub(crate) fn gaps(&self, motion: &[f64; 3], share: &Wide, x: &Wide, y: f64, z: &Wide) -> Gaps {
-        let (tip, axis) = (&self.tip, &self.axis);
+    fn gaps(&self, share: &Wide, z: &Wide) -> Gaps {
+        let (Course { tip, motion }, axis) = (&self.course, self.axis);
         let (mut radial, mut height) = ([0.0; LANES], [0.0; LANES]);
         let mut perp = [[0.0; LANES]; 3];
         for l in 0..LANES {
-            let (vx, vz) = (x[l] - tip.x - share[l] * motion[0], z[l] - tip.z - share[l] * motion[2]);
-            let vy = y - tip.y - share[l] * motion[1];
+            let vx = self.x[l] - tip[0][l] - share[l] * motion[0][l];
+            let vy = self.y - tip[1][l] - share[l] * motion[1][l];
+            let vz = z[l] - tip[2][l] - share[l] * motion[2][l];
             let along = vx * axis.x + vy * axis.y + vz * axis.z;
             let p = [vx - axis.x * along, vy - axis.y * along, vz - axis.z * along];
             (perp[0][l], perp[1][l], perp[2][l]) = (p[0], p[1], p[2]);
@@ -68,27 +99,9 @@ impl Placed<'_> {
             let nx = perp[0][l] * out + axis.x * along[l];
             let ny = perp[1][l] * out + axis.y * along[l];
             up[l] = perp[2][l] * out + axis.z * along[l];
-            facing[l] = nx * motion[0] + ny * motion[1] + up[l] * motion[2];
+            facing[l] = nx * motion[0][l] + ny * motion[1][l] + up[l] * motion[2][l];
         }
         Gaps { gap, up, facing }
-    }
-}
-
-/// A run of sixteen lines whose material ends at `tops`, under a straight sweep that is not below `floors`.
-pub(crate) struct Lanes<'a, 'b> {
-    /// The body at the start of its motion.
-    pub(crate) start: &'a Placed<'b>,
-    pub(crate) motion: [f64; 3],
-    pub(crate) x: Wide,
-    pub(crate) y: f64,
-    pub(crate) tops: Wide,
-    pub(crate) floors: Wide,
-}
-
-impl Lanes<'_, '_> {
-    #[inline(always)]
-    fn gaps(&self, share: &Wide, z: &Wide) -> Gaps {
-        self.start.gaps(&self.motion, share, &self.x, self.y, z)
     }
 
     /// What is known where all lines meet the body at its start (`share` 0) or its end (1).

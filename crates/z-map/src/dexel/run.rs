@@ -6,7 +6,7 @@ use pulp::NullaryFnOnce;
 
 use crate::dexel::grid::DexelGrid;
 use crate::dexel::lanes::{LANES, Verdicts, Wide};
-use crate::dexel::straight::{Straight, Warmth};
+use crate::dexel::straight::{Swept, Warmth, interval};
 use crate::dexel::tile::{DUST, SIDE, Tile};
 
 /// What a bound must clear the material by, mm: above the rounding of heights and of the slopes that bounds are made
@@ -22,29 +22,13 @@ pub(crate) struct Run {
     warmth: Warmth,
 }
 
-impl Run {
-    /// What the line at x loses at most, if it may lose anything; its material ends at `highest`.
-    #[inline]
-    pub(crate) fn interval(&mut self, straight: &Straight, x: f64, highest: f64) -> Option<[f64; 2]> {
-        let [from, _] = straight.bottom(x, self.y, &mut self.warmth)?;
-        if from >= highest {
-            return None;
-        }
-        if straight.holds(x, self.y, highest) {
-            return Some([from, f64::INFINITY]);
-        }
-        let [to, _] = straight.top(x, self.y, &mut self.warmth)?;
-        Some([from, to])
-    }
-}
-
 /// Cutting a run.
 ///
 /// Of its own type, because of a closure called by [`pulp::Arch::dispatch`] only a shell would get the vector
 /// instructions.
 pub(crate) struct Scan<'a, 'b> {
     pub(crate) grid: &'a DexelGrid,
-    pub(crate) straight: &'a Straight<'b>,
+    pub(crate) swept: &'a Swept<'b>,
     /// First column of the tile.
     pub(crate) i0: usize,
     /// Row of the tile.
@@ -76,7 +60,7 @@ impl Scan<'_, '_> {
         let line = self.row * SIDE + first - self.i0;
         let tops = tops(self.tile, line, n);
         let x = places(self.grid, first);
-        let Some(found) = look(self.straight, &x, &tops, &mut self.run) else { return n };
+        let Some(found) = look(self.swept, &x, &tops, &mut self.run) else { return n };
         for l in 0..n {
             if found.is_untouched[l] || tops[l] == f64::NEG_INFINITY {
                 continue;
@@ -90,12 +74,19 @@ impl Scan<'_, '_> {
         n
     }
 
-    /// One line, by search.
+    /// One line, by search, of each straight piece.
     #[inline(never)]
     fn one(&mut self, line: usize, x: f64, top: f64, lost: &mut (f64, u64)) {
-        if let Some([from, to]) = self.run.interval(self.straight, x, top) {
-            count(self.tile.subtract(line, from, to), lost);
-        }
+        let y = self.run.y;
+        let removed = match self.swept.pieces() {
+            [piece] => interval(piece, [x, y], top, &mut self.run.warmth)
+                .map_or(0.0, |[from, to]| self.tile.subtract(line, from, to)),
+            pieces => {
+                let of_piece = |piece| interval(piece, [x, y], top, &mut Warmth::default());
+                pieces.iter().filter_map(of_piece).map(|[from, to]| self.tile.subtract(line, from, to)).sum()
+            }
+        };
+        count(removed, lost);
     }
 }
 
@@ -108,7 +99,7 @@ fn count(length: f64, lost: &mut (f64, u64)) {
 /// Asking a run; of its own type for the reason that [`Scan`] is.
 pub(crate) struct Ask<'a, 'b> {
     pub(crate) grid: &'a DexelGrid,
-    pub(crate) straight: &'a Straight<'b>,
+    pub(crate) swept: &'a Swept<'b>,
     /// First column of the tile.
     pub(crate) i0: usize,
     /// Row of the tile.
@@ -143,7 +134,7 @@ impl Ask<'_, '_> {
         let line = self.row * SIDE + first - self.i0;
         let tops = tops(self.tile, line, n);
         let x = places(self.grid, first);
-        let Some(found) = look(self.straight, &x, &tops, &mut self.run) else { return n };
+        let Some(found) = look(self.swept, &x, &tops, &mut self.run) else { return n };
         for l in 0..n {
             if !(found.is_untouched[l] || tops[l] == f64::NEG_INFINITY) {
                 self.one(first + l, x[l], tops[l], found.cut_from[l], deepest);
@@ -156,7 +147,8 @@ impl Ask<'_, '_> {
     #[inline(never)]
     fn one(&mut self, column: usize, x: f64, top: f64, met_from: f64, deepest: &mut Option<Met>) {
         let known = (!met_from.is_nan()).then_some([met_from, f64::INFINITY]);
-        let Some([from, to]) = known.or_else(|| self.run.interval(self.straight, x, top)) else { return };
+        let search = |piece| interval(piece, [x, self.run.y], top, &mut self.run.warmth);
+        let Some([from, to]) = known.or_else(|| self.swept.pieces().iter().find_map(search)) else { return };
         for interval in self.tile.intervals(self.row * SIDE + column - self.i0) {
             let met = [from.max(interval.bottom), to.min(interval.top)];
             let depth = met[1] - met[0];
@@ -191,11 +183,11 @@ fn places(grid: &DexelGrid, first: usize) -> Wide {
 
 /// What is quickly told of sixteen lines; `None` where bounds tell that none is touched.
 #[inline(always)]
-fn look(straight: &Straight, x: &Wide, tops: &Wide, run: &mut Run) -> Option<Verdicts> {
+fn look(swept: &Swept, x: &Wide, tops: &Wide, run: &mut Run) -> Option<Verdicts> {
     let mut floors = [0.0; LANES];
     let mut is_clear = true;
     for l in 0..LANES {
-        floors[l] = straight.floor_at(x[l], run.y);
+        floors[l] = swept.floor_at(x[l], run.y);
         is_clear &= floors[l] >= tops[l] + CLEAR;
     }
     if is_clear {
@@ -206,7 +198,17 @@ fn look(straight: &Straight, x: &Wide, tops: &Wide, run: &mut Run) -> Option<Ver
     for l in 0..LANES {
         looks[l] = if tops[l] == f64::NEG_INFINITY { floors[l] } else { tops[l] };
     }
-    Some(straight.verdicts(x, run.y, &looks, &floors, &mut run.warmth))
+    Some(swept.verdicts(x, run.y, &looks, &floors, &mut run.warmth))
+}
+
+/// Whether bounds tell that a solid is apart from all of a tile's material.
+pub(crate) fn is_apart(grid: &DexelGrid, [i0, j0]: [usize; 2], tile: &Tile, swept: &Swept) -> bool {
+    let [low, high] = tile.bounds();
+    let ends = |a: f64| [a, a + (SIDE - 1) as f64 * grid.cell()];
+    high == f64::NEG_INFINITY
+        || swept.bounds[1] <= low - CLEAR
+        || swept.bounds[0] >= high + CLEAR
+        || swept.floor(ends(grid.x(i0)), ends(grid.y(j0))) >= high + CLEAR
 }
 
 /// Rows of a tile that a solid may touch; `None` where its bounds are clear of all of the tile's material.
@@ -215,15 +217,10 @@ pub(crate) fn rows_to_look_at(
     i0: usize,
     j0: usize,
     tile: &Tile,
-    straight: &Straight,
+    swept: &Swept,
 ) -> Option<RangeInclusive<usize>> {
-    let [low, high] = tile.bounds();
-    let ends = |a: f64| [a, a + (SIDE - 1) as f64 * grid.cell()];
-    let is_apart = straight.bounds[1] <= low - CLEAR
-        || straight.bounds[0] >= high + CLEAR
-        || straight.floor(ends(grid.x(i0)), ends(grid.y(j0))) >= high + CLEAR;
-    let (first, last) = (straight.rows.first.max(j0), straight.rows.last().min(j0 + SIDE - 1));
-    (!is_apart && first <= last).then_some(first..=last)
+    let (first, last) = (swept.window[0][0].max(j0), swept.window[0][1].min(j0 + SIDE - 1));
+    (!is_apart(grid, [i0, j0], tile, swept) && first <= last).then_some(first..=last)
 }
 
 /// The lines of a row of a tile that a solid may meet, if they may lose anything; `bounds` are those of the row's
@@ -233,14 +230,14 @@ pub(crate) fn run_of_row(
     i0: usize,
     j: usize,
     [low, high]: [f64; 2],
-    straight: &Straight,
+    swept: &Swept,
     warmth: &Warmth,
 ) -> Option<Run> {
-    let columns = straight.rows.within(j, i0, i0 + SIDE - 1)?;
-    if high == f64::NEG_INFINITY || straight.bounds[0] >= high + CLEAR || straight.bounds[1] <= low - CLEAR {
+    let columns = swept.rows.within(j, i0, i0 + SIDE - 1)?;
+    if high == f64::NEG_INFINITY || swept.bounds[0] >= high + CLEAR || swept.bounds[1] <= low - CLEAR {
         return None;
     }
     let y = grid.y(j);
-    let is_clear = straight.floor(columns.map(|i| grid.x(i)), [y, y]) >= high + CLEAR;
+    let is_clear = swept.floor(columns.map(|i| grid.x(i)), [y, y]) >= high + CLEAR;
     (!is_clear).then_some(Run { columns, y, warmth: *warmth })
 }

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use crate::dexel::body::Corner;
-use crate::dexel::lanes::{Lanes, Verdicts, Wide};
+use crate::dexel::lanes::{Course, Lanes, Verdicts, Wide};
 use crate::dexel::placed::{Entry, Placed, Support};
 
 /// A body's straight motion, seen from below.
@@ -130,24 +130,12 @@ impl<'a> Side<'a> {
         self.start.holds(p) || self.end.holds(p)
     }
 
-    /// What sixteen lines lose, as far as that is quickly told: first by the part that the last line met.
+    /// What sixteen lines lose, as far as that is quickly told.
     #[inline(always)]
     pub(crate) fn verdicts(&self, x: &Wide, y: f64, tops: &Wide, floors: &Wide, warm: &mut Warm) -> Verdicts {
-        let motion = self.motion.into();
-        let lanes = Lanes { start: &self.start, motion, x: *x, y, tops: *tops, floors: *floors };
-        if warm.part != Part::Tunnel {
-            let verdicts = lanes.cap(if warm.part == Part::End { 1.0 } else { 0.0 });
-            if verdicts.are_complete() {
-                return verdicts;
-            }
-        }
-        let (verdicts, share) = lanes.any();
-        warm.part = match share {
-            0.0 => Part::Start,
-            1.0 => Part::End,
-            _ => Part::Tunnel,
-        };
-        verdicts
+        let Placed { body, ref tip, ref axis, .. } = self.start;
+        let course = Course::same(tip, &self.motion);
+        warm.verdicts(&Lanes { body, axis, course, x: *x, y, tops: *tops, floors: *floors })
     }
 
     /// Entry into the body at the start (0) or at the end (1).
@@ -163,6 +151,26 @@ impl<'a> Side<'a> {
 
     fn tunnel_entry(&self, x: f64, y: f64, warm: &mut Warm) -> Option<(Entry, f64)> {
         self.tunnel.as_ref()?.entry(&self.start, &self.motion, x, y, &mut warm.sine)
+    }
+}
+
+impl Warm {
+    /// What sixteen lines lose, as far as that is quickly told: first by the part that the last line met.
+    #[inline(always)]
+    pub(crate) fn verdicts(&mut self, lanes: &Lanes) -> Verdicts {
+        if self.part != Part::Tunnel {
+            let verdicts = lanes.cap(if self.part == Part::End { 1.0 } else { 0.0 });
+            if verdicts.are_complete() {
+                return verdicts;
+            }
+        }
+        let (verdicts, share) = lanes.any();
+        self.part = match share {
+            0.0 => Part::Start,
+            1.0 => Part::End,
+            _ => Part::Tunnel,
+        };
+        verdicts
     }
 }
 

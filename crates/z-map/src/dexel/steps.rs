@@ -1,9 +1,10 @@
 use rayon::prelude::*;
 
-use crate::dexel::cut::{BATCH, Contact, Deepest, Glance, Window, deeper, placed};
+use crate::dexel::cut::{Contact, Deepest, Glance, Window, deeper};
+use crate::dexel::job::{BATCH, Plan, Wider, tasks};
 use crate::dexel::map::DexelMap;
 use crate::dexel::sweep::{Sweep, SweepError};
-use crate::dexel::tile::SIDE;
+use crate::dexel::tile::{SIDE, Tile};
 
 /// What is done with the stock, one step after the other.
 #[derive(Clone, Copy, Debug)]
@@ -19,14 +20,14 @@ pub enum Step<'a> {
 pub struct StepResult {
     /// Volume that was taken out, mm³; 0 of a step that asks.
     pub volume: f64,
-    /// Lines that lost material, counted once for each straight piece of the motion.
+    /// Lines that lost material, counted once for each part of a motion that turns.
     pub lines: u64,
     /// Where a step that asks met the material deepest.
     pub deepest: Option<Contact>,
 }
 
 impl<'a> Step<'a> {
-    fn sweep(&self) -> &Sweep<'a> {
+    pub(crate) fn sweep(&self) -> &Sweep<'a> {
         match self {
             Step::Remove(sweep) | Step::Ask(sweep) => sweep,
         }
@@ -43,39 +44,38 @@ impl DexelMap {
     /// # Errors
     /// As [`DexelMap::remove_all`]; the map is unchanged then.
     pub fn run(&mut self, steps: &[Step<'_>], tolerance: f64) -> Result<Vec<StepResult>, SweepError> {
-        let sweeps: Vec<Sweep<'_>> = steps.iter().map(|s| *s.sweep()).collect();
-        let pieces = self.pieces(&sweeps, tolerance)?;
+        let tasks = tasks(&self.grid, steps, tolerance)?;
+        let wider = Wider::of(&tasks, tolerance);
         let grid = self.grid;
         let tiles_x = self.tiles_x();
         let arch = pulp::Arch::new();
         let mut results = vec![StepResult::default(); steps.len()];
         let mut deepest: Vec<Option<Deepest>> = vec![None; steps.len()];
-        for batch in pieces.chunks(BATCH) {
-            let placed = placed(batch, &grid);
-            let work = self.work(&placed);
-            let of_tile = |(k, tile): (usize, &mut _)| -> Vec<OnTile> {
+        for batch in tasks.chunks(BATCH) {
+            let plan = Plan::new(self, batch, &wider, tolerance);
+            let of_tile = |(k, tile, of_tile): Busy<'_, '_>| -> Vec<OnTile> {
                 let (i0, j0) = (k % tiles_x * SIDE, k / tiles_x * SIDE);
                 let mut window = Window { grid: &grid, i0, j0, tile, arch };
-                let done = work[k].iter().filter_map(|&p| {
-                    let (step, straight) = &placed[p as usize];
-                    match steps[*step] {
+                let done = of_tile.iter().filter_map(|&(_, job)| {
+                    let job = &plan.jobs[job as usize];
+                    match steps[job.step] {
                         Step::Remove(_) => {
-                            let loss = window.cut(straight);
-                            (loss[0] > 0.0).then_some((*step, loss, None))
+                            let loss = window.cut(&job.swept);
+                            (loss[0] > 0.0).then_some((job.step, loss, None))
                         }
                         Step::Ask(_) => {
                             let glance = Glance { grid: &grid, i0, j0, tile: window.tile, arch };
-                            glance.deepest(straight).map(|met| (*step, [0.0; 2], Some(met)))
+                            job.deepest(&glance).map(|met| (job.step, [0.0; 2], Some(met)))
                         }
                     }
                 });
                 done.collect()
             };
-            let is_worth_threads = placed.len() > 4;
-            let of_tiles: Vec<Vec<OnTile>> = if is_worth_threads {
-                self.tiles.par_iter_mut().enumerate().map(of_tile).collect()
+            let busy = busy(&mut self.tiles, &plan);
+            let of_tiles: Vec<Vec<OnTile>> = if plan.jobs.len() > 4 {
+                busy.into_par_iter().map(of_tile).collect()
             } else {
-                self.tiles.iter_mut().enumerate().filter(|(k, _)| !work[*k].is_empty()).map(of_tile).collect()
+                busy.into_iter().map(of_tile).collect()
             };
             for (step, [length, lines], met) in of_tiles.into_iter().flatten() {
                 results[step].volume += length;
@@ -90,4 +90,19 @@ impl DexelMap {
         }
         Ok(results)
     }
+}
+
+/// A tile, and its jobs.
+type Busy<'t, 'p> = (usize, &'t mut Tile, &'p [(u32, u32)]);
+
+/// The tiles that have something to do, each with what.
+fn busy<'t, 'p>(tiles: &'t mut [Tile], plan: &'p Plan) -> Vec<Busy<'t, 'p>> {
+    let mut rest = tiles.iter_mut().enumerate();
+    let mut next = 0;
+    let of_tile = |(k, of_tile)| {
+        let (_, tile) = rest.nth(k - next)?;
+        next = k + 1;
+        Some((k, tile, of_tile))
+    };
+    plan.of_tiles().filter_map(of_tile).collect()
 }

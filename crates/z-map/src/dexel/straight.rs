@@ -1,4 +1,4 @@
-//! The solid that a body sweeps on a straight line without turning, as intervals of a map's lines.
+//! The solid that a body sweeps, as intervals of a map's lines.
 
 use std::f64::consts::PI;
 
@@ -10,16 +10,19 @@ use crate::dexel::grid::DexelGrid;
 use crate::dexel::lanes::{Verdicts, Wide};
 use crate::dexel::placed::Placed;
 use crate::dexel::side::{Side, Warm};
+use crate::dexel::sweep::{Part, slerp};
+use crate::dexel::turning::Turning;
 
 /// Directions in which the outline is bounded on each side of a row: it is too wide by some 10⁻³ of the body's radius.
 const OUTLINE: usize = 32;
 
 /// A swept solid over the lines of a map; heights in the map's frame.
 #[derive(Clone, Debug)]
-pub(crate) struct Straight<'a> {
-    below: Side<'a>,
-    /// The same seen from above: heights negated.
-    above: Side<'a>,
+pub(crate) struct Swept<'a> {
+    way: Way<'a>,
+    /// Rows and columns of the lines that may meet the solid.
+    pub(crate) window: [[usize; 2]; 2],
+    /// The same, closer, once [`Swept::outline`] has been called.
     pub(crate) rows: Rows,
     /// Lowest and highest point.
     pub(crate) bounds: [f64; 2],
@@ -27,8 +30,16 @@ pub(crate) struct Straight<'a> {
     floors: [Floor; 2],
 }
 
-/// Lines that may meet the solid: a range of rows, and of each row a range of columns.
+/// How a body moves.
 #[derive(Clone, Debug)]
+enum Way<'a> {
+    /// Seen from below, and from above with heights negated.
+    Straight(Box<[Side<'a>; 2]>),
+    Turning(Box<Turning<'a>>),
+}
+
+/// Lines that may meet the solid: a range of rows, and of each row a range of columns.
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Rows {
     pub(crate) first: usize,
     /// First and last column; an empty row has first > last.
@@ -46,45 +57,51 @@ pub(crate) struct Warmth {
     pub(crate) above: Warm,
 }
 
-impl<'a> Straight<'a> {
-    /// Tips and axis in the map's frame.
-    pub(crate) fn new(body: &'a TurnedBody, from: &ClPoint, to: &ClPoint, grid: &DexelGrid) -> Option<Self> {
+impl<'a> Swept<'a> {
+    /// Without its outline; `None` where it is beside all lines.
+    pub(crate) fn straight(body: &'a TurnedBody, [from, to]: [ClPoint; 2], grid: &DexelGrid) -> Option<Self> {
         let at_end = ClPoint { tip: to.tip, axis: from.axis };
-        let below = Side::new(Placed::new(body, from), Placed::new(body, &at_end));
-        let rows = Rows::new(&below, grid)?;
+        let below = Side::new(Placed::new(body, &from), Placed::new(body, &at_end));
         let above = below.mirrored();
-        let z = Vector3::z();
-        let bounds = [-below.height_in(&-z), below.height_in(&z)];
-        let axis = from.axis.into_inner();
-        let under = if axis.z > 0.0 { -axis } else { axis };
-        let floors = [Floor::new(&below, -z), Floor::new(&below, if under.z < -0.1 { under } else { -z })];
-        Some(Self { below, above, rows, bounds, floors })
+        Self::new(Way::Straight(Box::new([below, above])), &from.axis, grid)
     }
 
-    /// Height at which the line enters, and slope of the surface along x there.
-    #[inline]
-    pub(crate) fn bottom(&self, x: f64, y: f64, warmth: &mut Warmth) -> Option<[f64; 2]> {
-        let entry = self.below.entry(x, y, &mut warmth.below)?;
-        Some([entry.height, -entry.normal.x / entry.normal.z])
+    /// The same of a part whose axis turns, within the tolerance.
+    pub(crate) fn turning(part: &Part<'a>, tolerance: f64, grid: &DexelGrid) -> Option<Self> {
+        let axis = slerp(&part.from.axis, &part.to.axis, part.turn, 0.5);
+        Self::new(Way::Turning(Box::new(Turning::new(part, tolerance))), &axis, grid)
+    }
+
+    fn new(way: Way<'a>, axis: &Vector3<f64>, grid: &DexelGrid) -> Option<Self> {
+        let between = |k: usize, n: Vector3<f64>| grid.between(k, -way.height_in(&-n), way.height_in(&n));
+        let window = [between(1, Vector3::y())?, between(0, Vector3::x())?];
+        let z = Vector3::z();
+        let bounds = [-way.height_in(&-z), way.height_in(&z)];
+        let under = if axis.z > 0.0 { -axis } else { *axis };
+        let floors = [Floor::new(&way, -z), Floor::new(&way, if under.z < -0.1 { under } else { -z })];
+        Some(Self { way, window, rows: Rows::default(), bounds, floors })
+    }
+
+    /// Finds the columns of each row.
+    pub(crate) fn outline(&mut self, grid: &DexelGrid) {
+        self.rows = Rows::new(&self.way, self.window[0], grid);
     }
 
     /// What sixteen lines lose, as far as that is quickly told.
     #[inline(always)]
-    pub(crate) fn verdicts(&self, x: &Wide, y: f64, tops: &Wide, floors: &Wide, warmth: &mut Warmth) -> Verdicts {
-        self.below.verdicts(x, y, tops, floors, &mut warmth.below)
+    pub(crate) fn verdicts(&self, x: &Wide, y: f64, tops: &Wide, floors: &Wide, warm: &mut Warmth) -> Verdicts {
+        match &self.way {
+            Way::Straight(sides) => sides[0].verdicts(x, y, tops, floors, &mut warm.below),
+            Way::Turning(turning) => turning.verdicts(x, y, tops, floors, &mut warm.below),
+        }
     }
 
-    /// Height at which the line leaves, and slope of the surface along x there.
-    #[inline]
-    pub(crate) fn top(&self, x: f64, y: f64, warmth: &mut Warmth) -> Option<[f64; 2]> {
-        let entry = self.above.entry(x, y, &mut warmth.above)?;
-        Some([-entry.height, entry.normal.x / entry.normal.z])
-    }
-
-    /// Whether a point is inside the body at the start or at the end, which is enough to be inside the swept solid.
-    #[inline]
-    pub(crate) fn holds(&self, x: f64, y: f64, z: f64) -> bool {
-        self.below.holds(&Vector3::new(x, y, z))
+    /// Straight motions that are the same within the tolerance, each seen from below and from above.
+    pub(crate) fn pieces(&self) -> &[[Side<'a>; 2]] {
+        match &self.way {
+            Way::Straight(sides) => std::slice::from_ref(sides),
+            Way::Turning(turning) => turning.pieces(),
+        }
     }
 
     /// A height that the solid is not below.
@@ -101,8 +118,36 @@ impl<'a> Straight<'a> {
     }
 }
 
+/// What the line at (x, y) loses at most of a straight motion, if it may lose anything; its material ends at `highest`.
+#[inline]
+pub(crate) fn interval(
+    [below, above]: &[Side; 2],
+    [x, y]: [f64; 2],
+    highest: f64,
+    warmth: &mut Warmth,
+) -> Option<[f64; 2]> {
+    let from = below.entry(x, y, &mut warmth.below)?.height;
+    if from >= highest {
+        return None;
+    }
+    // Inside the body at the start or at the end is enough to be inside the swept solid.
+    if below.holds(&Vector3::new(x, y, highest)) {
+        return Some([from, f64::INFINITY]);
+    }
+    Some([from, -above.entry(x, y, &mut warmth.above)?.height])
+}
+
+impl Way<'_> {
+    fn height_in(&self, n: &Vector3<f64>) -> f64 {
+        match self {
+            Way::Straight(sides) => sides[0].height_in(n),
+            Way::Turning(turning) => turning.height_in(n),
+        }
+    }
+}
+
 impl Floor {
-    fn new(side: &Side, n: Vector3<f64>) -> Self {
+    fn new(side: &Way, n: Vector3<f64>) -> Self {
         Self([-n.x / n.z, -n.y / n.z, side.height_in(&n) / n.z])
     }
 
@@ -113,10 +158,8 @@ impl Floor {
 }
 
 impl Rows {
-    /// By tangents of the outline: never too narrow. `None` where there is no line.
-    fn new(side: &Side, grid: &DexelGrid) -> Option<Self> {
-        let y = Vector3::y();
-        let [first, last] = grid.between(1, -side.height_in(&-y), side.height_in(&y))?;
+    /// By tangents of the outline: never too narrow.
+    fn new(side: &Way, [first, last]: [usize; 2], grid: &DexelGrid) -> Self {
         // Right: x ≤ a·y + b; left: −x ≤ a·y + b.
         let tangents = [1.0, -1.0].map(|facing| {
             let mut lines = [[0.0; 2]; OUTLINE];
@@ -135,11 +178,7 @@ impl Rows {
             let [right, left] = [reach(&tangents[0], y), -reach(&tangents[1], y)];
             grid.between(0, left, right).map_or([1, 0], |[from, to]| [from as u32, to as u32])
         });
-        Some(Self { first, columns: columns.collect() })
-    }
-
-    pub(crate) fn last(&self) -> usize {
-        self.first + self.columns.len() - 1
+        Self { first, columns: columns.collect() }
     }
 
     /// First and last column of a row within a range, if any.
@@ -147,11 +186,5 @@ impl Rows {
         let [first, last] = self.columns.get(row.checked_sub(self.first)?)?.map(|c| c as usize);
         let (first, last) = (first.max(from), last.min(to));
         (first <= last).then_some([first, last])
-    }
-
-    /// First and last column of all rows.
-    pub(crate) fn columns(&self) -> Option<[usize; 2]> {
-        let some = self.columns.iter().filter(|c| c[0] <= c[1]);
-        some.copied().reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]).map(|c| c.map(|c| c as usize))
     }
 }

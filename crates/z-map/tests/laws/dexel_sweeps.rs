@@ -98,6 +98,57 @@ fn a_turning_sweep_is_within_its_tolerance_of_stamps() {
     }
 }
 
+/// Face mills are far wider than high: their turning motions are cut at once, and here not as straight pieces.
+#[test]
+fn a_turning_sweep_of_a_face_mill_is_within_its_tolerance_of_stamps() {
+    let mut random = Random(22);
+    let tolerance = 0.05;
+    for cutter in [[12.0, 0.5, 1.5], [12.0, 1.2, 1.2], [11.0, 0.0, 2.0]] {
+        let body = body(cutter[0], cutter[1], cutter[2]);
+        for (lean, turn) in [(0.1, 0.02), (0.4, 0.06), (1.5, 0.02), (0.1, 0.2)] {
+            let axis = Vector3::z() + random.vector(lean);
+            let turned = axis + random.vector(turn);
+            // Rims reach into the block, which the whole cutter does not fit into.
+            let from = random.vector(8.0);
+            let step = random.vector(1.5);
+            let to = pose((from + step).into(), turned.into());
+            let sweep = Sweep { body: &body, from: pose(from.into(), axis.into()), to };
+            let n = 24;
+            let moved = step.norm() + axis.angle(&turned) * cutter[0].hypot(cutter[2]);
+            let beyond = tolerance + moved / (2.0 * f64::from(n)) + 1e-9;
+            compare(cutter, &sweep, n, -tolerance, beyond, tolerance);
+        }
+    }
+}
+
+/// What is asked coarsely first is answered as if it had been asked finely.
+#[test]
+fn meeting_a_turning_body_tells_the_depth_that_cutting_it_takes() {
+    let mut random = Random(23);
+    let (body, tolerance) = (body(9.0, 2.0, 14.0), 0.01);
+    let (mut met, mut missed) = (0, 0);
+    for _ in 0..40 {
+        let axis = Vector3::z() + random.vector(0.4);
+        let tip = Vector3::new(0.0, 0.0, 2.2) + random.vector(1.4);
+        let to = pose((tip + random.vector(1.0)).into(), (axis + random.vector(0.15)).into());
+        let sweep = Sweep { body: &body, from: pose(tip.into(), axis.into()), to };
+        let map = block([-14.0, -14.0, -9.0], [14.0, 14.0, 0.0], 1.0);
+        let mut after = map.clone();
+        cut(&mut after, sweep.body, sweep.from, sweep.to, tolerance);
+        let [nx, ny] = map.grid().n_lines();
+        let lost_at = |i: usize, j: usize| longest_outside(&lost(after.intervals(i, j), -9.0, 0.0), &[]);
+        let deepest =
+            (0..ny).flat_map(|j| (0..nx).map(move |i| (i, j))).map(|(i, j)| lost_at(i, j)).fold(0.0, f64::max);
+        let asked = map.meets(&sweep, tolerance).unwrap().map_or(0.0, |contact| contact.depth);
+        // Of a piece no line loses more than of all of them, and walls are as steep as the cutter's side leans.
+        assert!(asked <= deepest + 20.0 * tolerance, "{sweep:?}: {asked} met, {deepest} lost");
+        assert!(deepest < 0.2 || asked > 0.0, "{sweep:?}: {deepest} lost and not met");
+        met += u32::from(asked > 0.0);
+        missed += u32::from(asked == 0.0);
+    }
+    assert!(met > 5 && missed > 5, "{met} met, {missed} not");
+}
+
 #[test]
 fn faulty_motions_are_refused_and_leave_the_map_alone() {
     let body = body(5.0, 1.0, 8.0);
