@@ -9,6 +9,17 @@ pub(crate) struct Dilated {
     /// Unit normal, and for each edge the vector within the plane whose product with a point's offset from the edge's
     /// start is positive inside; `None` for a triangle without area, which is its edges.
     plane: Option<(Vector3<f64>, [Vector3<f64>; 3])>,
+    edges: [Edge; 3],
+}
+
+/// An edge as the axis of a cylinder, and what of it is the same for all lines.
+struct Edge {
+    /// From its start to its end; zero where they are one point.
+    along: Vector3<f64>,
+    length: f64,
+    /// Part of the lines' direction across it, and the square of its length.
+    across: Vector3<f64>,
+    across_sq: f64,
 }
 
 impl Dilated {
@@ -18,7 +29,7 @@ impl Dilated {
             let inward = |from: &Point3<f64>, to: &Point3<f64>| n.cross(&(to - from));
             (n, [inward(a, b), inward(b, c), inward(c, a)])
         });
-        Self { corners: *corners, radius, plane }
+        Self { corners: *corners, radius, plane, edges: [Edge::new(a, b), Edge::new(b, c), Edge::new(c, a)] }
     }
 
     /// Where the line through (x, y) is inside.
@@ -34,13 +45,10 @@ impl Dilated {
         };
         let foot = Point3::new(x, y, 0.0);
         for k in 0..3 {
-            let (a, b) = (&self.corners[k], &self.corners[(k + 1) % 3]);
-            for z in ball(&(foot - a), self.radius).into_iter().flatten() {
-                meet(z);
-            }
-            for z in rod(&(foot - a), &(b - a), self.radius).into_iter().flatten() {
-                meet(z);
-            }
+            let from_corner = foot - self.corners[k];
+            let of_ball = ball(&from_corner, self.radius);
+            let of_rod = self.edges[k].rod(&from_corner, self.radius);
+            of_ball.into_iter().chain(of_rod).flatten().for_each(&mut meet);
         }
         if let Some((n, inward)) = &self.plane
             && n.z != 0.0
@@ -63,20 +71,27 @@ fn ball(foot: &Vector3<f64>, radius: f64) -> Option<[f64; 2]> {
     (half >= 0.0).then(|| [-foot.z - half.sqrt(), -foot.z + half.sqrt()])
 }
 
-/// Heights at which a line meets the side of a cylinder about an edge, between its ends; the foot is from its start.
-fn rod(foot: &Vector3<f64>, edge: &Vector3<f64>, radius: f64) -> Option<[f64; 2]> {
-    let length_sq = edge.norm_squared();
-    let across = |v: &Vector3<f64>| v - edge * (v.dot(edge) / length_sq);
-    let (u, f) = (across(&Vector3::z()), across(foot));
-    // |f + z·u|² = radius².
-    let (a, b, c) = (u.norm_squared(), u.dot(&f), f.norm_squared() - radius * radius);
-    let root = b * b - a * c;
-    if !(a > 0.0 && root >= 0.0) {
-        return None;
+impl Edge {
+    fn new(from: &Point3<f64>, to: &Point3<f64>) -> Self {
+        let length = (to - from).norm();
+        let along = if length > 0.0 { (to - from) / length } else { Vector3::zeros() };
+        let across = Vector3::z() - along * along.z;
+        Self { along, length, across, across_sq: across.norm_squared() }
     }
-    let between = |z: f64| {
-        let along = (foot + Vector3::z() * z).dot(edge);
-        if (0.0..=length_sq).contains(&along) { z } else { f64::NAN }
-    };
-    Some([(-b - root.sqrt()) / a, (-b + root.sqrt()) / a].map(between))
+
+    /// Heights at which a line meets the side of the cylinder about the edge, between its ends; the line's foot is from its
+    /// start.
+    fn rod(&self, foot: &Vector3<f64>, radius: f64) -> Option<[f64; 2]> {
+        let reach = foot.dot(&self.along);
+        let beside = foot - self.along * reach;
+        // |beside + z·across|² = radius².
+        let (a, b, c) = (self.across_sq, self.across.dot(&beside), beside.norm_squared() - radius * radius);
+        let root = b * b - a * c;
+        if !(a > 0.0 && self.length > 0.0 && root >= 0.0) {
+            return None;
+        }
+        let is_between = |z: &f64| (0.0..=self.length).contains(&(reach + z * self.along.z));
+        let root = root.sqrt();
+        Some([(-b - root) / a, (-b + root) / a].map(|z| if is_between(&z) { z } else { f64::NAN }))
+    }
 }

@@ -180,8 +180,9 @@ impl Cast<'_> {
         for &index in bin {
             self.add(&mesh.corners(index as usize), allowance, &mut ends);
         }
-        ends.sort_by(|a, b| a.line.cmp(&b.line).then(a.height.total_cmp(&b.height)).then(b.is_begin.cmp(&a.is_begin)));
-        for of_line in ends.chunk_by(|a, b| a.line == b.line) {
+        let mut ends = by_line(&ends);
+        for of_line in ends.chunk_by_mut(|a, b| a.line == b.line) {
+            of_line.sort_by(|a, b| a.height.total_cmp(&b.height).then(b.is_begin.cmp(&a.is_begin)));
             let line = usize::from(of_line[0].line);
             self.check(line, of_line)?;
             tile.set(line, &union(of_line));
@@ -266,6 +267,23 @@ fn side(a: Place, b: Place, at: Place) -> (i128, bool) {
         dx
     };
     (area, sign > 0)
+}
+
+/// The ends in the order of their lines, those of a line as they were: by counting, as the lines of a tile are few.
+fn by_line(ends: &[End]) -> Vec<End> {
+    let mut next = [0; LINES];
+    ends.iter().for_each(|end| next[usize::from(end.line)] += 1);
+    let mut before = 0;
+    for next in &mut next {
+        (*next, before) = (before, before + *next);
+    }
+    let mut sorted = ends.to_vec();
+    for end in ends {
+        let place = &mut next[usize::from(end.line)];
+        sorted[*place] = *end;
+        *place += 1;
+    }
+    sorted
 }
 
 /// Material between ends in rising order. A gap within rounding is closed.
