@@ -30,6 +30,17 @@ pub enum MeshStockError {
         /// Allowance asked for, mm.
         allowance: f64,
     },
+    /// The rectangle that lines were asked for is none, or has no stock.
+    #[error("the region from ({}, {}) to ({}, {}) mm is no rectangle with stock in it; the stock is from ({:.3}, {:.3}) to \
+        ({:.3}, {:.3}) mm", region[0][0], region[0][1], region[1][0], region[1][1], low.x, low.y, high.x, high.y)]
+    BadRegion {
+        /// What was asked for, map frame, mm.
+        region: [[f64; 2]; 2],
+        /// Low corner of the stock.
+        low: Point3<f64>,
+        /// Its high corner.
+        high: Point3<f64>,
+    },
     /// The mesh is too far from the map's origin to be counted in whole quanta of 2⁻²⁶ mm.
     #[error("the stock mesh reaches {reach:.3e} mm from the dexels' origin, more than {:.3e} mm; move it", MAX_REACH)]
     TooFar {
@@ -91,7 +102,7 @@ impl DexelMap {
         cell: f64,
         allowance: f64,
     ) -> Result<Self, MeshStockError> {
-        Self::of_triangles(mesh, work_from_map, cell, (allowance, false))
+        Self::of_triangles(mesh, work_from_map, cell, (allowance, false), None)
     }
 
     /// The solid of a closed mesh and all that is within an allowance of it.
@@ -107,7 +118,22 @@ impl DexelMap {
         cell: f64,
         allowance: f64,
     ) -> Result<Self, MeshStockError> {
-        Self::of_triangles(mesh, work_from_map, cell, (allowance, true))
+        Self::of_triangles(mesh, work_from_map, cell, (allowance, true), None)
+    }
+
+    /// [`DexelMap::of_mesh_with_allowance`], or [`DexelMap::of_layer`] where `is_closed` is false, with lines over a rectangle
+    /// of the map's xy plane only, between its low and its high corner. What lies beside is not represented.
+    ///
+    /// # Errors
+    /// As for those; and when the rectangle is beside the stock.
+    pub fn of_mesh_within(
+        mesh: &TriMesh,
+        work_from_map: &Isometry3<f64>,
+        cell: f64,
+        (allowance, is_closed): (f64, bool),
+        region: [[f64; 2]; 2],
+    ) -> Result<Self, MeshStockError> {
+        Self::of_triangles(mesh, work_from_map, cell, (allowance, is_closed), Some(region))
     }
 
     fn of_triangles(
@@ -115,14 +141,23 @@ impl DexelMap {
         work_from_map: &Isometry3<f64>,
         cell: f64,
         (allowance, is_closed): (f64, bool),
+        region: Option<[[f64; 2]; 2]>,
     ) -> Result<Self, MeshStockError> {
         if !(allowance >= 0.0 && allowance.is_finite()) {
             return Err(MeshStockError::BadAllowance { allowance });
         }
         let moved = mesh.transformed(&work_from_map.inverse());
         let bounds = moved.aabb();
-        let low = [bounds.min.x - allowance, bounds.min.y - allowance];
-        let high = [bounds.max.x + allowance, bounds.max.y + allowance];
+        let whole = bounds.dilated(allowance);
+        let (mut low, mut high) = ([whole.min.x, whole.min.y], [whole.max.x, whole.max.y]);
+        if let Some([from, to]) = region {
+            (low, high) = ([0, 1].map(|k| low[k].max(from[k])), [0, 1].map(|k| high[k].min(to[k])));
+            let is_rectangle =
+                [from, to].as_flattened().iter().all(|c| c.is_finite()) && from[0] < to[0] && from[1] < to[1];
+            if !is_rectangle || low[0] >= high[0] || low[1] >= high[1] {
+                return Err(MeshStockError::BadRegion { region: [from, to], low: whole.min, high: whole.max });
+            }
+        }
         let grid = DexelGrid::over(work_from_map, low, high, cell)?;
         let reach = bounds.min.coords.amax().max(bounds.max.coords.amax()) + allowance + cell;
         if reach.is_nan() || reach > MAX_REACH {

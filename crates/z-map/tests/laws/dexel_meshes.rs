@@ -164,3 +164,31 @@ fn the_mesh_of_a_stock_is_closed_and_has_its_volume() {
     assert!(is_closed && (volume - map.volume()).abs() < 1e-8 * volume, "{volume} {}", map.volume());
     assert_eq!(block([0.0; 3], [2.0, 1.0, 1.0], 1.0).to_mesh().unwrap().triangles().len(), 20);
 }
+
+#[test]
+fn a_region_has_the_lines_of_the_whole_stock_and_no_others() {
+    let (mesh, frame, cell, allowance) = (sphere(4.0, 10), Isometry3::translation(1.0, 2.0, 3.0), 0.25, 0.5);
+    let whole = DexelMap::of_mesh_with_allowance(&mesh, &frame, cell, allowance).unwrap();
+    let origin = whole.grid().origin();
+    // From the line (6, 9) on, 11 and 13 lines.
+    let low = [origin[0] + 6.0 * cell, origin[1] + 9.0 * cell];
+    let high = [low[0] + 11.0 * cell, low[1] + 13.0 * cell];
+    let part = DexelMap::of_mesh_within(&mesh, &frame, cell, (allowance, true), [low, high]).unwrap();
+    part.check_invariants().unwrap();
+    assert_eq!(part.grid().n_lines(), [11, 13]);
+    for (i, j) in (0..13).flat_map(|j| (0..11).map(move |i| (i, j))) {
+        let ends =
+            |map: &DexelMap, i: usize, j: usize| map.intervals(i, j).map(|i| [i.bottom, i.top]).collect::<Vec<_>>();
+        let (of_part, of_whole) = (ends(&part, i, j), ends(&whole, i + 6, j + 9));
+        assert_eq!(of_part.len(), of_whole.len());
+        let off = of_part.as_flattened().iter().zip(of_whole.as_flattened()).map(|(a, b)| (a - b).abs());
+        assert!(off.fold(0.0, f64::max) < 1e-6, "{of_part:?} {of_whole:?}");
+    }
+    // Beyond the stock there are no lines, and a region beside it is none.
+    let wide = DexelMap::of_mesh_within(&mesh, &frame, cell, (allowance, true), [[-99.0; 2], [99.0; 2]]).unwrap();
+    assert_eq!(wide, whole);
+    for region in [[[50.0; 2], [60.0; 2]], [[1.0; 2], [0.0; 2]], [[f64::NAN; 2], [1.0; 2]]] {
+        let refused = DexelMap::of_mesh_within(&mesh, &frame, cell, (allowance, true), region);
+        assert!(matches!(refused, Err(MeshStockError::BadRegion { .. })), "{region:?}");
+    }
+}
