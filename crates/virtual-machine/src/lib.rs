@@ -90,6 +90,7 @@ mod segments;
 mod setup;
 mod smoothing;
 mod stepping;
+mod stock_cover;
 mod stock_run;
 mod timing;
 mod tool_vectors;
@@ -106,5 +107,6 @@ pub use finding::{
 };
 pub use links::{LinkHold, LinkSettings, LinkStage, ProgramLink, run_links};
 pub use setup::{GougeSection, ObstacleKind, VerifyError, VerifySettings, VirtualObstacle, VirtualSetup};
+pub use stock_cover::blocks_beyond;
 pub use stock_run::{BlockCut, StockRun, run_stock};
 pub use verify::verify;

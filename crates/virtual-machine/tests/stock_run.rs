@@ -2,12 +2,12 @@
 
 mod kit;
 
-use facemill_cl_data::Silent;
+use facemill_cl_data::{Aabb, Silent};
 use facemill_nc_program::{Dialect, read_program};
-use facemill_virtual_machine::{FindingKind, StockRun, VerifySettings, run_stock};
+use facemill_virtual_machine::{FindingKind, StockRun, VerifySettings, blocks_beyond, run_stock};
 use facemill_z_map::DexelMap;
 use kit::{CORNER, HEAD, RADIUS, Shop, Text};
-use nalgebra::Isometry3;
+use nalgebra::{Isometry3, Point3};
 
 const TOLERANCE: f64 = 0.01;
 
@@ -123,4 +123,27 @@ fn what_is_cut_depends_on_the_motion_alone() {
     let mut again = block(40.0, 1.0);
     one.install(|| run(&shop, &program(1), &mut again));
     assert_eq!(again, maps[0]);
+}
+
+/// The tool's widest body is 42 mm from its axis, with its clearance; bounds may add a little, and leave nothing out.
+#[test]
+fn blocks_that_reach_stock_beyond_the_lines_are_told() {
+    let shop = Shop::new();
+    // Lines over x from −200 to 0 of the plate.
+    let half = DexelMap::of_box(&Isometry3::identity(), [-200.0, -200.0, 0.0], [0.0, 200.0, 20.0], 4.0).unwrap();
+    let extents = Aabb { min: Point3::new(-200.0, -200.0, 0.0), max: Point3::new(200.0, 200.0, 20.0) };
+    let beyond = |text: &str, map: &DexelMap| {
+        let program = read_program(text, Dialect::Fanuc).unwrap();
+        let settings = VerifySettings::default();
+        blocks_beyond(&program, &shop.setup(), &settings, map, &extents, &Silent).unwrap()
+    };
+    let way = |x: f64, z: f64| {
+        let start = Text::new(&shop).rapid([-260.0, 0.0, z + 200.0]).rapid([-260.0, 0.0, z]);
+        start.cut([x, 0.0, z]).rapid([x, 0.0, z + 200.0]).text
+    };
+    assert_eq!(beyond(&way(-45.0, 10.0), &half), [] as [u32; 0]);
+    assert_eq!(beyond(&way(-40.0, 10.0), &half), [HEAD + 3, HEAD + 4]);
+    // Above all stock there is nothing to meet, and lines over all of it leave nothing uncovered.
+    assert_eq!(beyond(&way(100.0, 70.0), &half), [] as [u32; 0]);
+    assert_eq!(beyond(&way(100.0, 10.0), &block(20.0, 4.0)), [] as [u32; 0]);
 }
