@@ -3,7 +3,7 @@
 
 use facemill::nc_program::Dialect;
 use facemill::rapids::{Rapids, RapidsRequest, WayKind, faster_rapids};
-use facemill::{CutRequest, Failure, Job, SilentStages};
+use facemill::{CutRequest, Failure, Job, SilentStages, StockRegion};
 use facemill_tests::interpreter;
 use facemill_tests::jobs::{JobFolder, text_of};
 use facemill_tests::read_back::ReadBack;
@@ -12,7 +12,7 @@ use serde_json::json;
 
 fn faster(job: &JobFolder, dialect: Dialect, text: &str) -> Result<Rapids, Failure> {
     let path = job.path("program.nc");
-    let cut = CutRequest { cell: 1.0, tolerance: 0.05, rest: None };
+    let cut = CutRequest { cell: 1.0, tolerance: 0.05, region: StockRegion::Whole, rest: None, deviation: None };
     let request = RapidsRequest { program: &path, dialect, setup: 0, gouge_limit: None, cut, clearance: None };
     faster_rapids(&Job::read(&job.job()).unwrap(), text.as_bytes(), &request, &SilentStages)
 }

@@ -7,7 +7,7 @@ use std::path::Path;
 use facemill::nc_program::Dialect;
 use facemill::new_job::NewJob;
 use facemill::{
-    CutRequest, DeviationFigures, DeviationReport, DeviationRequest, Failure, Job, SilentStages, Verified,
+    CutRequest, DeviationFigures, DeviationReport, DeviationRequest, Failure, Job, SilentStages, StockRegion, Verified,
     VerifyRequest, verify_program,
 };
 use facemill_tests::jobs::JobFolder;
@@ -106,6 +106,7 @@ fn verified(job: &JobFolder, text: &str, cell: f64, tolerance: Option<f64>) -> R
         cut: Some(CutRequest {
             cell,
             tolerance: 0.002,
+            region: StockRegion::Whole,
             rest: None,
             deviation: Some(DeviationRequest { tolerance, painted: true }),
         }),

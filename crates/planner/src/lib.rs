@@ -102,6 +102,7 @@ pub use plan::{PlanSettings, Planned, REJECTED, plan_setup};
 pub use refeed::{MAX_TOOL_LENGTH, Refed, RefeedSettings, RefeedSummary, TipFeed, refeed};
 pub use refeed_law::{BLEND_TOLERANCES, RefeedLaw, RefeedLawTimes};
 pub use solution_space::{SolutionSpace, SolutionSpaceRequest, solution_space};
+pub use stock_map::StockRegion;
 pub use summary::{clock, summary};
 pub use verify_program::{
     CutRequest, StockReport, VERIFICATION_FORMAT, VerificationFile, Verified, VerifyRequest, verify_program,

@@ -7,7 +7,7 @@ use clap::Args;
 use facemill::nc_program::Dialect;
 use facemill::rapids::{RapidsRequest, faster_rapids};
 use facemill::z_map::DexelMap;
-use facemill::{CutRequest, Failure, Job, files};
+use facemill::{CutRequest, Failure, Job, StockRegion, files};
 
 use crate::cli::{Bars, say};
 use crate::feedrate_command::dialect;
@@ -53,10 +53,22 @@ pub(crate) struct RapidsArguments {
 fn cut_of(arguments: &RapidsArguments) -> Result<CutRequest, Failure> {
     let tolerance = arguments.stock_tolerance_mm;
     let Some(path) = &arguments.rest else {
-        return Ok(CutRequest { cell: arguments.stock_cell_mm, tolerance, rest: None, deviation: None });
+        return Ok(CutRequest {
+            cell: arguments.stock_cell_mm,
+            tolerance,
+            region: StockRegion::Whole,
+            rest: None,
+            deviation: None,
+        });
     };
     let rest = DexelMap::from_bytes(&files::read(path)?).map_err(|e| Failure::input(path, e))?;
-    Ok(CutRequest { cell: rest.grid().cell(), tolerance, rest: Some(rest), deviation: None })
+    Ok(CutRequest {
+        cell: rest.grid().cell(),
+        tolerance,
+        region: StockRegion::Whole,
+        rest: Some(rest),
+        deviation: None,
+    })
 }
 
 pub(crate) fn run(arguments: &RapidsArguments) -> Result<ExitCode, Failure> {

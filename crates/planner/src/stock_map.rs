@@ -1,33 +1,91 @@
 //! A setup's stock as lines of material.
 
+use facemill_cl_data::Aabb;
 use facemill_surface_model::TriMesh;
 use facemill_z_map::{DexelMap, MeshStockError};
 use nalgebra::Isometry3;
 
 use crate::Failure;
 use crate::load::{Job, ObstacleRole, Setup};
+use crate::pieces::places;
 
-/// The stock of a setup before anything is cut: lines along z of the workpiece frame, `cell` mm apart.
-///
-/// Stock that is told as an allowance is part and check surfaces with it around them; where one of these meshes is open, it is
-/// a layer on both sides.
-///
-/// # Errors
-/// When a mesh of the stock is not closed, or the lines are too many.
-pub(crate) fn stock_map(job: &Job, setup: &Setup<'_>, cell: f64) -> Result<DexelMap, Failure> {
-    let meshes = |roles: &[ObstacleRole]| {
-        let of_role = setup.obstacles.iter().filter(|o| roles.contains(&o.role));
-        of_role.fold(TriMesh::default(), |all, o| all.joined(&o.mesh))
-    };
-    let frame = Isometry3::identity();
-    let (mesh, allowance) = if setup.stock_solid.is_some() {
-        (meshes(&[ObstacleRole::Stock]), 0.0)
-    } else {
-        (meshes(&[ObstacleRole::Part, ObstacleRole::Check]), setup.stock_thickness)
-    };
-    let found = match DexelMap::of_mesh_with_allowance(&mesh, &frame, cell, allowance) {
-        Err(MeshStockError::NotClosed { .. }) if allowance > 0.0 => DexelMap::of_layer(&mesh, &frame, cell, allowance),
-        found => found,
-    };
-    found.map_err(|e| job.wrong(format!("setup \"{}\": stock: {e}", setup.file.name)))
+/// Which part of the stock has lines.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum StockRegion {
+    /// All of it.
+    #[default]
+    Whole,
+    /// The rectangle around what the setup's operations cut, in all places of their patterns, with the cutter's diameter around
+    /// it.
+    Operations,
+    /// Between two corners, x and y of the workpiece frame, mm.
+    Rectangle([[f64; 2]; 2]),
+}
+
+/// A setup's stock as meshes with an allowance around them.
+pub(crate) struct StockMeshes {
+    mesh: TriMesh,
+    allowance: f64,
+}
+
+impl StockMeshes {
+    /// Stock that is told as an allowance is part and check surfaces with it around them.
+    pub(crate) fn of(setup: &Setup<'_>) -> Self {
+        let meshes = |roles: &[ObstacleRole]| {
+            let of_role = setup.obstacles.iter().filter(|o| roles.contains(&o.role));
+            of_role.fold(TriMesh::default(), |all, o| all.joined(&o.mesh))
+        };
+        if setup.stock_solid.is_some() {
+            Self { mesh: meshes(&[ObstacleRole::Stock]), allowance: 0.0 }
+        } else {
+            let allowance = setup.stock_thickness;
+            Self { mesh: meshes(&[ObstacleRole::Part, ObstacleRole::Check]), allowance }
+        }
+    }
+
+    /// The box around all of it, workpiece frame.
+    pub(crate) fn extents(&self) -> Aabb {
+        self.mesh.aabb().dilated(self.allowance)
+    }
+
+    /// The stock before anything is cut: lines along z of the workpiece frame, `cell` mm apart. Where a mesh with an allowance
+    /// is open, it is a layer on both sides.
+    ///
+    /// # Errors
+    /// When a mesh of the stock is not closed, the lines are too many, or the region has no stock.
+    pub(crate) fn map(
+        &self,
+        job: &Job,
+        setup: &Setup<'_>,
+        cell: f64,
+        region: StockRegion,
+    ) -> Result<DexelMap, Failure> {
+        let (mesh, frame, allowance) = (&self.mesh, Isometry3::identity(), self.allowance);
+        let made = |is_closed: bool| match rectangle(job, setup, region) {
+            Some(region) => DexelMap::of_mesh_within(mesh, &frame, cell, (allowance, is_closed), region),
+            None if is_closed => DexelMap::of_mesh_with_allowance(mesh, &frame, cell, allowance),
+            None => DexelMap::of_layer(mesh, &frame, cell, allowance),
+        };
+        let found = match made(true) {
+            Err(MeshStockError::NotClosed { .. }) if allowance > 0.0 => made(false),
+            found => found,
+        };
+        found.map_err(|e| job.wrong(format!("setup \"{}\": stock: {e}", setup.file.name)))
+    }
+}
+
+/// Low and high corner of a region; `None` where it is all of the stock.
+fn rectangle(job: &Job, setup: &Setup<'_>, region: StockRegion) -> Option<[[f64; 2]; 2]> {
+    match region {
+        StockRegion::Whole => None,
+        StockRegion::Rectangle(corners) => Some(corners),
+        StockRegion::Operations => {
+            let drive = setup.drive.mesh();
+            let of_operation = job.operations_of(setup.file).flat_map(|(_, o)| places(o.pattern.as_ref()));
+            let of_place = of_operation.map(|place| drive.transformed(&place).aabb());
+            let margin = 2.0 * job.tool.cutter().radius();
+            let Aabb { min, max } = of_place.reduce(|a, b| a.union(&b))?.dilated(margin);
+            Some([[min.x, min.y], [max.x, max.y]])
+        }
+    }
 }

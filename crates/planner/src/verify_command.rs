@@ -8,7 +8,8 @@ use facemill::nc_program::Dialect;
 use facemill::virtual_machine::Verification;
 use facemill::z_map::DexelMap;
 use facemill::{
-    CutRequest, DeviationRequest, Failure, Job, VerificationFile, Verified, VerifyRequest, clock, files, verify_program,
+    CutRequest, DeviationRequest, Failure, Job, StockRegion, VerificationFile, Verified, VerifyRequest, clock, files,
+    verify_program,
 };
 
 use crate::cli::{Bars, say};
@@ -40,6 +41,11 @@ pub(crate) struct VerifyArguments {
     /// How far from the truth what is cut may be
     #[arg(long, value_name = "MM", default_value_t = 0.05, allow_negative_numbers = true)]
     stock_tolerance_mm: f64,
+    /// Which part of the stock to cut: whole, operations (the rectangle around what the job's operations cut, with the cutter's
+    /// diameter around it), or X0,Y0,X1,Y1 in mm of the workpiece frame. What meets stock elsewhere is not seen
+    #[arg(long, value_name = "PART", default_value = "whole", value_parser = region, allow_hyphen_values = true,
+        requires = "stock_cell_mm", conflicts_with = "rest")]
+    stock_region: StockRegion,
     /// Begin with the rest that another program left (--rest-out) in place of the job's stock
     #[arg(long, value_name = "FILE", conflicts_with = "stock_cell_mm")]
     rest: Option<PathBuf>,
@@ -110,10 +116,11 @@ fn cut_of(arguments: &VerifyArguments) -> Result<Option<CutRequest>, Failure> {
     });
     if let Some(path) = &arguments.rest {
         let rest = DexelMap::from_bytes(&files::read(path)?).map_err(|e| Failure::input(path, e))?;
-        return Ok(Some(CutRequest { cell: rest.grid().cell(), tolerance, rest: Some(rest), deviation }));
+        let cell = rest.grid().cell();
+        return Ok(Some(CutRequest { cell, tolerance, region: StockRegion::Whole, rest: Some(rest), deviation }));
     }
     if let Some(cell) = arguments.stock_cell_mm {
-        return Ok(Some(CutRequest { cell, tolerance, rest: None, deviation }));
+        return Ok(Some(CutRequest { cell, tolerance, region: arguments.stock_region, rest: None, deviation }));
     }
     let needing = [
         ("--rest-out", arguments.rest_out.is_some()),
@@ -127,6 +134,22 @@ fn cut_of(arguments: &VerifyArguments) -> Result<Option<CutRequest>, Failure> {
             Err(Failure::input(&arguments.program, message))
         }
         None => Ok(None),
+    }
+}
+
+/// Part of the stock from its name or corners.
+fn region(text: &str) -> Result<StockRegion, String> {
+    match text {
+        "whole" => return Ok(StockRegion::Whole),
+        "operations" => return Ok(StockRegion::Operations),
+        _ => {}
+    }
+    let numbers: Result<Vec<f64>, _> = text.split(',').map(|part| part.trim().parse::<f64>()).collect();
+    match numbers.as_deref() {
+        Ok(&[x0, y0, x1, y1]) if x0 < x1 && y0 < y1 && [x0, y0, x1, y1].iter().all(|v| v.is_finite()) => {
+            Ok(StockRegion::Rectangle([[x0, y0], [x1, y1]]))
+        }
+        _ => Err("must be whole, operations, or X0,Y0,X1,Y1 in mm with X0 below X1 and Y0 below Y1".to_owned()),
     }
 }
 
@@ -177,6 +200,14 @@ fn told(file: &VerificationFile) -> String {
             s.cell_mm,
             s.blocks_in_air
         ));
+        if let Some(line) = s.first_line_not_covered {
+            let [[x0, y0], [x1, y1]] = s.region_mm;
+            lines.push(format!(
+                "  not covered       {} blocks, first in line {line}, may reach stock beyond x {x0:.1} to {x1:.1}, \
+                 y {y0:.1} to {y1:.1}: it is not seen",
+                s.blocks_not_covered
+            ));
+        }
     }
     lines.extend(file.deviation.as_ref().map(told_deviation).unwrap_or_default());
     if let Some(c) = &file.certificates {

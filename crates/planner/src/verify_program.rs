@@ -5,7 +5,8 @@ use std::path::Path;
 use facemill_inverse_kinematics::Machine;
 use facemill_nc_program::{Compensation, Dialect, ReadProgram, WordMap, read_program};
 use facemill_virtual_machine::{
-    Assumption, Certificates, Verification, VerifySettings, VirtualSetup, assumptions, certify, run_stock, verify,
+    Assumption, Certificates, Verification, VerifySettings, VirtualSetup, assumptions, blocks_beyond, certify,
+    run_stock, verify,
 };
 use facemill_z_map::DexelMap;
 use nalgebra::Isometry3;
@@ -20,7 +21,7 @@ use crate::follow::Surroundings;
 use crate::load::{Job, Setup};
 use crate::output::{name_obstacles, not_verified, virtual_obstacles};
 use crate::program::{rtcp_frame, word_map};
-use crate::stock_map::stock_map;
+use crate::stock_map::{StockMeshes, StockRegion};
 use crate::verify_feeds::Asked;
 use crate::{Failure, Stages};
 
@@ -53,6 +54,8 @@ pub struct CutRequest {
     pub cell: f64,
     /// How far from the truth what is cut may be, mm.
     pub tolerance: f64,
+    /// Which part of the job's stock has lines.
+    pub region: StockRegion,
     /// The rest of another program, which this one begins with in place of the job's stock.
     pub rest: Option<DexelMap>,
     /// Hold what is left against the part.
@@ -83,6 +86,13 @@ pub struct StockReport {
     pub removed_mm3: f64,
     /// Cutting blocks that took nothing.
     pub blocks_in_air: usize,
+    /// Low and high corner of the rectangle that has lines, x and y of the lines' frame, mm.
+    pub region_mm: [[f64; 2]; 2],
+    /// Blocks on which the tool may reach stock beyond that rectangle: what it meets there is not seen.
+    pub blocks_not_covered: usize,
+    /// Line of the first of them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub first_line_not_covered: Option<u32>,
 }
 
 /// What a program does on a job's setup, as it is written.
@@ -215,18 +225,27 @@ impl Run<'_> {
         cut: &CutRequest,
         found: &mut Found,
     ) -> Result<(), Failure> {
+        let meshes = StockMeshes::of(setup);
         let mut stock = match &cut.rest {
             Some(rest) => rest.clone(),
-            None => stock_map(job, setup, cut.cell)?,
+            None => meshes.map(job, setup, cut.cell, cut.region)?,
         };
         let before = stock.volume();
         let uncut = cut.deviation.map(|_| stock.clone());
         let monitor = self.stages.start("cut the stock", self.program.blocks.len());
         let run = run_stock(self.program, at, &self.settings(), &mut stock, cut.tolerance, &*monitor);
         let run = run.map_err(not_verified)?;
-        drop(monitor);
         found.verification.findings.extend(run.findings);
+        let extents = meshes.extents();
+        let beyond = blocks_beyond(self.program, at, &self.settings(), &stock, &extents, &*monitor);
+        let beyond = beyond.map_err(not_verified)?;
+        drop(monitor);
+        let grid = stock.grid();
+        let far = [0, 1].map(|k| grid.origin()[k] + grid.n_lines()[k] as f64 * grid.cell());
         found.stock = Some(StockReport {
+            region_mm: [grid.origin(), far],
+            blocks_not_covered: beyond.len(),
+            first_line_not_covered: beyond.first().copied(),
             cell_mm: stock.grid().cell(),
             tolerance_mm: cut.tolerance,
             before_mm3: before,

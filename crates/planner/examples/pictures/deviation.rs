@@ -5,8 +5,8 @@ use std::path::Path;
 
 use facemill::new_job::{NewJob, new_job};
 use facemill::{
-    CutRequest, DeviationReport, DeviationRequest, Job, PlanSettings, SilentStages, VerifyRequest, files, plan_setup,
-    verify_program,
+    CutRequest, DeviationReport, DeviationRequest, Job, PlanSettings, SilentStages, StockRegion, VerifyRequest, files,
+    plan_setup, verify_program,
 };
 
 type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
@@ -40,6 +40,7 @@ pub(crate) fn deviation() -> Result<String> {
         cut: Some(CutRequest {
             cell: 0.5 * SIZE / CELLS as f64,
             tolerance: 0.005,
+            region: StockRegion::Whole,
             rest: None,
             deviation: Some(DeviationRequest { tolerance: Some(0.06), painted: true }),
         }),

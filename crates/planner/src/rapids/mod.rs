@@ -21,7 +21,7 @@ use crate::load::{Job, Setup};
 use crate::operation::clearance_surface;
 use crate::output::not_verified;
 use crate::program::{rtcp_frame, word_map};
-use crate::stock_map::stock_map;
+use crate::stock_map::StockMeshes;
 use crate::verify_program::virtual_setup;
 use crate::{CutRequest, Failure, Stages, VerificationFile, VerifyRequest, verify_program};
 use choose::{Choice, Chooser, Chosen};
@@ -141,7 +141,9 @@ impl Stage<'_> {
         let at = virtual_setup(self.request.dialect, self.job, self.setup, self.words, frame);
         let mut stock = match &self.request.cut.rest {
             Some(rest) => rest.clone(),
-            None => stock_map(self.job, self.setup, self.request.cut.cell)?,
+            None => {
+                StockMeshes::of(self.setup).map(self.job, self.setup, self.request.cut.cell, self.request.cut.region)?
+            }
         };
         let views = [(&self.job.machine, self.job.tool.gauge_length())];
         let clock = LinkClock::new(&views);
