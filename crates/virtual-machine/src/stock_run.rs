@@ -92,7 +92,7 @@ pub fn run_stock(
     let blocks: Vec<BlockCut> = blocks.collect();
     let mut findings: Vec<Finding> = episodes.all.iter().map(|e| report.finding(e)).collect();
     findings.sort_by_key(|f| (f.first_line, f.kind));
-    Ok(StockRun { findings, removed_mm3: blocks.iter().map(|b| b.removed_mm3).sum(), blocks })
+    Ok(StockRun { findings, removed_mm3: blocks.iter().fold(0.0, |all, b| all + b.removed_mm3), blocks })
 }
 
 /// Moves whose segments are made before the stock is cut by them: bounds the memory.
