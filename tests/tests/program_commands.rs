@@ -465,6 +465,17 @@ fn programs_from_anywhere_are_run_as_the_job_stands() {
     assert!(first > 0.3 * found()["stock"]["before_mm3"].as_f64().unwrap());
     assert_eq!(verify("program.nc", &["--rest", &rest]).status.code(), Some(0));
     assert!(removed(&found()).abs() < 1e-3 * first, "{} of {first}", removed(&found()));
+    assert_eq!(found()["stock"]["blocks_not_covered"], json!(0));
+    // Half of the lines: less is cut, and what was not seen is told.
+    let [[x0, y0], [x1, y1]]: [[f64; 2]; 2] = serde_json::from_value(found()["stock"]["region_mm"].clone()).unwrap();
+    let half = format!("{x0},{y0},{},{y1}", 0.5 * (x0 + x1));
+    let part = verify("program.nc", &["--stock-cell-mm", "2", "--stock-region", &half]);
+    assert!(part.status.code() == Some(0) && String::from_utf8_lossy(&part.stdout).contains("not covered"));
+    assert!(removed(&found()) > 0.2 * first && removed(&found()) < 0.8 * first, "{} of {first}", removed(&found()));
+    assert!(found()["stock"]["blocks_not_covered"].as_u64().unwrap() > 0);
+    // Around what is cut nothing is missing.
+    assert_eq!(verify("program.nc", &["--stock-cell-mm", "2", "--stock-region", "operations"]).status.code(), Some(0));
+    assert!((removed(&found()) / first - 1.0).abs() < 0.01, "{} of {first}", removed(&found()));
 
     // One position of a pass 0.2 mm deeper along the spindle.
     let is_cut = |l: &str| l.contains(" Z") && l.contains(" B") && l.contains(" F");
@@ -524,6 +535,13 @@ fn programs_from_anywhere_are_run_as_the_job_stands() {
         ("program.nc", &["--gouge-mm", "-1"], "at least 0"),
         ("program.nc", &["--stock-cell-mm", "0"], "dexel cell of 0 mm"),
         ("program.nc", &["--stock-cell-mm", "1", "--stock-tolerance-mm", "0"], "above 0 mm"),
+        (
+            "program.nc",
+            &["--stock-cell-mm", "1", "--stock-region", "1,2,3"],
+            "must be whole, operations, or X0,Y0,X1,Y1",
+        ),
+        ("program.nc", &["--stock-cell-mm", "1", "--stock-region", "1e5,1e5,2e5,2e5"], "no rectangle with stock in it"),
+        ("program.nc", &["--rest", &path("rest.stock"), "--stock-region", "operations"], "--stock-region"),
         ("program.nc", &["--rest", &path("job.json")], "job.json"),
         ("program.nc", &["--rest-out", &path("rest.stock")], "nothing is cut"),
         ("program.nc", &["--dialect", "tnc"], "heidenhain"),
