@@ -57,6 +57,16 @@ impl MotionModes {
             "OTOL" => {
                 beyond("smooths within", assigned(word), self.law.control_tolerance.orientation.to_degrees(), "deg")
             }
+            "ATOL" => {
+                // Of a linear axis in the program's unit, of a rotary one in deg: which it is, the machine's names say.
+                beyond(
+                    "smooths an axis within",
+                    self.length(assigned(word)),
+                    self.law.control_tolerance.path,
+                    "mm or deg",
+                )
+            }
+            "STOLF" => beyond("lets rapids leave the path by times the tolerance:", assigned(word), 1.0, ""),
             _ => None,
         }
     }
@@ -65,7 +75,9 @@ impl MotionModes {
     fn cycle832(&self, call: &ReadCall) -> Option<String> {
         let number = |k: usize| call.arguments.split(',').nth(k).map(str::trim).filter(|a| !a.is_empty());
         let [path, kind, orientation] = [0, 1, 2].map(number);
-        if path.is_none() && orientation.is_none() || kind.is_some_and(|k| k.trim_start_matches('_') == "0") {
+        if path.is_none() && orientation.is_none()
+            || kind.is_some_and(|k| matches!(k.trim_start_matches('_'), "0" | "OFF" | "off"))
+        {
             return None;
         }
         let value = |text: Option<&str>| text.map_or(Some(0.0), |t| t.parse::<f64>().ok());

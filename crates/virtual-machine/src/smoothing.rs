@@ -10,7 +10,7 @@ pub(crate) struct Smoothing {
     /// G641 to G645, which round corners as ADIS or machine data say.
     rounding: Option<String>,
     has_way: bool,
-    /// TA of cycle 32.
+    /// TA of cycle 32, the last number of CYCLE832.
     has_angle: bool,
     /// Exact stop of one block (G9).
     stops_here: bool,
@@ -24,10 +24,7 @@ impl Smoothing {
             match (dialect, command) {
                 (Dialect::Siemens840d, ReadCommand::Mode(text)) => self.siemens(&text.to_uppercase()),
                 (Dialect::Siemens840d, ReadCommand::Call(call)) if call.name == "CYCLE832" => {
-                    let first = call.arguments.split(',').next().unwrap_or_default().trim();
-                    // Without a tolerance the cycle switches back to the control's own.
-                    self.is_said = first.parse::<f64>().map_or(!first.is_empty(), |tolerance| tolerance > 0.0);
-                    self.rounding = None;
+                    self.cycle832(&call.arguments.to_uppercase());
                 }
                 (Dialect::Heidenhain, ReadCommand::Call(call)) if call.name == "32" => self.cycle32(&call.arguments),
                 (_, ReadCommand::Mode(text)) => self.fanuc(dialect, &text.to_uppercase()),
@@ -38,7 +35,7 @@ impl Smoothing {
 
     fn siemens(&mut self, word: &str) {
         match word {
-            "G60" => (self.is_said, self.rounding) = (true, None),
+            "G60" => (self.is_said, self.has_angle, self.rounding) = (true, true, None),
             "G64" => (self.is_said, self.rounding) = (false, None),
             "G9" => self.stops_here = true,
             "G641" | "G642" | "G643" | "G644" | "G645" => {
@@ -47,6 +44,18 @@ impl Smoothing {
             _ if word.starts_with("ADIS") && !word.starts_with("ADISPOS") => self.has_way = true,
             _ => {}
         }
+    }
+
+    /// Tolerance of the path, kind of machining, tolerance of the orientation.
+    fn cycle832(&mut self, arguments: &str) {
+        let mut given = arguments.split(',').map(str::trim);
+        let [path, kind, orientation] = [0, 1, 2].map(|_| given.next().unwrap_or_default());
+        let is_given = |text: &str| text.parse::<f64>().map_or(!text.is_empty(), |tolerance| tolerance > 0.0);
+        // Kind 0 switches back to the control's own tolerance, as none does.
+        let is_off = matches!(kind.trim_start_matches('_'), "0" | "OFF");
+        self.is_said = !is_off && is_given(path);
+        self.has_angle = is_given(orientation);
+        self.rounding = None;
     }
 
     fn cycle32(&mut self, arguments: &str) {
@@ -71,14 +80,24 @@ impl Smoothing {
 
     /// What a cut in this state is left to; `None` where the text says it.
     pub(crate) fn left_open(&self, dialect: Dialect) -> Option<String> {
-        if dialect == Dialect::Heidenhain && self.is_said && !self.has_angle {
-            return Some("cycle 32 without TA does not say how far rotary axes may leave the path".to_owned());
+        let without_angle = match dialect {
+            Dialect::Heidenhain => Some("cycle 32 without TA"),
+            Dialect::Siemens840d => Some("CYCLE832 without a tolerance of the orientation"),
+            _ => None,
+        };
+        if let Some(what) = without_angle.filter(|_| self.is_said && !self.has_angle && !self.stops_here) {
+            return Some(format!("{what} does not say how far rotary axes may leave the path"));
         }
-        if self.is_said || self.stops_here || self.rounding.is_some() && self.has_way {
+        if self.is_said || self.stops_here {
             return None;
         }
         Some(match (dialect, &self.rounding) {
-            (_, Some(code)) => format!("{code} without ADIS rounds corners as machine data say"),
+            (_, Some(code)) if code == "G641" && self.has_way => {
+                "G641 with ADIS does not say how far rotary axes may leave the path".to_owned()
+            }
+            (_, Some(code)) if code == "G641" => "G641 without ADIS rounds corners as machine data say".to_owned(),
+            // Machine data say whether these heed ADIS at all.
+            (_, Some(code)) => format!("{code} rounds corners as machine data say"),
             (Dialect::Siemens840d, None) => {
                 "no CYCLE832, ADIS, G60 or G9 says how far a cut may leave the path".to_owned()
             }

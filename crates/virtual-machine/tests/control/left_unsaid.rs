@@ -84,7 +84,24 @@ fn what_is_not_said_is_told_and_what_is_said_is_not() {
     assert!(of_fanuc.iter().any(|t| t.starts_with("no word of this control says how the tool turns")), "{of_fanuc:?}");
     for (dialect, text, from, to, told) in [
         (siemens, SIEMENS, "CYCLE832(0.0100,11,0.0050)\n", "", "no CYCLE832, ADIS, G60 or G9"),
-        (siemens, SIEMENS, "CYCLE832(0.0100,11,0.0050)\n", "G642\n", "G642 without ADIS"),
+        (siemens, SIEMENS, "CYCLE832(0.0100,11,0.0050)\n", "G641\n", "G641 without ADIS"),
+        (siemens, SIEMENS, "CYCLE832(0.0100,11,0.0050)\n", "G641 ADIS=0.005\n", "G641 with ADIS does not say"),
+        (
+            siemens,
+            SIEMENS,
+            "CYCLE832(0.0100,11,0.0050)\n",
+            "G642 ADIS=0.005\n",
+            "G642 rounds corners as machine data say",
+        ),
+        (siemens, SIEMENS, "CYCLE832(0.0100,11,0.0050)\n", "CYCLE832(5,0,1)\n", "no CYCLE832, ADIS"),
+        (siemens, SIEMENS, "CYCLE832(0.0100,11,0.0050)\n", "CYCLE832(0.01,_OFF,1)\n", "no CYCLE832, ADIS"),
+        (
+            siemens,
+            SIEMENS,
+            "CYCLE832(0.0100,11,0.0050)\n",
+            "CYCLE832(0.01,11)\n",
+            "CYCLE832 without a tolerance of the",
+        ),
         (siemens, SIEMENS, "CYCLE832(0.0100,11,0.0050)\n", "CYCLE832(0.01,11,0.005)\nG64\n", "no CYCLE832, ADIS"),
         (siemens, SIEMENS, " ORIAXES", "", "no ORIAXES or ORIVECT"),
         (siemens, SIEMENS, "ORIMKS ", "ORIWKS ", "ORIMKS or ORIWKS says another turn"),
@@ -126,7 +143,6 @@ fn what_is_not_said_is_told_and_what_is_said_is_not() {
     // G61 says it on LinuxCNC, G60 and G9 of every block on Siemens.
     assert_eq!(rests_on(&with(LINUXCNC, "G64 P0.0100 Q0.0001", "G61"), linuxcnc), [m428]);
     assert_eq!(rests_on(&with(SIEMENS, "CYCLE832(0.0100,11,0.0050)", "G60"), siemens), [""; 0]);
-    assert_eq!(rests_on(&with(SIEMENS, "CYCLE832(0.0100,11,0.0050)", "G642 ADIS=0.005"), siemens), [""; 0]);
 }
 
 /// Smoothing beyond the machine file's, vectors that are none of length 1, RTCP that stays on, and programs without an end.
@@ -151,6 +167,8 @@ fn what_is_said_wrongly_is_a_finding_and_its_twin_is_none() {
         (heidenhain, HEIDENHAIN, "T0.0100", "T0.0101", OtherMotion, 14),
         (heidenhain, HEIDENHAIN, "TA0.0050", "TA0.0051", OtherMotion, 15),
         (siemens, SIEMENS, "CYCLE832(0.0100,11,0.0050)", "CTOL=0.02", OtherMotion, 16),
+        (siemens, SIEMENS, "11,0.0050)", "11,0.0050)\nATOL[X]=5", OtherMotion, 17),
+        (siemens, SIEMENS, "11,0.0050)", "11,0.0050)\nSTOLF=50", OtherMotion, 17),
         (heidenhain, HEIDENHAIN, "NX+0 NY", "NX+0.05 NY", NotUnitVector, 17),
         (heidenhain, HEIDENHAIN, "TX+0.173648", "TX+0.18", NotUnitVector, 17),
         (fanuc, FANUC, "M5\nG91 G28 Z0.\nG49\n", "M5\nG91 G28 Z0.\n", RtcpLeftOn, 17),
