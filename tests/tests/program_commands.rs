@@ -364,6 +364,11 @@ fn feedrate_refuses_what_cannot_be_meant() {
     folder.write("machine.json", machine().to_string().as_bytes());
     folder.write("empty.nc", b"\n  \n");
     folder.write("one.nc", b"G21 G90 G94 G54\nG43 H1\nG0 X0. Y0. Z150. B0. C0.\nG1 X1. F100.\nM30\n");
+    // Turns with an F of their own, among blocks whose F is the tip's anyhow.
+    let turns: String = (1..=20).map(|k| format!("G1 X{k}. B{}.5 F{}.\n", k % 7, 300 + 17 * k)).collect();
+    let ways: String = (1..=60).map(|k| format!("G1 X{}. F500.\n", k % 2)).collect();
+    let start = "G21 G90 G94 G54\nG43 H1\nG0 X0. Y0. Z150. B0. C0.\n";
+    folder.write("mixed.nc", format!("{start}{turns}{ways}M30\n").as_bytes());
     let path = |name: &str| folder.path(name).to_str().unwrap().to_owned();
     let told = |program: &str, length: &str, more: &[&str]| {
         let (program, machine) = (path(program), path("machine.json"));
@@ -374,6 +379,7 @@ fn feedrate_refuses_what_cannot_be_meant() {
     assert_eq!(told("one.nc", "100", &["--tip-feed", "keep"]).0, Some(0));
     for (program, length, more, expected) in [
         ("empty.nc", "100", &[][..], "empty.nc"),
+        ("mixed.nc", "100", &[], "F changes in 19 of 19 blocks"),
         ("one.nc", "0", &[], "--tool-length-mm"),
         ("one.nc", "-5", &[], "--tool-length-mm"),
         ("one.nc", "NaN", &[], "--tool-length-mm"),
@@ -384,6 +390,16 @@ fn feedrate_refuses_what_cannot_be_meant() {
     ] {
         let (code, errors) = told(program, length, more);
         assert!(code == Some(2) && errors.contains(expected), "{more:?} {length}: {errors}");
+    }
+    // Under RTCP, too, F stays within what the control knows: 1 to 24000 mm/min.
+    let rtcp = start.replace("G43 H1", "G43.4 H1") + "G1 X40. Y40. F100.\nM30\n";
+    folder.write("rtcp.nc", rtcp.as_bytes());
+    for (asked, range) in [("1000000", 15000.0..=24000.0), ("0.001", 1.0..=1.0)] {
+        let out = path("ranged.nc");
+        assert_eq!(told("rtcp.nc", "100", &["--tip-feed", asked, "-o", &out]).0, Some(0));
+        let text = std::fs::read_to_string(&out).unwrap();
+        let feed: f64 = text.split(" F").nth(1).and_then(|f| f.lines().next()).unwrap().parse().unwrap();
+        assert!(range.contains(&feed), "{asked}: F{feed}");
     }
     // Within the range, and yet too little for any blend.
     let (code, errors) = told("one.nc", "100", &["--time-law", "--blend-tolerance-mm", "1e-6"]);

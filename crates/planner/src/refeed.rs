@@ -1,7 +1,7 @@
 //! New feeds for a program that exists: the tip moves as fast as programmed, not the norm over all axes (FEED).
 
 use facemill_feedrate::{BlockFeed, FeedLimit, feed_for_block, rapid_time};
-use facemill_inverse_kinematics::{AxisKind, AxisValues, Machine};
+use facemill_inverse_kinematics::{AxisKind, AxisValues, FeedRange, Machine};
 use facemill_nc_program::{
     Dialect, Feed, FeedMode, MappedAxis, MotionKind, NumberRule, ProgramReader, ReadBlock, ReadMotion, RtcpRapids,
     WordMap, WorkOffset,
@@ -339,10 +339,11 @@ impl<'s> Refeeder<'s> {
         self.computed_feed(cut, motion.feed);
         let mut range = machine.feed_range();
         if !cut.is_norm {
-            // The range is of F in mm/min over all axes.
+            // The range is of F, which is not in mm/min over all axes here.
             (range.min, range.max) = (0.0, f64::INFINITY);
         }
         let (way, asked) = self.asked(cut, motion.feed)?;
+        let asked = if cut.is_norm { asked } else { within_range(asked, cut, &machine.feed_range()) };
         let mut fed =
             feed_for_block(machine.axes(), &cut.from, &cut.to, way, asked, &range).map_err(|e| e.to_string())?;
         if fed.limit == FeedLimit::NoMotion {
@@ -356,6 +357,10 @@ impl<'s> Refeeder<'s> {
             FeedMode::G94 if cut.is_norm => fed.f_word,
             FeedMode::G94 | FeedMode::Rtcp => 60.0 * cut.counted / fed.time,
         };
+        let least = machine.feed_range().min;
+        if !cut.is_norm && mode != FeedMode::G93 && value < least * (1.0 - SAME_FEED) {
+            return Err(format!("it needs F{value:.4}, and the smallest that the machine knows is {least}"));
+        }
         let number = self.number(value, motion.feed.map(|f| f.value), mode)?;
         let value = number.as_ref().map_or_else(|| motion.feed.map_or(value, |f| f.value), |(_, value)| *value);
         let feed = Feed { mode, value };
@@ -422,6 +427,15 @@ impl<'s> Refeeder<'s> {
             summary.time_after_s += fed.time;
         }
     }
+}
+
+/// A speed of the tip (mm/min) whose F, which counts the block's way by the control's rule, the control knows.
+fn within_range(asked: f64, cut: &FollowedCut, range: &FeedRange) -> f64 {
+    if cut.mode == FeedMode::G93 || cut.way <= LEAST_WAY || cut.counted <= 0.0 {
+        return asked;
+    }
+    let share = cut.way / cut.counted;
+    asked.max(range.min * share).min(range.max * share)
 }
 
 /// The feed of a block, where the block has a place for one.

@@ -55,9 +55,9 @@ impl Doubts {
 #[derive(Default)]
 pub(crate) struct Computed {
     last: Option<f64>,
-    /// Cutting blocks behind another one.
+    /// Cutting blocks behind another one, whose F is not the tip's speed anyhow.
     pairs: usize,
-    /// Of them with another F, where F is not the tip's speed anyhow.
+    /// Of them with another F.
     changed: usize,
 }
 
@@ -66,8 +66,8 @@ impl Computed {
         let value = feed.filter(|f| f.mode == FeedMode::G94).map(|f| f.value);
         if let (Some(value), Some(last)) = (value, self.last) {
             let is_tip = (cut.counted - cut.way).abs() <= SAME_WAY * cut.counted;
-            self.pairs += 1;
-            self.changed += usize::from(value != last && !is_tip);
+            self.pairs += usize::from(!is_tip);
+            self.changed += usize::from(!is_tip && value != last);
         }
         self.last = value;
     }
@@ -77,7 +77,7 @@ impl Computed {
             return Ok(());
         }
         Err(format!(
-            "F changes in {} of {} blocks that follow a cutting block, under G94 without RTCP: it looks computed for the axes \
+            "F changes in {} of {} blocks that follow a cutting block and turn axes, under G94 without RTCP: it looks computed for the axes \
              and is not the speed of the tip. Keep the tip's speeds with --tip-feed keep, or give one with --tip-feed MM_MIN",
             self.changed, self.pairs
         ))
