@@ -45,7 +45,8 @@ impl BlockReading<'_> {
             // States that are off: exact stop once, polar words, polar interpolation, scaling, mirror, rotation, stroke check.
             400 => self.say(StateWord::RadiusOff),
             90 | 110 | 131 | 150 | 230 | 500 | 501 | 690 | 970 | 980 | 990 => {}
-            100 | 520 | 920 => self.set_role(AxisRole::Data, MacroKind::Setting),
+            520 => self.local_frame(),
+            100 | 920 => self.set_role(AxisRole::Data, MacroKind::Setting),
             170 => modal.plane = Plane::Xy,
             180 => modal.plane = Plane::Zx,
             190 => modal.plane = Plane::Yz,
@@ -130,9 +131,30 @@ impl BlockReading<'_> {
         if kind == MacroKind::Call {
             self.modal.forget_motion();
         } else {
-            self.modal.position.forget_words();
+            self.modal.set_frame();
         }
         self.keep_macro(kind);
+    }
+
+    /// G52: with zeros alone it switches the local frame off.
+    fn local_frame(&mut self) {
+        let mut axis_words = self.line.words.iter().filter(|w| axis_of(w).is_some()).peekable();
+        let is_off = axis_words.peek().is_some() && axis_words.all(|w| w.is_known && w.value == 0.0);
+        if is_off {
+            self.role = AxisRole::Data;
+            self.modal.cancel_frame();
+        } else {
+            self.set_role(AxisRole::Data, MacroKind::Setting);
+        }
+    }
+
+    /// A word that needs no axis words switches a frame off; in a block with some, whose they are is not told.
+    pub(super) fn frame_off(&mut self) {
+        if self.line.words.iter().any(|w| axis_of(w).is_some()) {
+            self.set_role(AxisRole::Data, MacroKind::Setting);
+        } else {
+            self.modal.cancel_frame();
+        }
     }
 
     fn set_feed_mode(&mut self, inverse_time: bool) {

@@ -82,7 +82,7 @@ impl FanucReader {
                 self.has_jumped |= self.line.code.windows(4).any(|w| w == b"GOTO");
             }
             MacroKind::Setting => {
-                self.modal.position.forget_words();
+                self.modal.set_frame();
                 self.note(NoteKind::NotEvaluated, text);
             }
             MacroKind::ToolVector | MacroKind::Call | MacroKind::VariableWords => {

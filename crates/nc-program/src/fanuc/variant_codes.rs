@@ -80,7 +80,8 @@ impl BlockReading<'_> {
         match code {
             // Words are radii, as ever on a mill.
             80 => {}
-            281 | 301 | 432 | 921 | 922 | 923 => self.set_role(AxisRole::Data, MacroKind::Setting),
+            921 | 922 => self.frame_off(),
+            281 | 301 | 432 | 923 => self.set_role(AxisRole::Data, MacroKind::Setting),
             431 => {
                 self.set_compensation(Compensation::Length(0));
                 self.set_role(AxisRole::Data, MacroKind::Setting);

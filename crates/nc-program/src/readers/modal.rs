@@ -25,6 +25,8 @@ pub(crate) struct Modal {
     /// H as last said; `None` before the first, where a control takes the length of the tool or none.
     pub(crate) length_register: Option<u32>,
     pub(crate) position: ReadPosition,
+    /// What words count from has been set in a way that is not resolved.
+    pub(crate) has_frame: bool,
 }
 
 /// Interpolation group.
@@ -42,6 +44,20 @@ impl Modal {
         self.cycle = None;
         self.feed = None;
         self.position.forget_all();
+    }
+
+    /// What words count from is set in a way that is not resolved here: words of axes that do not move now would be other
+    /// numbers.
+    pub(crate) fn set_frame(&mut self) {
+        self.has_frame = true;
+        self.position.forget_words();
+    }
+
+    /// A frame is switched off. Where the text has set none, none is taken to be on, and words stay what they are.
+    pub(crate) fn cancel_frame(&mut self) {
+        if self.has_frame {
+            self.position.forget_words();
+        }
     }
 
     /// What F means now.

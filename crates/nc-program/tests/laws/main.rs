@@ -8,6 +8,7 @@ mod fanuc;
 mod fanuc_reader;
 mod fanuc_relatives;
 mod feed_places;
+mod frames;
 mod guards;
 mod heads;
 mod heidenhain_reader;

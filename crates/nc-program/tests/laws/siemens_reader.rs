@@ -131,7 +131,7 @@ fn cycles_and_subprograms_are_kept_with_their_arguments() {
 
 #[test]
 fn frames_make_words_unknown() {
-    for frame in ["TRANS X5 Y0 Z0", "AROT Z90", "ROT", "$P_UIFR[1,X,TR]=5", "G500", "TCARR=1", "G58 X5"] {
+    for frame in ["TRANS X5 Y0 Z0", "AROT Z90", "ROT Z30", "$P_UIFR[1,X,TR]=5", "G500", "TCARR=1", "G58 X5"] {
         let text = format!("G54 G0 X1 Y1\n{frame}\nG1 X2 F5");
         let m = motions(&text);
         assert_eq!((m.len(), at(&m[1], "Y")), (2, None), "{frame}");

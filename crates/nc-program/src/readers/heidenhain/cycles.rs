@@ -45,6 +45,55 @@ fn effect(number: u32) -> Effect {
     }
 }
 
+/// What a line of a cycle that sets a frame does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum FrameStep {
+    /// `CYCL DEF 7.0 DATUM SHIFT`: nothing; what it is to be follows.
+    Title,
+    /// It takes back what it names.
+    Off,
+    /// It sets a frame, or what it does is not known.
+    On,
+}
+
+/// `arguments` is what stands behind the cycle's number: `.1 X+10`. Off are shifts and turns of 0, factors of 1 and a mirror
+/// without axes. A tilt is never off here.
+fn frame_step(number: u32, arguments: &str) -> FrameStep {
+    let (step, words) = arguments.split_once(' ').unwrap_or((arguments, ""));
+    if step == ".0" && number != 19 {
+        return FrameStep::Title;
+    }
+    let text: String = words.split_whitespace().collect();
+    let all = |is_off: fn(&str, f64) -> bool| {
+        words_of(&text).is_some_and(|words| !words.is_empty() && words.iter().all(|(name, value)| is_off(name, *value)))
+    };
+    let is_off = match number {
+        7 => all(|_, value| value == 0.0),
+        8 => step == ".1" && text.is_empty(),
+        10 => all(|name, value| matches!(name, "ROT" | "IROT") && value == 0.0),
+        11 => all(|name, value| name == "SCL" && value == 1.0),
+        26 => all(|name, value| name.starts_with("CC") || value == 1.0),
+        _ => false,
+    };
+    if is_off { FrameStep::Off } else { FrameStep::On }
+}
+
+/// Names and numbers of a text without blanks (`X+0Y+0`); `None` where it is anything else.
+fn words_of(mut text: &str) -> Option<Vec<(&str, f64)>> {
+    let mut all = Vec::new();
+    while !text.is_empty() {
+        let (name, rest) = text.split_at(text.find(|c: char| !c.is_ascii_uppercase())?);
+        let end = rest.find(|c: char| c.is_ascii_uppercase()).unwrap_or(rest.len());
+        let (value, rest) = rest.split_at(end);
+        if name.is_empty() {
+            return None;
+        }
+        all.push((name, value.parse().ok()?));
+        text = rest;
+    }
+    Some(all)
+}
+
 impl HeidenhainReader {
     /// `CYCL DEF 200 DRILLING Q200=2 …`, `CYCL DEF 7.1 X+10`; the cycle's name.
     pub(super) fn cycle_definition(
@@ -63,9 +112,14 @@ impl HeidenhainReader {
         match effect(number) {
             Effect::None => push_call(block, CallKind::Definition, name.clone(), arguments, false),
             Effect::Frame => {
+                let step = frame_step(number, &arguments);
                 push_call(block, CallKind::Definition, name.clone(), arguments, false);
                 self.state.is_tilted |= number == 19;
-                self.setting(line, block);
+                match step {
+                    FrameStep::Title => {}
+                    FrameStep::Off => self.cancel_frame(),
+                    FrameStep::On => self.setting(line, block),
+                }
             }
             Effect::Preset => push_call(block, CallKind::Definition, name.clone(), arguments, false),
             Effect::Dwell => {

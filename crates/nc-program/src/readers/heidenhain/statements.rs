@@ -273,6 +273,7 @@ impl HeidenhainReader {
                 let seconds = rest.concat().strip_prefix("TIME").and_then(|t| t.parse().ok());
                 block.commands.push(ReadCommand::Dwell(seconds.filter(|s: &f64| s.is_finite()).unwrap_or(0.0)));
             }
+            ["TRANS", "DATUM" | "MIRROR" | "ROTATION" | "SCALE", "RESET"] => self.cancel_frame(),
             _ => {
                 let name = words.iter().take(2).copied().collect::<Vec<_>>().join(" ");
                 self.setting(line, block);
@@ -284,9 +285,17 @@ impl HeidenhainReader {
 
     /// Something that the words depend on is set.
     pub(super) fn setting(&mut self, line: &[u8], block: &mut ReadBlock) {
-        self.state.modal.position.forget_words();
+        self.state.modal.set_frame();
         self.state.pole = [None; 3];
         block.commands.push(line_macro(MacroKind::Setting, line));
+    }
+
+    /// A frame is switched off, which none is taken to be on before.
+    pub(super) fn cancel_frame(&mut self) {
+        self.state.modal.cancel_frame();
+        if self.state.modal.has_frame {
+            self.state.pole = [None; 3];
+        }
     }
 
     pub(super) fn branch_or_text(&mut self, is_branch: bool, line: &[u8], block: &mut ReadBlock) {

@@ -118,7 +118,7 @@ impl BlockReading<'_> {
                 }
                 self.state.update_compensation();
             }
-            Name::Frame => self.setting(Role::Data),
+            Name::Frame => self.frame(item),
             Name::Setting => self.setting(self.role),
             Name::Machine => self.role = Role::MachineTarget,
             Name::ModalCall => self.modal_call(item)?,
@@ -144,10 +144,24 @@ impl BlockReading<'_> {
         self.block.commands.push(ReadCommand::Mode(text));
     }
 
+    /// TRANS, ROT, SCALE and MIRROR alone in a block switch all programmable frames off, TOROTOF and PAROTOF those of the tool
+    /// and the workpiece. All else sets a frame.
+    fn frame(&mut self, item: &Item) {
+        // Any other name with a value, as RPL, would be a variable.
+        let is_alone = item.value == Value::None && self.items.len() == 1;
+        let is_off =
+            matches!(&self.code[item.name.clone()], b"TRANS" | b"ROT" | b"SCALE" | b"MIRROR" | b"TOROTOF" | b"PAROTOF");
+        if is_alone && is_off {
+            self.state.modal.cancel_frame();
+        } else {
+            self.setting(Role::Data);
+        }
+    }
+
     /// Something that the words depend on is set; in a block of data its axis words are part of it.
     pub(super) fn setting(&mut self, role: Role) {
         self.role = role;
-        self.state.modal.position.forget_words();
+        self.state.modal.set_frame();
         self.block.commands.push(line_macro(MacroKind::Setting, self.line));
     }
 

@@ -155,7 +155,7 @@ impl SiemensReader {
             match name.first() {
                 // What the control itself keeps: offsets, tool data.
                 Some(b'$') => {
-                    self.state.modal.position.forget_words();
+                    self.state.modal.set_frame();
                     block.commands.push(line_macro(MacroKind::Setting, line));
                     self.source.note(NoteKind::NotEvaluated, line);
                 }

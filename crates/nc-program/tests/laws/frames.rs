@@ -1,0 +1,118 @@
+//! What sets the frame that words count in is told, and what switches it off is silent.
+
+use facemill_nc_program::*;
+
+/// Whether the last line sets something that words depend on, and whether X is still known behind it, from a text that has
+/// moved to X5 in its frame before.
+fn behind(dialect: Dialect, lines: &str) -> (bool, bool) {
+    let [home, moved] = match dialect {
+        Dialect::Heidenhain => ["L Y+1 R0 FMAX", "L Y+2 R0 FMAX"],
+        _ => ["G90 G0 Y1.", "G0 Y2."],
+    };
+    let x = if dialect == Dialect::Heidenhain { "L X+5 R0 FMAX" } else { "G0 X5." };
+    let program = read_program(format!("{home}\n{x}\n{lines}\n{moved}\n"), dialect).unwrap_or_else(|e| panic!("{e}"));
+    let last = &program.blocks[program.blocks.len() - 2];
+    let is_set = last.commands.iter().any(|c| matches!(c, ReadCommand::Macro { kind: MacroKind::Setting, .. }));
+    // What is told of a block is told of the program, for all that hold on to it.
+    assert!(!is_set || !program.is_evaluated(), "{lines}");
+    let (_, motion) = program.motions().last().unwrap();
+    (is_set, motion.position.get(AxisLetter::X).is_some())
+}
+
+const SET: [(Dialect, &str); 26] = [
+    (Dialect::Fanuc, "G52 X10."),
+    (Dialect::Fanuc, "G52 X0. Y1."),
+    (Dialect::Fanuc, "G52 X#500"),
+    (Dialect::Fanuc, "G52"),
+    (Dialect::Fanuc, "G92 X0. Y0."),
+    (Dialect::Haas, "G52 Y3."),
+    (Dialect::Mazak, "G52 Z-3."),
+    (Dialect::LinuxCnc, "G92 X0"),
+    (Dialect::LinuxCnc, "G52 X1"),
+    (Dialect::LinuxCnc, "G92.3"),
+    (Dialect::LinuxCnc, "G92.1 X3"),
+    (Dialect::Siemens840d, "TRANS X10"),
+    (Dialect::Siemens840d, "ATRANS Y=5"),
+    (Dialect::Siemens840d, "ATRANS"),
+    (Dialect::Siemens840d, "ROT RPL=45"),
+    (Dialect::Siemens840d, "AROT X90"),
+    (Dialect::Siemens840d, "MIRROR X0"),
+    (Dialect::Siemens840d, "SCALE X2 Y2"),
+    (Dialect::Siemens840d, "TOFRAME"),
+    (Dialect::Heidenhain, "CYCL DEF 7.0 DATUM SHIFT\nCYCL DEF 7.1 X+10"),
+    (Dialect::Heidenhain, "CYCL DEF 7.0 DATUM SHIFT\nCYCL DEF 7.1 #3"),
+    (Dialect::Heidenhain, "CYCL DEF 8.0 MIRROR IMAGE\nCYCL DEF 8.1 X"),
+    (Dialect::Heidenhain, "CYCL DEF 10.0 ROTATION\nCYCL DEF 10.1 ROT+12.5"),
+    (Dialect::Heidenhain, "CYCL DEF 11.0 SCALING\nCYCL DEF 11.1 SCL 0.9995"),
+    (Dialect::Heidenhain, "CYCL DEF 26.0 AXIS-SPEC. SCALING\nCYCL DEF 26.1 X1 Y1.1"),
+    (Dialect::Heidenhain, "TRANS DATUM AXIS X+10"),
+];
+
+const OFF: [(Dialect, &str); 22] = [
+    (Dialect::Fanuc, "G52 X0. Y0. Z0."),
+    (Dialect::Fanuc, "G69"),
+    (Dialect::Fanuc, "G50"),
+    (Dialect::Fanuc, "G50.1"),
+    (Dialect::Haas, "G52 X0"),
+    (Dialect::Mazak, "G69.5"),
+    (Dialect::LinuxCnc, "G92.1"),
+    (Dialect::LinuxCnc, "G92.2"),
+    (Dialect::LinuxCnc, "G52 X0 Y0"),
+    (Dialect::Siemens840d, "TRANS"),
+    (Dialect::Siemens840d, "N10 ROT ; off"),
+    (Dialect::Siemens840d, "SCALE"),
+    (Dialect::Siemens840d, "MIRROR"),
+    (Dialect::Siemens840d, "TOROTOF"),
+    (Dialect::Heidenhain, "CYCL DEF 7.0 DATUM SHIFT"),
+    (Dialect::Heidenhain, "CYCL DEF 7.0 NULLPUNKT\nCYCL DEF 7.1 X+0\nCYCL DEF 7.2 Y +0,0"),
+    (Dialect::Heidenhain, "CYCL DEF 8.0 MIRROR IMAGE\nCYCL DEF 8.1"),
+    (Dialect::Heidenhain, "CYCL DEF 10.0 ROTATION\nCYCL DEF 10.1 ROT+0"),
+    (Dialect::Heidenhain, "CYCL DEF 11.0 SCALING\nCYCL DEF 11.1 SCL 1"),
+    (Dialect::Heidenhain, "CYCL DEF 26.0 AXIS-SPEC. SCALING\nCYCL DEF 26.1 X1 Y1 CCX+5 CCY+0"),
+    (Dialect::Heidenhain, "TRANS DATUM RESET"),
+    (Dialect::Heidenhain, "TRANS MIRROR RESET"),
+];
+
+/// Nothing that changes coordinates is passed in silence, and no number of the frame before is taken for one of the new frame.
+#[test]
+fn what_sets_a_frame_is_told_and_forgets_the_words() {
+    for (dialect, lines) in SET {
+        assert_eq!(behind(dialect, lines), (true, false), "{}: {lines}", dialect.name());
+    }
+}
+
+#[test]
+fn what_switches_a_frame_off_is_silent_and_changes_nothing_where_none_was_set() {
+    for (dialect, lines) in OFF {
+        assert_eq!(behind(dialect, lines), (false, true), "{}: {lines}", dialect.name());
+    }
+}
+
+/// Words from within a frame are other numbers behind it.
+#[test]
+fn words_of_a_frame_are_not_known_behind_it() {
+    for (dialect, lines) in [
+        (Dialect::Fanuc, "G52 X10.\nG0 X5.\nG52 X0."),
+        (Dialect::LinuxCnc, "G92 X10\nG0 X5\nG92.1"),
+        (Dialect::Siemens840d, "TRANS X10\nG0 X5\nTRANS"),
+        (Dialect::Heidenhain, "CYCL DEF 7.1 X+10\nL X+5 R0 FMAX\nCYCL DEF 7.1 X+0"),
+    ] {
+        assert_eq!(behind(dialect, lines), (false, false), "{}: {lines}", dialect.name());
+    }
+}
+
+/// Scaling, mirrors and turned words of FANUC and its relatives have no meaning here at all.
+#[test]
+fn turned_and_scaled_words_of_fanuc_are_refused_by_line() {
+    for (dialect, line) in [
+        (Dialect::Fanuc, "G51 X0. Y0. Z0. P2."),
+        (Dialect::Fanuc, "G51.1 X0."),
+        (Dialect::Fanuc, "G68 X0. Y0. R30."),
+        (Dialect::Haas, "G68 R30."),
+        (Dialect::Mazak, "G51 X0. P2."),
+        (Dialect::LinuxCnc, "G68 X0 Y0 R30"),
+    ] {
+        let told = read_program(format!("G90\n{line}\nG0 X1.\n"), dialect).unwrap_err().to_string();
+        assert!(told.contains("line 2"), "{}: {told}", dialect.name());
+    }
+}
