@@ -48,6 +48,28 @@ fn is_rtcp(block: &ReadBlock) -> bool {
     matches!(block.compensation, Compensation::Rtcp(_))
 }
 
+/// What the text has said of the axes that F counts on a Siemens control.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Group {
+    /// Nothing, or no linear axis.
+    Unsaid,
+    /// `FGROUP()`: what machine data say.
+    OfMachineData,
+    /// Axes, a linear one among them.
+    Axes,
+}
+
+impl Group {
+    /// Of a word in upper case.
+    fn of(text: &str) -> Self {
+        let axes = text.trim_start_matches("FGROUP");
+        if axes.contains(['X', 'Y', 'Z']) {
+            return Self::Axes;
+        }
+        if axes.chars().any(char::is_alphanumeric) { Self::Unsaid } else { Self::OfMachineData }
+    }
+}
+
 /// What the text has said so far.
 struct State {
     dialect: Dialect,
@@ -63,8 +85,8 @@ struct State {
     turns_axes: [Option<bool>; 2],
     /// RTLION or RTLIOF.
     has_rapid_law: bool,
-    /// FGROUP with axes.
-    has_group: bool,
+    /// Axes of FGROUP.
+    group: Group,
     /// PLANE RESET.
     has_plane_reset: bool,
     uses_rtcp: bool,
@@ -88,7 +110,7 @@ impl State {
             has_turn_law: false,
             turns_axes: [None; 2],
             has_rapid_law: false,
-            has_group: false,
+            group: Group::Unsaid,
             has_plane_reset: false,
             uses_rtcp: program.blocks.iter().any(is_rtcp),
             is_rtcp: false,
@@ -141,7 +163,7 @@ impl State {
                 self.has_turn_law = true;
             }
             (Dialect::Siemens840d, "RTLION" | "RTLIOF") => self.has_rapid_law = true,
-            (Dialect::Siemens840d, "FGROUP") => self.has_group = text.chars().any(|c| "XYZ".contains(c)),
+            (Dialect::Siemens840d, "FGROUP") => self.group = Group::of(text),
             (Dialect::Heidenhain, "FUNCTION") => self.has_turn_law = text.contains("PATHCTRL"),
             _ => {}
         }
@@ -314,11 +336,18 @@ impl State {
         let turns = motion.tool.is_some()
             || motion.position.iter().any(|(l, _)| l.kind() == AxisKind::Rotary && motion.position.is_programmed(l));
         let mode = motion.feed.map(|f| f.mode).filter(|mode| *mode != FeedMode::G93);
-        if self.dialect == Dialect::Siemens840d && turns && !self.has_group {
-            match mode {
-                Some(FeedMode::Rtcp) => self.rests(block, "no FGROUP: F is taken as the speed of the tip".to_owned()),
-                Some(_) => self.rests(block, "no FGROUP: F is taken as the speed along X, Y and Z".to_owned()),
-                None => {}
+        if self.dialect == Dialect::Siemens840d && turns {
+            let taken = match mode {
+                Some(FeedMode::Rtcp) => "F is taken as the speed of the tip",
+                Some(_) => "F is taken as the speed along X, Y and Z",
+                None => return,
+            };
+            match self.group {
+                Group::Axes => {}
+                Group::Unsaid => self.rests(block, format!("no FGROUP: {taken}")),
+                Group::OfMachineData => {
+                    self.rests(block, format!("FGROUP() leaves to machine data which axes F counts: {taken}"));
+                }
             }
         }
     }

@@ -7,6 +7,10 @@ use facemill_nc_program::{Dialect, ReadBlock, ReadCommand};
 pub(crate) struct Smoothing {
     /// A tolerance, or exact stop, is in force: CYCLE832, G60, cycle 32, G61, G64, G187 E.
     is_said: bool,
+    /// What is said, CYCLE832 says, whose tolerances CTOL and OTOL change.
+    is_by_cycle: bool,
+    /// CTOL and OTOL are in force: of the tip, and of rotary axes.
+    tolerances: [bool; 2],
     /// G641 to G645, which round corners as ADIS or machine data say.
     rounding: Option<String>,
     has_way: bool,
@@ -35,14 +39,29 @@ impl Smoothing {
 
     fn siemens(&mut self, word: &str) {
         match word {
-            "G60" => (self.is_said, self.has_angle, self.rounding) = (true, true, None),
+            "G60" => (self.is_said, self.is_by_cycle, self.has_angle, self.rounding) = (true, false, true, None),
             "G64" => (self.is_said, self.rounding) = (false, None),
             "G9" => self.stops_here = true,
             "G641" | "G642" | "G643" | "G644" | "G645" => {
                 (self.is_said, self.rounding) = (false, Some(word.to_owned()));
             }
             _ if word.starts_with("ADIS") && !word.starts_with("ADISPOS") => self.has_way = true,
+            _ if word.starts_with("CTOL") => self.tolerance(0, word),
+            _ if word.starts_with("OTOL") => self.tolerance(1, word),
             _ => {}
+        }
+    }
+
+    /// `CTOL=0.01`, `OTOL=0.05`; one below 0 takes that of machine data again.
+    fn tolerance(&mut self, which: usize, word: &str) {
+        let value = word.split_once('=').map_or("", |(_, value)| value.trim());
+        let is_given = is_given(value);
+        self.tolerances[which] = is_given;
+        if self.is_by_cycle {
+            match which {
+                0 => self.is_said = is_given,
+                _ => self.has_angle = is_given,
+            }
         }
     }
 
@@ -50,10 +69,10 @@ impl Smoothing {
     fn cycle832(&mut self, arguments: &str) {
         let mut given = arguments.split(',').map(str::trim);
         let [path, kind, orientation] = [0, 1, 2].map(|_| given.next().unwrap_or_default());
-        let is_given = |text: &str| text.parse::<f64>().map_or(!text.is_empty(), |tolerance| tolerance > 0.0);
         // Kind 0 switches back to the control's own tolerance, as none does.
         let is_off = matches!(kind.trim_start_matches('_'), "0" | "OFF");
         self.is_said = !is_off && is_given(path);
+        (self.is_by_cycle, self.tolerances) = (self.is_said, [false; 2]);
         self.has_angle = is_given(orientation);
         self.rounding = None;
     }
@@ -91,6 +110,9 @@ impl Smoothing {
         if self.is_said || self.stops_here {
             return None;
         }
+        if dialect == Dialect::Siemens840d && self.tolerances != [false; 2] {
+            return Some(self.left_open_by_tolerances());
+        }
         Some(match (dialect, &self.rounding) {
             (_, Some(code)) if code == "G641" && self.has_way => {
                 "G641 with ADIS does not say how far rotary axes may leave the path".to_owned()
@@ -109,4 +131,24 @@ impl Smoothing {
             _ => "the control's settings say how far a cut may leave the path".to_owned(),
         })
     }
+
+    /// CTOL and OTOL say what compressors and smoothing keep to; whether corners do, and which, machine data decide.
+    fn left_open_by_tolerances(&self) -> String {
+        let rounding = self.rounding.as_deref().unwrap_or("G64");
+        match self.tolerances {
+            [true, true] => {
+                format!("CTOL and OTOL are said, and machine data decide whether corners of {rounding} keep to them")
+            }
+            [true, false] => format!(
+                "CTOL without OTOL does not say how far rotary axes may leave the path, and machine data decide whether \
+                 corners of {rounding} keep to it"
+            ),
+            _ => "OTOL without CTOL says of rotary axes alone how far a cut may leave the path".to_owned(),
+        }
+    }
+}
+
+/// Whether a text is a tolerance above 0, or one that is not evaluated.
+fn is_given(text: &str) -> bool {
+    text.parse::<f64>().map_or(!text.is_empty(), |tolerance| tolerance > 0.0)
 }

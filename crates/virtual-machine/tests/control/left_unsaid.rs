@@ -107,6 +107,13 @@ fn what_is_not_said_is_told_and_what_is_said_is_not() {
         (siemens, SIEMENS, "ORIMKS ", "ORIWKS ", "ORIMKS or ORIWKS says another turn"),
         (siemens, SIEMENS, "RTLION\n", "", "no RTLION: rapids under TRAORI"),
         (siemens, SIEMENS, "FGROUP(X,Y,Z)\n", "", "no FGROUP: F is taken as the speed of the tip"),
+        (
+            siemens,
+            SIEMENS,
+            "FGROUP(X,Y,Z)\n",
+            "FGROUP(X,Y,Z)\nFGROUP()\n",
+            "FGROUP() leaves to machine data which axes F counts: F is taken as the speed of the tip",
+        ),
         (siemens, SIEMENS, "G54\n", "", "no work offset is selected: G54"),
         (siemens, SIEMENS, "\nD1\n", "\n", "no D is said since the tool change: D1"),
         (siemens, SIEMENS, "TRAFOOF\nRTLION", "RTLION", "no TRAFOOF"),
@@ -139,6 +146,23 @@ fn what_is_not_said_is_told_and_what_is_said_is_not() {
         let (before, after) = (rests_on(text, dialect), rests_on(&with(text, from, to), dialect));
         assert!(!before.iter().any(|t| t.starts_with(told)), "{told}: {before:?}");
         assert!(after.iter().any(|t| t.starts_with(told)), "{told}: {after:?}");
+    }
+    for (to, told) in [
+        ("CTOL=0.01\nOTOL=0.005\n", "CTOL and OTOL are said, and machine data decide whether corners of G64 keep"),
+        ("G642\nOTOL=0.005 CTOL=R1\n", "CTOL and OTOL are said, and machine data decide whether corners of G642"),
+        ("CTOL=0.01\n", "CTOL without OTOL does not say how far rotary axes"),
+        ("OTOL=0.005\n", "OTOL without CTOL says of rotary axes alone"),
+        ("CTOL=0.01\nOTOL=0.005\nCTOL=-1\nOTOL=-1\n", "no CYCLE832, ADIS, G60 or G9"),
+        ("CTOL=0.01\nOTOL=0.005\nCYCLE832()\n", "no CYCLE832, ADIS, G60 or G9"),
+        ("CYCLE832(0.01,11,0.005)\nCTOL=-1\n", "no CYCLE832, ADIS, G60 or G9"),
+        ("CYCLE832(0.01,11,0.005)\nOTOL=-1\n", "CYCLE832 without a tolerance of the orientation"),
+    ] {
+        let after = rests_on(&with(SIEMENS, "CYCLE832(0.0100,11,0.0050)\n", to), siemens);
+        assert!(after.len() == 1 && after[0].starts_with(told), "{to}: {after:?}");
+    }
+    // A tolerance of its own behind that of the cycle, and exact stop, which no tolerance takes back.
+    for to in ["CYCLE832(0.01,11,0.005)\nCTOL=0.005\nOTOL=0.001\n", "G60\nCTOL=-1\nOTOL=-1\n"] {
+        assert_eq!(rests_on(&with(SIEMENS, "CYCLE832(0.0100,11,0.0050)\n", to), siemens), [""; 0], "{to}");
     }
     // G61 says it on LinuxCNC, G60 and G9 of every block on Siemens.
     assert_eq!(rests_on(&with(LINUXCNC, "G64 P0.0100 Q0.0001", "G61"), linuxcnc), [m428]);
@@ -187,4 +211,37 @@ fn what_is_said_wrongly_is_a_finding_and_its_twin_is_none() {
     let on = with(FANUC, "M5\nG91 G28 Z0.\nG49\nG91 G28 X0. Y0.\nG91 G28 B0. C0.\nG90\n", "");
     assert_eq!(found(&on, fanuc), [(RtcpLeftOn, 15)]);
     assert!(NoEnd.is_fault() && NotUnitVector.is_fault() && RtcpLeftOn.is_fault());
+}
+
+/// Frames that are not simulated are told where they are set; words that switch them off are not, and change nothing.
+#[test]
+fn frames_are_told_where_they_are_set_and_nothing_where_they_are_off() {
+    let (siemens, heidenhain) = (Dialect::Siemens840d, Dialect::Heidenhain);
+    let (linuxcnc, fanuc) = (Dialect::LinuxCnc, Dialect::Fanuc);
+    let faults = |text: &str, dialect: Dialect| -> Vec<(FindingKind, u32)> {
+        let shop = shop();
+        let program = read_program(text, dialect).unwrap_or_else(|e| panic!("{e}\n{text}"));
+        let length_register = if dialect == siemens { 1 } else { shop.tool.number() };
+        let setup = VirtualSetup { length_register, ..shop.setup() };
+        let v = verify(&program, &setup, &VerifySettings::default(), &Silent).unwrap();
+        v.faults().map(|f| (f.kind, f.first_line)).collect()
+    };
+    for (dialect, text, at, off, on) in [
+        (siemens, SIEMENS, "TRAORI\n", "TRANS\nROT\n", "TRANS X5"),
+        (siemens, SIEMENS, "TRAORI\n", "MIRROR\nSCALE\n", "AROT Z10"),
+        (heidenhain, HEIDENHAIN, "8 M3\n", "TRANS DATUM RESET\n", "CYCL DEF 7.1 Z-5"),
+        (heidenhain, HEIDENHAIN, "8 M3\n", "CYCL DEF 10.0 ROTATION\nCYCL DEF 10.1 ROT+0\n", "CYCL DEF 10.1 ROT+5"),
+        (linuxcnc, LINUXCNC, "G54\n", "G92.1\n", "G92 X5"),
+        (fanuc, FANUC, "G54\n", "G69\nG50\nG52 X0. Y0.\n", "G52 X5."),
+    ] {
+        let before = faults(text, dialect);
+        let is_other = |f: &(FindingKind, u32)| f.0 == FindingKind::UnknownBlock;
+        assert!(!before.iter().any(is_other), "{text}: {before:?}");
+        let kinds = |found: &[(FindingKind, u32)]| -> Vec<FindingKind> { found.iter().map(|f| f.0).collect() };
+        let behind = |what: &str| with(text, at, &format!("{at}{what}"));
+        assert_eq!(kinds(&faults(&behind(off), dialect)), kinds(&before), "{off}");
+        let line = text[..text.find(at).unwrap() + at.len()].lines().count() as u32 + 1;
+        let told = faults(&behind(&format!("{on}\n")), dialect);
+        assert!(told.contains(&(FindingKind::UnknownBlock, line)), "{on}: {told:?}");
+    }
 }
