@@ -104,7 +104,11 @@ fn of_case(a: &ChipAreaArguments) -> Result<ExitCode, Failure> {
             Method::IteratedCrossings => "by formula, crossings iterated",
             Method::Quadrature => "by quadrature",
         };
-        say(&format!("{} mm², {how}, at most {:.1e} mm² off\n", rounded(row.chip.area), row.chip.error_bound))?;
+        say(&format!(
+            "{} mm², {how}, at most {:.1e} mm² off\n",
+            rounded(row.chip.area, row.chip.error_bound),
+            row.chip.error_bound
+        ))?;
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -112,14 +116,48 @@ fn of_case(a: &ChipAreaArguments) -> Result<ExitCode, Failure> {
 /// Areas from here on have exponents, mm²: a square kilometre.
 const LARGE: f64 = 1e12;
 
-/// An area to six decimals, without the sign of a rounded 0.
-fn rounded(area: f64) -> String {
-    if area.abs() >= LARGE {
-        return format!("{area:.6e}");
+/// Areas below this have exponents, mm²: they would be rows of zeros.
+const SMALL: f64 = 1e-4;
+
+/// Fewest digits of an area that are told, the leading one included.
+const DIGITS: i32 = 6;
+
+/// An area to six decimals and to six digits at least. One below 0 by no more than it may be off is 0.
+fn rounded(area: f64, error_bound: f64) -> String {
+    let size = area.abs();
+    if size == 0.0 || area < 0.0 && size <= error_bound {
+        return "0".to_owned();
     }
-    let text = format!("{area:.6}");
-    match text.strip_prefix('-') {
-        Some(zero) if zero.bytes().all(|b| matches!(b, b'0' | b'.')) => zero.to_owned(),
-        _ => text,
+    if !(SMALL..LARGE).contains(&size) {
+        return format!("{area:.5e}");
+    }
+    let leading = size.log10().floor() as i32;
+    let decimals = usize::try_from(DIGITS - 1 - leading).unwrap_or(0).max(6);
+    format!("{area:.decimals$}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Six digits at least come back from the text, of every size, and no row of zeros.
+    #[test]
+    fn areas_of_every_size_are_told_to_six_digits() {
+        for exponent in -300..300 {
+            for lead in [1.0, 1.234_567_89, 9.999_999_6] {
+                let area = lead * 10f64.powi(exponent);
+                let text = rounded(area, 0.0);
+                let told: f64 = text.parse().unwrap();
+                assert!((told - area).abs() <= 5.1e-6 * area, "{area:e}: {text}");
+                assert!(text.len() <= 20, "{area:e}: {text}");
+            }
+        }
+    }
+
+    #[test]
+    fn areas_below_zero_within_their_error_are_zero_and_others_are_told() {
+        assert_eq!([rounded(0.0, 0.0), rounded(-0.0, 0.0), rounded(-1e-15, 1e-14)], ["0"; 3]);
+        assert_eq!(rounded(-1e-3, 1e-14), "-0.00100000");
+        assert_eq!([rounded(160.0, 0.0), rounded(1e-11, 1e-16)], ["160.000000", "1.00000e-11"]);
     }
 }
