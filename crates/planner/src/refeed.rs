@@ -82,8 +82,8 @@ pub struct RefeedSummary {
 /// Gives every straight cutting block of a program the F with which the tip moves at its speed (FEED (3) to (8)); all else is
 /// kept byte for byte. Without RTCP F counts axes and the tip's speed is another in every block: all axes, 1 deg as 1 mm; with
 /// LinuxCNC and without FGROUP of a Siemens control the linear ones alone. Under RTCP and with inverse time the axes' speeds
-/// alone lower it. F has at least four digits, with inverse time five, and is rounded down, never to zero; one that is as good
-/// stays as it is.
+/// alone lower it. F has at least four digits, with inverse time five, where the control takes so many decimals, and is
+/// rounded down, by no more than 1 %; one that is as good stays as it is.
 ///
 /// With a time law the tip never is asked for more than the axes reach in a block: the program is read twice, all its straight moves
 /// are timed between, and each F is lowered to what the largest speed in its block asks for.
@@ -93,7 +93,7 @@ pub struct RefeedSummary {
 /// # Errors
 /// With the line: what is not understood, or not evaluated and may move axes or skip blocks; an axis that the machine does not
 /// have; another work offset than the first; words in inches; motions and feeds that a switch skips (`/`); a feed of zero, or none; an axis beyond its limits (of linear axes where the work
-/// offset is told); F below the control's smallest.
+/// offset is told); F below the control's smallest, or of more decimals than it takes.
 pub fn refeed(text: &[u8], settings: &RefeedSettings<'_>) -> Result<Refed, String> {
     let words = word_map(settings)?;
     let Some(law) = &settings.time_law else {
@@ -409,8 +409,7 @@ impl<'s> Refeeder<'s> {
         if old.is_some_and(|old| old <= value * (1.0 + LAST_BITS) && old >= value * (1.0 - SAME_FEED)) {
             return Ok(None);
         }
-        let rounded = rounded_down(value, most, digits, self.numbers.always_point);
-        rounded.map(Some).ok_or_else(|| format!("it needs F{value:e}, which no word can say"))
+        rounded_down(value, most, digits, self.numbers.always_point).map(Some)
     }
 
     fn count(&mut self, fed: &BlockFeed, before: Option<f64>, is_lowered: bool) {

@@ -84,26 +84,125 @@ impl Computed {
     }
 }
 
-/// A feed rounded down, as text and as the number that this is: with a decimal at least, and with as many of the control's as
-/// so many digits take. `None` where that is zero.
-pub(crate) fn rounded_down(value: f64, most_decimals: u8, digits: i32, always_point: bool) -> Option<(String, f64)> {
+/// A feed rounded down, as text and as the number that this is: with as many decimals as so many digits take, one at least,
+/// and no more than the control takes.
+///
+/// # Errors
+/// When that is zero, or less than the feed by more than [`MOST_LOST`], for want of decimals.
+pub(crate) fn rounded_down(
+    value: f64,
+    most_decimals: u8,
+    digits: i32,
+    always_point: bool,
+) -> Result<(String, f64), String> {
     let leading = value.log10().floor().clamp(-9.0, 9.0) as i32;
-    let decimals = (digits - 1 - leading).clamp(1, i32::from(most_decimals).max(1));
+    let most = i32::from(most_decimals);
+    let decimals = (digits - 1 - leading).clamp(most.min(1), most);
     let scale = 10f64.powi(decimals);
     // What is a whole number of units but for the last bits of a double stays it.
-    let units = (value * scale * (1.0 + LAST_BITS)).floor();
-    let text = format!("{:.*}", usize::try_from(decimals).unwrap_or(1), units / scale);
-    let text = text.trim_end_matches('0');
-    let plain = text.trim_end_matches('.');
-    let value = plain.parse().ok()?;
-    (units >= 1.0).then(|| (if always_point { text } else { plain }.to_owned(), value))
+    let number = (value * scale * (1.0 + LAST_BITS)).floor() / scale;
+    if number < value * (1.0 - MOST_LOST) {
+        let lost = 100.0 * (1.0 - number / value);
+        return Err(format!(
+            "it needs F{value:.9}, and with the {most_decimals} decimals that its control takes F is {number}, {lost:.1} % less: \
+             split the block, or give feeds in another mode"
+        ));
+    }
+    let text = number.to_string();
+    let text = if always_point && !text.contains('.') { text + "." } else { text };
+    Ok((text, number))
 }
 
 /// Share by which what F counts may differ from the tip's way where F is its speed.
 const SAME_WAY: f64 = 1e-3;
+
+/// Share of a feed that may be lost because its control takes few decimals. Larger: blocks are slower than asked, and nobody is
+/// told; smaller: feeds of which a control takes two digits are refused.
+const MOST_LOST: f64 = 0.01;
 
 /// Cutting blocks behind another one from which on something can be said of how F was made.
 const FEWEST_PAIRS: usize = 8;
 
 /// By what part a number may be larger than another one from the last bits of doubles.
 pub(crate) const LAST_BITS: f64 = 1e-12;
+
+#[cfg(test)]
+mod tests {
+    use facemill_inverse_kinematics::Machine;
+    use facemill_nc_program::Dialect;
+
+    use super::*;
+    use crate::refeed::{RefeedSettings, TipFeed, refeed};
+
+    /// Speeds in a frame that is not followed are not known; words that switch one off change nothing.
+    #[test]
+    fn frames_are_refused_with_their_line_and_their_end_is_not() {
+        let machine = Machine::head_b_table_c().unwrap();
+        let words = ("G90 G94\nG0 X0. Y0. Z100. B0. C0.", "G1 X10. F500.");
+        let klartext = ("M129\nL X+0 Y+0 Z+100 B+0 C+0 R0 FMAX", "L X+10 R0 F500");
+        for (dialect, (head, cut), on, off) in [
+            (Dialect::Fanuc, words, "G52 X5.", "G52 X0."),
+            (Dialect::Fanuc, words, "G68 X0. Y0. R30.", "G69"),
+            (Dialect::Fanuc, words, "G51 X0. Y0. P2.", "G50"),
+            (Dialect::LinuxCnc, words, "G92 X5", "G92.1"),
+            (Dialect::Siemens840d, words, "ATRANS X5", "TRANS"),
+            (Dialect::Siemens840d, words, "SCALE X2", "SCALE"),
+            (Dialect::Heidenhain, klartext, "CYCL DEF 7.1 X+5", "CYCL DEF 7.1 X+0"),
+            (Dialect::Heidenhain, klartext, "CYCL DEF 8.1 X", "CYCL DEF 8.1"),
+            (Dialect::Heidenhain, klartext, "CYCL DEF 26.1 X2", "CYCL DEF 26.1 X1"),
+        ] {
+            let settings = RefeedSettings {
+                machine: &machine,
+                tool_length: 100.0,
+                tip_feed: TipFeed::Programmed,
+                work_offset: Vec::new(),
+                dialect,
+                time_law: None,
+            };
+            let run = |line: &str| refeed(format!("{head}\n{line}\n{cut}\n").as_bytes(), &settings);
+            let told = run(on).unwrap_err();
+            assert!(told.contains("line 3"), "{on}: {told}");
+            if let Err(why) = run(off) {
+                panic!("{off}: {why}");
+            }
+        }
+    }
+
+    /// Never faster, never more decimals than the control takes, and nearer than its last decimal or its digits are; or refused.
+    #[test]
+    fn feeds_are_rounded_down_to_what_the_control_takes_or_refused() {
+        let mut refused = 0;
+        for k in 0..20_000_u32 {
+            // Spread evenly over eleven decades.
+            let value = 10f64.powf(-6.0 + 11.0 * (f64::from(k) * 0.618_033_988_75).fract());
+            let (most, digits) = ((k % 7) as u8, 4 + (k / 7 % 2) as i32);
+            let unit = 0.1_f64.powi(most.into());
+            match rounded_down(value, most, digits, true) {
+                Ok((text, number)) => {
+                    assert_eq!(text.parse::<f64>().unwrap(), number, "{text}");
+                    let decimals = text.split_once('.').unwrap().1.len();
+                    assert!(decimals <= usize::from(most), "{value} with {most} decimals: {text}");
+                    let lost = value - number;
+                    assert!(lost >= -1e-11 * value && lost <= 0.01 * value, "{value}: {text}");
+                    assert!(lost <= unit.max(value * 10f64.powi(1 - digits)) * (1.0 + 1e-9), "{value}: {text}");
+                }
+                Err(why) => {
+                    let down = (value / unit).floor() * unit;
+                    assert!(value - down > 0.009_999 * value, "{value} with {most} decimals: {why}");
+                    assert!(why.contains(&format!("the {most} decimals")), "{why}");
+                    refused += 1;
+                }
+            }
+        }
+        assert!(refused > 1000, "{refused}");
+    }
+
+    #[test]
+    fn feeds_of_whole_units_stay_as_they_are() {
+        let number = |value, most, point| rounded_down(value, most, 5, point).unwrap().0;
+        assert_eq!(number(0.3, 4, true), "0.3");
+        assert_eq!([number(120.0, 4, true), number(120.0, 4, false)], ["120.", "120"]);
+        assert_eq!([number(120.9, 0, true), number(0.123_456, 3, true)], ["120.", "0.123"]);
+        assert_eq!([number(0.123_456_7, 6, true), number(12.345_67, 6, false)], ["0.12345", "12.345"]);
+    }
+}
