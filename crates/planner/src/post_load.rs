@@ -50,28 +50,42 @@ pub(crate) fn read_post(job_path: &Path, file: &JobFile) -> Result<PostSettings,
     })
 }
 
-/// The control whose own file these rules were made from, by the number of keys that differ, where that is not `own`.
+/// The control whose own file these rules were made from, where that is not `own`: the one of the fewest words that it does not
+/// write so. Numbers and switches, which every shop sets as its control takes them, do not count, nor do words left out.
 fn control_of(rules: &DialectFile, own: Dialect) -> Option<Dialect> {
-    let found = keys(rules);
+    let found = words(rules);
     let apart = |dialect: Dialect| {
-        let keys = keys(&dialect.file());
-        let differs = |key: &&String| keys.get(*key) != found.get(*key);
-        keys.keys().filter(differs).count() + found.keys().filter(|k| !keys.contains_key(*k)).count()
+        let known = words(&dialect.file());
+        found.iter().filter(|(place, word)| known.get(*place) != Some(*word)).count()
     };
     let nearest = Dialect::ALL.into_iter().min_by_key(|d| apart(*d))?;
     (apart(nearest) < apart(own)).then_some(nearest)
 }
 
-/// Every value of a dialect file by its place.
-fn keys(rules: &DialectFile) -> BTreeMap<String, serde_json::Value> {
+/// Keys of dialect files whose texts are no words of programs.
+const NO_WORDS: [&str; 5] = ["note", "absent", "law", "laws", "rapids"];
+
+/// What a dialect file writes into programs, by its place: every text, and every list of texts as a whole.
+fn words(rules: &DialectFile) -> BTreeMap<String, serde_json::Value> {
     fn add(at: &str, value: &serde_json::Value, all: &mut BTreeMap<String, serde_json::Value>) {
-        match value.as_object() {
-            Some(object) => object.iter().for_each(|(key, value)| add(&format!("{at}/{key}"), value, all)),
-            None => drop(all.insert(at.to_owned(), value.clone())),
+        use serde_json::Value::{Array, Object, String};
+        match value {
+            Object(keys) => {
+                let said = keys.iter().filter(|(key, _)| !NO_WORDS.contains(&key.as_str()));
+                said.for_each(|(key, value)| add(&format!("{at}/{key}"), value, all));
+            }
+            Array(items) if items.iter().any(|item| item.is_object()) => {
+                items.iter().enumerate().for_each(|(k, item)| add(&format!("{at}/{k}"), item, all));
+            }
+            Array(_) | String(_) => drop(all.insert(at.to_owned(), value.clone())),
+            _ => {}
         }
     }
     let mut all = BTreeMap::new();
-    add("", &serde_json::to_value(rules).unwrap_or_default(), &mut all);
+    let file = serde_json::to_value(rules).unwrap_or_default();
+    for part in ["feeds", "motion", "words"] {
+        add(part, &file[part], &mut all);
+    }
     all
 }
 
@@ -299,5 +313,62 @@ fn is_at(job: &Job, read: &[&ReadBlock], word: AxisWord) -> Result<(), String> {
     match at {
         Some(AxisAt::Word(value)) if (value - word.value).abs() <= slack * (1.0 + 1e-6) + 1e-12 => Ok(()),
         _ => Err(format!("{}{}", word.letter, word.value)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A dialect file with values changed at places, and keys taken away (`None`).
+    fn changed(dialect: Dialect, changes: &[(&str, &str, Option<serde_json::Value>)]) -> DialectFile {
+        let mut file = serde_json::to_value(dialect.file()).unwrap();
+        for (object, key, value) in changes {
+            let object = file.pointer_mut(object).unwrap().as_object_mut().unwrap();
+            match value {
+                Some(value) => drop(object.insert((*key).to_owned(), value.clone())),
+                None => drop(object.remove(*key).unwrap()),
+            }
+        }
+        serde_json::from_value(file).unwrap()
+    }
+
+    /// What a shop sets as its control takes it: no words.
+    fn shop_numbers() -> Vec<(&'static str, &'static str, Option<serde_json::Value>)> {
+        let four = serde_json::json!({"linear": 4, "rotary": 4, "feed": 4, "inverse_time": 4});
+        vec![
+            ("/numbers", "max_decimals", Some(four)),
+            ("/numbers", "numbered_axes", Some(false.into())),
+            ("/lines", "max_length", Some(128.into())),
+            ("/program", "last_number", Some(9999.into())),
+            ("", "several_heads", None),
+        ]
+    }
+
+    #[test]
+    fn numbers_that_a_shop_sets_make_no_file_of_another_control() {
+        for dialect in Dialect::ALL {
+            assert_eq!(control_of(&changed(dialect, &shop_numbers()), dialect), None, "{}", dialect.name());
+        }
+    }
+
+    #[test]
+    fn words_that_a_shop_leaves_out_make_no_file_of_another_control() {
+        let mut changes = shop_numbers();
+        let one_law = serde_json::json!([{"law": "tip_and_rotaries_linear", "code": ""}]);
+        changes.push(("/motion/rtcp", "cutting", Some(one_law)));
+        changes.push(("/words", "spindles", None));
+        changes.push(("/words", "end", Some(serde_json::json!(["M9", "M30"]))));
+        assert_eq!(control_of(&changed(Dialect::Fanuc, &changes), Dialect::Fanuc), None);
+    }
+
+    #[test]
+    fn files_of_other_words_are_refused_under_every_other_control() {
+        for from in Dialect::ALL {
+            let file = changed(from, &shop_numbers());
+            for own in Dialect::ALL.into_iter().filter(|own| *own != from) {
+                assert_eq!(control_of(&file, own), Some(from), "{} under {}", from.name(), own.name());
+            }
+        }
     }
 }
