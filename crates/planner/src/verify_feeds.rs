@@ -114,7 +114,7 @@ impl Asked {
     fn fast(&self, block: &ReadBlock, speed: f64) -> Finding {
         let note = format!("the tip goes {speed:.0} mm/min, the job asks for at most {} mm/min", self.tip_feed);
         let measure = Some(Measure::FeedRatio(speed / self.tip_feed));
-        Finding { measure, ..finding(FindingKind::FeedAboveJob, block, note) }
+        Finding { measure, ..of_block(FindingKind::FeedAboveJob, block, note) }
     }
 
     /// Findings where a program cuts with S at another speed than those of the job.
@@ -150,24 +150,10 @@ impl Asked {
         let mut asked: Vec<String> = self.speeds.iter().map(f64::to_string).collect();
         asked.dedup();
         let note = format!("S{speed} is programmed, the job asks for {} 1/min", asked.join(", "));
-        Some(finding(FindingKind::OtherSpindleSpeed, block, note))
+        Some(of_block(FindingKind::OtherSpindleSpeed, block, note))
     }
 }
 
-fn finding(kind: FindingKind, block: &ReadBlock, note: String) -> Finding {
-    Finding {
-        kind,
-        first_line: block.line,
-        last_line: block.line,
-        worst_line: block.line,
-        block_number: block.number,
-        block_text: block.text.to_string(),
-        body: None,
-        obstacle: None,
-        axis: None,
-        measure: None,
-        place_work_mm: None,
-        pose: None,
-        note,
-    }
+fn of_block(kind: FindingKind, block: &ReadBlock, note: String) -> Finding {
+    Finding::of_line(kind, block.line, block.number, &block.text, note)
 }

@@ -115,6 +115,29 @@ pub struct Finding {
     pub note: String,
 }
 
+impl Finding {
+    /// A finding that one line of the text shows by itself: the line, from 1, with the number (N) and the text of its block.
+    /// Nothing is known of bodies, axes or places, and there is no measure.
+    #[must_use]
+    pub fn of_line(kind: FindingKind, line: u32, block_number: Option<u32>, text: &str, note: String) -> Self {
+        Self {
+            kind,
+            first_line: line,
+            last_line: line,
+            worst_line: line,
+            block_number,
+            block_text: text.to_owned(),
+            body: None,
+            obstacle: None,
+            axis: None,
+            measure: None,
+            place_work_mm: None,
+            pose: None,
+            note,
+        }
+    }
+}
+
 /// Position of the machine.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Pose {

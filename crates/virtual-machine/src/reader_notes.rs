@@ -32,7 +32,7 @@ fn finding(program: &ReadProgram, note: &ReadNote, kind: FindingKind) -> Finding
     };
     let others = note.count.saturating_sub(1);
     let more = if others > 0 { format!(", and {others} more lines like it") } else { String::new() };
-    text_finding(kind, note.line, block.and_then(|b| b.number), &note.text, format!("{remedy}{more}"))
+    Finding::of_line(kind, note.line, block.and_then(|b| b.number), &note.text, format!("{remedy}{more}"))
 }
 
 /// A program that says nowhere that it ends: cut off on its way to the control, or with its last lines taken away.
@@ -47,23 +47,5 @@ pub(crate) fn no_end(program: &ReadProgram) -> Option<Finding> {
         _ => "write M30 (M2, END PGM) behind the way home",
     };
     let (line, number) = last.map_or((1, None), |b| (b.line, b.number));
-    Some(text_finding(FindingKind::NoEnd, line, number, last.map_or("", |b| &b.text), note.to_owned()))
-}
-
-fn text_finding(kind: FindingKind, line: u32, block_number: Option<u32>, text: &str, note: String) -> Finding {
-    Finding {
-        kind,
-        first_line: line,
-        last_line: line,
-        worst_line: line,
-        block_number,
-        block_text: text.to_owned(),
-        body: None,
-        obstacle: None,
-        axis: None,
-        measure: None,
-        place_work_mm: None,
-        pose: None,
-        note,
-    }
+    Some(Finding::of_line(FindingKind::NoEnd, line, number, last.map_or("", |b| &b.text), note.to_owned()))
 }
