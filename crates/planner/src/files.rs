@@ -15,8 +15,7 @@ pub fn read(file: &Path) -> Result<Vec<u8>, Failure> {
     std::fs::read(file).map_err(|source| Failure::Read { file: file.to_owned(), source })
 }
 
-/// Writes files into a folder, each to a temporary name first; only when all are written are they renamed, so that an
-/// interruption leaves whole old files or whole new ones.
+/// Writes files into a folder, as [`write_each`] does; the folder is made where it is missing.
 ///
 /// # Errors
 /// [`Failure::Write`], naming the file; [`Failure::Internal`] when two files have one name, where case does not count, as
@@ -27,34 +26,75 @@ pub fn write_all(folder: &Path, files: &[(String, Vec<u8>)]) -> Result<(), Failu
             return Err(Failure::Internal(format!("two files to be written are both called {name}")));
         }
     }
-    let failed = |name: &str| {
-        let file = folder.join(name);
+    std::fs::create_dir_all(folder).map_err(|source| Failure::Write { file: folder.to_owned(), source })?;
+    let placed: Vec<(PathBuf, &[u8])> = files.iter().map(|(name, bytes)| (folder.join(name), &bytes[..])).collect();
+    put_in_place(&placed)
+}
+
+/// Writes files that the user named, wherever they are, each to a temporary name beside it first; only when all are written
+/// are they renamed, so that an interruption leaves whole old files or whole new ones, and a file that cannot be written
+/// leaves all others as they were.
+///
+/// # Errors
+/// [`Failure::Write`], naming the file; [`Failure::Input`] when a path names no file, or two are one and the same, where case
+/// does not count.
+pub fn write_each(files: &[(&Path, Vec<u8>)]) -> Result<(), Failure> {
+    for (k, (file, _)) in files.iter().enumerate() {
+        if file.file_name().is_none() {
+            return Err(Failure::input(file, "is no name of a file; give one to write to"));
+        }
+        if files[..k].iter().any(|(other, _)| is_same_place(file, other)) {
+            return Err(Failure::input(file, "is named for two files; give each a name of its own"));
+        }
+    }
+    for folder in files.iter().map(|(file, _)| folder_of(file)) {
+        std::fs::create_dir_all(folder).map_err(|source| Failure::Write { file: folder.to_owned(), source })?;
+    }
+    let placed: Vec<(PathBuf, &[u8])> = files.iter().map(|(file, bytes)| ((*file).to_owned(), &bytes[..])).collect();
+    put_in_place(&placed)
+}
+
+/// Writes one file, as [`write_each`] does.
+///
+/// # Errors
+/// As [`write_each`].
+pub fn write_one(file: &Path, bytes: Vec<u8>) -> Result<(), Failure> {
+    write_each(&[(file, bytes)])
+}
+
+/// Writes files into folders that are there, all or none.
+fn put_in_place(files: &[(PathBuf, &[u8])]) -> Result<(), Failure> {
+    let failed = |file: &Path| {
+        let file = file.to_owned();
         move |source: std::io::Error| Failure::Write { file, source }
     };
-    std::fs::create_dir_all(folder).map_err(failed(""))?;
     let mut waiting = Vec::with_capacity(files.len());
-    for (name, bytes) in files {
-        let mut temporary = tempfile::NamedTempFile::new_in(folder).map_err(failed(name))?;
-        temporary.write_all(bytes).map_err(failed(name))?;
-        temporary.as_file().sync_all().map_err(failed(name))?;
-        waiting.push((name, temporary));
+    for (file, bytes) in files {
+        if file.is_dir() {
+            return Err(failed(file)(std::io::Error::from(std::io::ErrorKind::IsADirectory)));
+        }
+        let mut temporary = tempfile::NamedTempFile::new_in(folder_of(file)).map_err(failed(file))?;
+        temporary.write_all(bytes).map_err(failed(file))?;
+        temporary.as_file().sync_all().map_err(failed(file))?;
+        waiting.push((file, temporary));
     }
-    for (name, temporary) in waiting {
-        let file = temporary.persist(folder.join(name)).map_err(|e| failed(name)(e.error))?;
-        make_readable(&file).map_err(failed(name))?;
+    for (file, temporary) in waiting {
+        let written = temporary.persist(file).map_err(|e| failed(file)(e.error))?;
+        make_readable(&written).map_err(failed(file))?;
     }
     Ok(())
 }
 
-/// Writes one file, as [`write_all`] does.
-///
-/// # Errors
-/// As [`write_all`], and [`Failure::Input`] when the path names no file.
-pub fn write_one(file: &Path, bytes: Vec<u8>) -> Result<(), Failure> {
-    let name = file.file_name().and_then(|n| n.to_str());
-    let name = name.ok_or_else(|| Failure::input(file, "is no name of a file; --out wants one"))?;
-    let folder = file.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    write_all(folder, &[(name.to_owned(), bytes)])
+/// Whether two paths are of one file, by their folders as the system knows them and their names without case.
+fn is_same_place(a: &Path, b: &Path) -> bool {
+    let folder = |file: &Path| folder_of(file).canonicalize().unwrap_or_else(|_| folder_of(file).to_owned());
+    let name = |file: &Path| file.file_name().map(|n| n.to_string_lossy().to_lowercase());
+    name(a) == name(b) && folder(a) == folder(b)
+}
+
+/// The folder that a file is in.
+fn folder_of(file: &Path) -> &Path {
+    file.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
 /// Removes the programs that an earlier plan left in a folder and that the ones now written stand for: `program.nc` where
@@ -166,6 +206,30 @@ mod tests {
         let files = [("a.nc".to_owned(), vec![1]), ("A.nc".to_owned(), vec![2])];
         assert!(write_all(folder.path(), &files).is_err());
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+    }
+
+    #[test]
+    fn of_files_in_several_folders_all_are_written_or_none() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        let (first, second, blocked) = (at("a/first.json"), at("b/second.stock"), at("c"));
+        std::fs::create_dir(&blocked).unwrap();
+        // A folder has the name of the last file.
+        let files = [(&first, b"1"), (&second, b"2"), (&blocked, b"3")].map(|(f, b)| (f.as_path(), b.to_vec()));
+        let why = write_each(&files).unwrap_err().to_string();
+        assert!(why.contains(blocked.to_str().unwrap()), "{why}");
+        assert!(!first.exists() && !second.exists());
+        for folder in ["a", "b", "c"] {
+            assert_eq!(std::fs::read_dir(at(folder)).unwrap().count(), 0, "{folder}");
+        }
+        write_each(&files[..2]).unwrap();
+        assert_eq!([&first, &second].map(|f| std::fs::read(f).unwrap()), [b"1", b"2"]);
+        // One place under two names.
+        let again = at("b/../a/FIRST.json");
+        let why = write_each(&[(&first, vec![3]), (&again, vec![4])]).unwrap_err().to_string();
+        assert!(why.contains("two files"), "{why}");
+        assert_eq!(std::fs::read(&first).unwrap(), b"1");
+        assert!(write_each(&[(Path::new(".."), vec![])]).is_err());
     }
 
     #[test]

@@ -1,34 +1,25 @@
 //! `facemill rapids`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
-use facemill::nc_program::Dialect;
 use facemill::rapids::{RapidsRequest, faster_rapids};
 use facemill::z_map::DexelMap;
-use facemill::{CutRequest, Failure, Job, StockRegion, files};
+use facemill::{CutRequest, Failure, StockRegion, files};
 
 use crate::cli::{Bars, say};
-use crate::feedrate_command::dialect;
-use crate::verify_command::setup_of;
+use crate::program_arguments::{ProgramArguments, ProgramOfJob};
+
+/// Controls whose programs have links that can be replaced.
+const DIALECTS: &str =
+    "Control that the program is for: fanuc, haas, mazak, linuxcnc, siemens_840d; the job's where it is not given";
 
 #[derive(Args)]
+#[command(mut_arg("dialect", |argument| argument.help(DIALECTS)))]
 pub(crate) struct RapidsArguments {
-    /// NC program, from anywhere
-    program: PathBuf,
-    /// Job file: machine, tool, mounting, work offset, part, fixtures and stock are taken from it
-    #[arg(long, value_name = "FILE")]
-    job: PathBuf,
-    /// Name of the job's setup, or its number from 1; where it is not given, the job must have one
-    #[arg(long, value_name = "SETUP")]
-    setup: Option<String>,
-    /// Control that the program is for: fanuc, haas, mazak, linuxcnc, siemens_840d; the job's where it is not given
-    #[arg(long, value_name = "NAME", value_parser = dialect)]
-    dialect: Option<Dialect>,
-    /// Depth of the cutter that is a finding; where it is not given the smallest that the setup's operations allow
-    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
-    gouge_mm: Option<f64>,
+    #[command(flatten)]
+    program: ProgramArguments,
     /// Cut the stock on lines so far apart
     #[arg(long, value_name = "MM", default_value_t = 1.0, allow_negative_numbers = true)]
     stock_cell_mm: f64,
@@ -73,29 +64,29 @@ fn cut_of(arguments: &RapidsArguments) -> Result<CutRequest, Failure> {
 
 pub(crate) fn run(arguments: &RapidsArguments) -> Result<ExitCode, Failure> {
     crate::progress::watch_interrupts().map_err(Failure::Internal)?;
+    let program = &arguments.program.program;
     if arguments.clearance_mm.is_some_and(|c| !(c >= 0.0 && c.is_finite())) {
-        return Err(Failure::input(&arguments.program, "--clearance-mm: must be a length of at least 0"));
+        return Err(Failure::input(program, "--clearance-mm: must be a length of at least 0"));
     }
-    let job = Job::read(&arguments.job)?;
-    let setup = setup_of(&job, arguments.setup.as_deref())?;
-    let text = files::read(&arguments.program)?;
+    let ProgramOfJob { job, setup, dialect, text } = arguments.program.read()?;
     let request = RapidsRequest {
-        program: &arguments.program,
-        dialect: arguments.dialect.unwrap_or_else(|| job.post.dialect()),
+        program,
+        dialect,
         setup,
-        gouge_limit: arguments.gouge_mm,
+        gouge_limit: arguments.program.gouge_mm,
         cut: cut_of(arguments)?,
         clearance: arguments.clearance_mm,
     };
     let made = faster_rapids(&job, &text, &request, &Bars)?;
     let clean = made.verification.verification.faults().next().is_none();
+    let mut outputs: Vec<(&Path, Vec<u8>)> = vec![(&arguments.out, made.text)];
+    if let Some(report) = &arguments.report {
+        outputs.push((report, facemill::file_format::to_json(&made.file).into_bytes()));
+    }
     if !crate::progress::start_writing() {
         return Err(Failure::Interrupted);
     }
-    files::write_one(&arguments.out, made.text)?;
-    if let Some(report) = &arguments.report {
-        files::write_one(report, facemill::file_format::to_json(&made.file).into_bytes())?;
-    }
+    files::write_each(&outputs)?;
     say(&made.file.table())?;
     Ok(if clean { ExitCode::SUCCESS } else { ExitCode::from(1) })
 }

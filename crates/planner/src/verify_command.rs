@@ -1,37 +1,24 @@
 //! `facemill verify`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
-use facemill::nc_program::Dialect;
 use facemill::virtual_machine::Verification;
 use facemill::z_map::DexelMap;
 use facemill::{
-    CutRequest, DeviationRequest, Failure, Job, StockRegion, VerificationFile, Verified, VerifyRequest, clock, files,
+    CutRequest, DeviationRequest, Failure, StockRegion, VerificationFile, Verified, VerifyRequest, clock, files,
     verify_program,
 };
 
 use crate::cli::{Bars, say};
 use crate::deviation_command::{mesh_bytes, painted_mesh, rest_mesh, told_deviation};
-use crate::feedrate_command::dialect;
+use crate::program_arguments::{ProgramArguments, ProgramOfJob};
 
 #[derive(Args)]
 pub(crate) struct VerifyArguments {
-    /// NC program, from anywhere
-    program: PathBuf,
-    /// Job file: machine, tool, mounting, work offset, part, fixtures and stock are taken from it
-    #[arg(long, value_name = "FILE")]
-    job: PathBuf,
-    /// Name of the job's setup, or its number from 1; where it is not given, the job must have one
-    #[arg(long, value_name = "SETUP")]
-    setup: Option<String>,
-    /// Control that the program is for: fanuc, haas, mazak, linuxcnc, siemens_840d, heidenhain; the job's where it is not given
-    #[arg(long, value_name = "NAME", value_parser = dialect)]
-    dialect: Option<Dialect>,
-    /// Depth of the cutter that is a finding; where it is not given the smallest that the setup's operations allow
-    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
-    gouge_mm: Option<f64>,
+    #[command(flatten)]
+    program: ProgramArguments,
     /// Prove for every block what happens between its ends
     #[arg(long)]
     certificates: bool,
@@ -72,38 +59,46 @@ const TOLD: usize = 50;
 
 pub(crate) fn run(arguments: &VerifyArguments) -> Result<ExitCode, Failure> {
     crate::progress::watch_interrupts().map_err(Failure::Internal)?;
-    let job = Job::read(&arguments.job)?;
-    let setup = setup_of(&job, arguments.setup.as_deref())?;
-    let text = files::read(&arguments.program)?;
+    let ProgramOfJob { job, setup, dialect, text } = arguments.program.read()?;
     let request = VerifyRequest {
-        program: &arguments.program,
-        dialect: arguments.dialect.unwrap_or_else(|| job.post.dialect()),
+        program: &arguments.program.program,
+        dialect,
         setup,
-        gouge_limit: arguments.gouge_mm,
+        gouge_limit: arguments.program.gouge_mm,
         certificates: arguments.certificates,
         cut: cut_of(arguments)?,
     };
-    let Verified { file, rest, painted } = verify_program(&job, &text, &request, &Bars)?;
-    let told = told(&file);
+    let verified = verify_program(&job, &text, &request, &Bars)?;
+    let file = &verified.file;
     let gouged = file.deviation.as_ref().is_some_and(|d| d.exceeds_gouge_limit);
     let clean = file.verification.faults().next().is_none() && !gouged;
+    let told = told(file);
+    let outputs = outputs(arguments, verified)?;
     if !crate::progress::start_writing() {
         return Err(Failure::Interrupted);
     }
-    if let Some(out) = &arguments.out {
-        files::write_one(out, facemill::file_format::to_json(&file).into_bytes())?;
-    }
-    if let (Some(out), Some(rest)) = (&arguments.rest_mesh, &rest) {
-        files::write_one(out, mesh_bytes(out, rest)?)?;
-    }
-    if let (Some(out), Some(rest)) = (&arguments.rest_out, rest) {
-        files::write_one(out, rest.to_bytes())?;
-    }
-    if let (Some(out), Some(painted)) = (&arguments.deviation, painted) {
-        files::write_one(out, painted)?;
-    }
+    files::write_each(&outputs)?;
     say(&told)?;
     Ok(if clean { ExitCode::SUCCESS } else { ExitCode::from(1) })
+}
+
+/// The files that were asked for, in full: one that cannot be made must not leave others behind.
+fn outputs(arguments: &VerifyArguments, verified: Verified) -> Result<Vec<(&Path, Vec<u8>)>, Failure> {
+    let Verified { file, rest, painted } = verified;
+    let mut outputs: Vec<(&Path, Vec<u8>)> = Vec::new();
+    if let Some(out) = &arguments.out {
+        outputs.push((out, facemill::file_format::to_json(&file).into_bytes()));
+    }
+    if let (Some(out), Some(rest)) = (&arguments.rest_mesh, &rest) {
+        outputs.push((out, mesh_bytes(out, rest)?));
+    }
+    if let (Some(out), Some(rest)) = (&arguments.rest_out, rest) {
+        outputs.push((out, rest.to_bytes()));
+    }
+    if let (Some(out), Some(painted)) = (&arguments.deviation, painted) {
+        outputs.push((out, painted));
+    }
+    Ok(outputs)
 }
 
 /// What the options say of the stock.
@@ -131,7 +126,7 @@ fn cut_of(arguments: &VerifyArguments) -> Result<Option<CutRequest>, Failure> {
     match needing.iter().find(|(_, is_there)| *is_there) {
         Some((option, _)) => {
             let message = format!("{option} needs --stock-cell-mm or --rest: nothing is cut");
-            Err(Failure::input(&arguments.program, message))
+            Err(Failure::input(&arguments.program.program, message))
         }
         None => Ok(None),
     }
@@ -151,21 +146,6 @@ fn region(text: &str) -> Result<StockRegion, String> {
         }
         _ => Err("must be whole, operations, or X0,Y0,X1,Y1 in mm with X0 below X1 and Y0 below Y1".to_owned()),
     }
-}
-
-/// Index of the setup of this name or number.
-pub(crate) fn setup_of(job: &Job, asked: Option<&str>) -> Result<usize, Failure> {
-    let setups = &job.file.setups;
-    let names: Vec<&str> = setups.iter().map(|s| s.name.as_str()).collect();
-    let Some(asked) = asked else {
-        return match setups.len() {
-            1 => Ok(0),
-            _ => Err(job.wrong(format!("has several setups; say which with --setup: {}", names.join(", ")))),
-        };
-    };
-    let number = asked.parse::<usize>().ok().filter(|n| (1..=setups.len()).contains(n));
-    let found = names.iter().position(|n| *n == asked).or(number.map(|n| n - 1));
-    found.ok_or_else(|| job.wrong(format!("has no setup \"{asked}\"; it has {}", names.join(", "))))
 }
 
 fn told(file: &VerificationFile) -> String {

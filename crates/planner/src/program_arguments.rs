@@ -1,0 +1,63 @@
+//! Arguments of commands that run a program as a job's setup stands.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use facemill::nc_program::Dialect;
+use facemill::{Failure, Job, files};
+
+use crate::feedrate_command::dialect;
+
+#[derive(Args)]
+pub(crate) struct ProgramArguments {
+    /// NC program, from anywhere
+    pub(crate) program: PathBuf,
+    /// Job file: machine, tool, mounting, work offset, part, fixtures and stock are taken from it
+    #[arg(long, value_name = "FILE")]
+    job: PathBuf,
+    /// Name of the job's setup, or its number from 1; where it is not given, the job must have one
+    #[arg(long, value_name = "SETUP")]
+    setup: Option<String>,
+    /// Control that the program is for: fanuc, haas, mazak, linuxcnc, siemens_840d, heidenhain; the job's where it is not given
+    #[arg(long, value_name = "NAME", value_parser = dialect)]
+    dialect: Option<Dialect>,
+    /// Depth of the cutter that is a finding; where it is not given the smallest that the setup's operations allow
+    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
+    pub(crate) gouge_mm: Option<f64>,
+}
+
+/// What the arguments name.
+pub(crate) struct ProgramOfJob {
+    pub(crate) job: Job,
+    /// Index of the setup.
+    pub(crate) setup: usize,
+    pub(crate) dialect: Dialect,
+    /// Text of the program.
+    pub(crate) text: Vec<u8>,
+}
+
+impl ProgramArguments {
+    /// Reads the job, then the program.
+    pub(crate) fn read(&self) -> Result<ProgramOfJob, Failure> {
+        let job = Job::read(&self.job)?;
+        let setup = setup_of(&job, self.setup.as_deref())?;
+        let text = files::read(&self.program)?;
+        let dialect = self.dialect.unwrap_or_else(|| job.post.dialect());
+        Ok(ProgramOfJob { job, setup, dialect, text })
+    }
+}
+
+/// Index of the setup of this name or number.
+fn setup_of(job: &Job, asked: Option<&str>) -> Result<usize, Failure> {
+    let setups = &job.file.setups;
+    let names: Vec<&str> = setups.iter().map(|s| s.name.as_str()).collect();
+    let Some(asked) = asked else {
+        return match setups.len() {
+            1 => Ok(0),
+            _ => Err(job.wrong(format!("has several setups; say which with --setup: {}", names.join(", ")))),
+        };
+    };
+    let number = asked.parse::<usize>().ok().filter(|n| (1..=setups.len()).contains(n));
+    let found = names.iter().position(|n| *n == asked).or(number.map(|n| n - 1));
+    found.ok_or_else(|| job.wrong(format!("has no setup \"{asked}\"; it has {}", names.join(", "))))
+}
