@@ -77,6 +77,7 @@ mod finding;
 mod links;
 mod motion_modes;
 mod moves;
+mod probe;
 mod proof;
 mod prover;
 mod ramp;

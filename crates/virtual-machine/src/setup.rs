@@ -86,6 +86,9 @@ pub struct VerifySettings {
     /// and the cutter's core are then held against it there, as it is at every moment, and not here, as it was at first.
     /// Bodies of the machine still are.
     pub stock_is_cut: bool,
+    /// Lines of the blocks of which [`run_stock`](crate::run_stock) is to tell whether they certainly cut
+    /// ([`BlockCut::is_certain`](crate::BlockCut::is_certain)), in any order: each takes the time of one more sweep.
+    pub probed_lines: Vec<u32>,
     /// Whether the text is a whole program, which has to say where it ends.
     pub is_whole: bool,
 }
@@ -127,6 +130,7 @@ impl Default for VerifySettings {
             ramp_slack: 0.1_f64.to_radians(),
             velocity_slack: 0.02,
             stock_is_cut: false,
+            probed_lines: Vec::new(),
             is_whole: false,
         }
     }

@@ -10,6 +10,7 @@ use crate::{
     Finding, FindingKind, Measure, VerifyError, VerifySettings, VirtualSetup,
     episodes::{Contact, Episodes, Key},
     moves::{Move, resolve},
+    probe::Probe,
     ramp::Descent,
     report::Report,
     scene::Scene,
@@ -37,6 +38,10 @@ pub struct BlockCut {
     pub removed_mm3: f64,
     /// Way of the tip on the work, mm.
     pub way_mm: f64,
+    /// Whether it cuts whatever the tolerance does: a cutter smaller by twice the tolerance on all sides meets more than twice
+    /// the tolerance of a line's material. Asked on [`VerifySettings::probed_lines`] alone, `false` elsewhere. A block
+    /// that goes on by less than that, or between two lines, may cut without being told.
+    pub is_certain: bool,
 }
 
 /// Cuts the stock as a program that was read from NC text does, and reports what met it that may not: bodies of the tool
@@ -76,19 +81,20 @@ pub fn run_stock(
     let scene = Scene::new(setup, settings)?;
     let bodies = Bodies::new(setup.tool, settings.clearance_slack, stock.grid().cell());
     let coarse = Coarseness { tolerance, reach: setup.tool.gauge_length(), max_way: bodies.max_way };
-    let mut run = Run { scene: &scene, bodies: &bodies, coarse, stock, out: Out::default() };
+    let probe = Probe::new(program, settings, setup.tool.cutter(), tolerance);
+    let mut run = Run { scene: &scene, bodies: &bodies, probe: &probe, coarse, stock, out: Out::default() };
     for (k, batch) in resolved.moves.chunks(MOVES_PER_BATCH).enumerate() {
         run.batch(k * MOVES_PER_BATCH, batch, monitor)?;
         monitor.advance(batch.chunk_by(|a, b| a.block == b.block).count());
     }
-    let Out { episodes, volumes } = run.out;
+    let Out { episodes, taken } = run.out;
     let report = Report { program, scene: &scene, moves: &resolved.moves };
     let blocks = resolved
         .moves
         .iter()
-        .zip(volumes)
+        .zip(taken)
         .filter(|(m, _)| !m.is_rapid)
-        .map(|(m, (removed_mm3, way_mm))| BlockCut { line: program.blocks[m.block].line, removed_mm3, way_mm });
+        .map(|(m, taken)| BlockCut { line: program.blocks[m.block].line, ..taken });
     let blocks: Vec<BlockCut> = blocks.collect();
     let mut findings: Vec<Finding> = episodes.all.iter().map(|e| report.finding(e)).collect();
     findings.sort_by_key(|f| (f.first_line, f.kind));
@@ -172,6 +178,7 @@ fn core(tool: &ToolAssembly) -> Option<TurnedBody> {
 #[derive(Clone, Copy)]
 pub(crate) enum Purpose {
     Cut,
+    Probe,
     Core,
     Rapid,
     Body(usize),
@@ -181,13 +188,14 @@ pub(crate) enum Purpose {
 #[derive(Default)]
 struct Out {
     episodes: Episodes,
-    /// Volume and way of each move.
-    volumes: Vec<(f64, f64)>,
+    /// What each move took; lines are not told yet.
+    taken: Vec<BlockCut>,
 }
 
 struct Run<'r, 'a> {
     scene: &'r Scene<'a>,
     bodies: &'r Bodies,
+    probe: &'r Probe,
     coarse: Coarseness,
     stock: &'r mut DexelMap,
     out: Out,
@@ -207,13 +215,17 @@ impl Run<'_, '_> {
         let mut steps = Vec::new();
         let mut about = Vec::new();
         for (k, (m, segments)) in moves.iter().zip(&of_moves).enumerate() {
-            self.out.volumes.push((0.0, 0.0));
+            self.out.taken.push(BlockCut { line: 0, removed_mm3: 0.0, way_mm: 0.0, is_certain: false });
             let Some(segments) = segments else {
                 self.lost(first + k, m);
                 continue;
             };
             for segment in segments {
-                self.out.volumes[first + k].1 += (segment.to.tip - segment.from.tip).norm();
+                self.out.taken[first + k].way_mm += (segment.to.tip - segment.from.tip).norm();
+                if let Some(step) = self.probe.step(m, segment) {
+                    steps.push(step);
+                    about.push((k, Purpose::Probe, segment));
+                }
                 for (purpose, step) in bodies.steps(m, segment) {
                     steps.push(step);
                     about.push((k, purpose, segment));
@@ -232,8 +244,12 @@ impl Run<'_, '_> {
         let stock = self.scene.obstacles.len();
         let key = match purpose {
             Purpose::Cut => {
-                self.out.volumes[index].0 += result.volume;
+                self.out.taken[index].removed_mm3 += result.volume;
                 return self.ramp(index, m, segment, result.volume);
+            }
+            Purpose::Probe => {
+                let is_met = result.deepest.is_some_and(|d| d.depth > self.probe.depth);
+                return self.out.taken[index].is_certain |= is_met;
             }
             Purpose::Core => Key::of_cutter(FindingKind::DeadCore, stock),
             Purpose::Rapid => Key::of_cutter(FindingKind::RapidCollision, stock),

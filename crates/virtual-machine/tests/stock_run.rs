@@ -147,3 +147,38 @@ fn blocks_that_reach_stock_beyond_the_lines_are_told() {
     assert_eq!(beyond(&way(100.0, 70.0), &half), [] as [u32; 0]);
     assert_eq!(beyond(&way(100.0, 10.0), &block(20.0, 4.0)), [] as [u32; 0]);
 }
+
+/// Of blocks at one height over the block, those that go into it by more than four times the tolerance certainly cut: twice
+/// for the ways, twice for what is met. Those that are not asked, or go through what is cut already, do not.
+#[test]
+fn blocks_that_cut_deeper_than_the_tolerance_are_certain() {
+    let shop = Shop::new();
+    let height = 20.0;
+    let at = |depth: f64| -> (String, [bool; 3]) {
+        let z = height - depth;
+        let text = Text::new(&shop).rapid([-260.0, 0.0, 200.0]).rapid([-260.0, 0.0, z]);
+        // To the block, through it, and back where it is cut.
+        let text = text.cut([-230.0, 0.0, z]).cut([260.0, 0.0, z]).cut([-260.0, 0.0, z]).text;
+        let program = read_program(&text, Dialect::Fanuc).unwrap();
+        let told = |probed_lines: Vec<u32>| -> Vec<bool> {
+            let settings = VerifySettings { probed_lines, ..VerifySettings::default() };
+            let mut stock = block(height, 2.0);
+            let run = run_stock(&program, &shop.setup(), &settings, &mut stock, TOLERANCE, &Silent).unwrap();
+            assert_eq!(run.blocks[1].removed_mm3 > 0.0, depth > 0.0);
+            run.blocks.iter().map(|b| b.is_certain).collect()
+        };
+        assert_eq!(told(vec![HEAD + 3, HEAD + 5]), [false; 3], "{text}");
+        (text, told(vec![HEAD + 5, HEAD + 4, HEAD + 3]).try_into().unwrap())
+    };
+    for (depth, cuts) in
+        [(-1.0, false), (0.0, false), (0.9, false), (3.9, false), (4.1, true), (20.0, true), (200.0, true)]
+    {
+        let (text, certain) = at(depth * TOLERANCE);
+        assert_eq!(certain, [false, cuts, false], "{depth} times the tolerance deep:\n{text}");
+    }
+    // A tolerance that leaves nothing of the cutter tells nothing.
+    let program = read_program(slot(&shop, 10.0), Dialect::Fanuc).unwrap();
+    let settings = VerifySettings { probed_lines: (1..100).collect(), ..VerifySettings::default() };
+    let run = run_stock(&program, &shop.setup(), &settings, &mut block(height, 4.0), RADIUS, &Silent).unwrap();
+    assert!(run.removed_mm3 > 0.0 && run.blocks.iter().all(|b| !b.is_certain), "{:?}", run.blocks);
+}
