@@ -85,6 +85,7 @@ mod validate_feeds;
 mod vector_blocks;
 mod verify_feeds;
 mod verify_program;
+mod verify_stock;
 mod winding;
 #[cfg(test)]
 mod winding_laws;
@@ -104,9 +105,8 @@ pub use refeed_law::{BLEND_TOLERANCES, RefeedLaw, RefeedLawTimes};
 pub use solution_space::{SolutionSpace, SolutionSpaceRequest, solution_space};
 pub use stock_map::StockRegion;
 pub use summary::{clock, summary};
-pub use verify_program::{
-    CutRequest, StockReport, VERIFICATION_FORMAT, VerificationFile, Verified, VerifyRequest, verify_program,
-};
+pub use verify_program::{VERIFICATION_FORMAT, VerificationFile, Verified, VerifyRequest, verify_program};
+pub use verify_stock::{CutRequest, StockReport};
 
 pub use facemill_cc_path as cc_path;
 pub use facemill_chip_area as chip_area;

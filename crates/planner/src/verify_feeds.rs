@@ -1,22 +1,85 @@
 //! A program's feeds and spindle speeds against those that a job asks for.
 
+use std::collections::BTreeSet;
+
 use facemill_inverse_kinematics::{AxisValues, Machine};
 use facemill_nc_program::{FeedMode, MotionKind, ReadBlock, ReadCommand, ReadProgram};
-use facemill_virtual_machine::{Finding, FindingKind, Measure};
+use facemill_virtual_machine::{Assumption, Finding, FindingKind, Measure, StockRun};
 
 use crate::follow::{FollowedCut, Follower, Surroundings, Way};
-use crate::job_file::SetupFile;
+use crate::job_file::{FeedsFile, SetupFile};
 use crate::load::Job;
 use crate::timing::levers_at;
 
 /// What a job asks for in one of its setups, of all its operations and heads.
 pub(crate) struct Asked {
+    /// Largest speed of a tip in cuts, mm/min.
+    cuts: f64,
     /// Largest speed of a tip, mm/min: of cuts, entries, exits and air.
-    tip_feed: f64,
+    all: f64,
     /// Speeds of spindles, 1/min.
     speeds: Vec<f64>,
     /// What rounding of words may move a linear axis by at one end of a block, mm, and a rotary one, rad.
     rounding: [f64; 2],
+}
+
+/// A block on which the tip goes faster than the job asks for in cuts.
+pub(crate) struct FastBlock {
+    /// Line of the program, from 1.
+    pub line: u32,
+    /// Index of the block.
+    block: usize,
+    /// How many straight cuts are before it: what follows each other counts on.
+    nth: usize,
+    /// Speed of the tip, mm/min.
+    speed: f64,
+    /// Whether that is more than any feed of the job.
+    is_above_all: bool,
+}
+
+/// What the cut stock tells of a program's blocks.
+pub(crate) struct KnownCuts {
+    /// Lines of the blocks that certainly cut.
+    cuts: BTreeSet<u32>,
+    /// Lines of those that take some stock and do not certainly cut.
+    doubtful: BTreeSet<u32>,
+    /// Lines of those that may reach stock which was not cut.
+    not_covered: BTreeSet<u32>,
+    /// Of the cut stock, mm.
+    tolerance: f64,
+}
+
+impl KnownCuts {
+    /// Of a run that was asked for the fast blocks, and the lines on which it does not see all stock.
+    pub(crate) fn of(run: &StockRun, not_covered: &[u32], tolerance: f64) -> Self {
+        let cuts = run.blocks.iter().filter(|b| b.is_certain).map(|b| b.line).collect();
+        let doubtful = run.blocks.iter().filter(|b| !b.is_certain && b.removed_mm3 > 0.0).map(|b| b.line).collect();
+        Self { cuts, doubtful, not_covered: not_covered.iter().copied().collect(), tolerance }
+    }
+
+    fn is_cut(&self, block: &FastBlock) -> bool {
+        self.cuts.contains(&block.line)
+    }
+}
+
+/// Blocks that follow each other and are too fast by the same limit.
+struct Episode<'a> {
+    /// Whether they are held against the feed of cuts.
+    is_cut: bool,
+    first: &'a FastBlock,
+    worst: &'a FastBlock,
+    last: &'a FastBlock,
+    /// Whether a block behind them is not fast, or takes no stock.
+    has_ended: bool,
+}
+
+impl<'a> Episode<'a> {
+    fn go_on(&mut self, block: &'a FastBlock) {
+        self.last = block;
+        if block.speed > self.worst.speed {
+            self.worst = block;
+        }
+    }
 }
 
 /// Share by which the tip may be faster than the job asks for.
@@ -32,32 +95,23 @@ impl Asked {
     /// What a setup's operations ask for; `None` without any.
     pub(crate) fn of(job: &Job, setup: &SetupFile) -> Option<Self> {
         let feeds: Vec<_> = job.operations_of(setup).map(|(_, o)| &o.feeds).collect();
-        let of =
-            |f: &&crate::job_file::FeedsFile| f.cutting_mm_min.max(f.approach_mm_min).max(f.air_mm_min.unwrap_or(0.0));
-        let tip_feed = feeds.iter().map(of).reduce(f64::max)?;
+        let largest = |of: &dyn Fn(&FeedsFile) -> f64| feeds.iter().map(|f| of(f)).reduce(f64::max);
+        let cuts = largest(&|f| f.cutting_mm_min)?;
+        let all = largest(&|f| f.cutting_mm_min.max(f.approach_mm_min).max(f.air_mm_min.unwrap_or(0.0)))?;
         let decimals = job.post.decimals();
         let half = |d: u8| 0.5 * 10f64.powi(-i32::from(d.min(DECIMALS)));
         let rounding = [half(decimals.linear), half(decimals.rotary).to_radians()];
-        Some(Self { tip_feed, speeds: feeds.iter().map(|f| f.spindle_rpm).collect(), rounding })
+        Some(Self { cuts, all, speeds: feeds.iter().map(|f| f.spindle_rpm).collect(), rounding })
     }
 
-    /// Findings where a program cuts with a faster tip than the job asks for, seen by one head, or with a spindle at another
-    /// speed. Speeds are those at the programmed F without acceleration, over whole blocks; what is not understood has findings
-    /// of its own.
-    pub(crate) fn findings(&self, program: &ReadProgram, at: Surroundings<'_>, head: &str) -> Vec<Finding> {
-        let mut found = self.fast_cuts(program, at);
-        for finding in found.iter_mut().filter(|_| !head.is_empty()) {
-            finding.note = format!("{head}: {}", finding.note);
-        }
-        found
-    }
-
-    fn fast_cuts(&self, program: &ReadProgram, at: Surroundings<'_>) -> Vec<Finding> {
-        let (machine, length) = (at.machine, at.tool_length);
-        let mut found: Vec<(Finding, f64)> = Vec::new();
-        let mut goes_on = false;
+    /// The blocks on which the tip goes faster than the job asks for in cuts, seen by one head. Speeds are those at the
+    /// programmed F without acceleration, over whole blocks; what is not understood has findings of its own.
+    pub(crate) fn faster_than_cuts(&self, program: &ReadProgram, at: Surroundings<'_>) -> Vec<FastBlock> {
+        let view = (at.machine, at.tool_length);
+        let mut found = Vec::new();
+        let mut nth = 0;
         let Ok(mut follower) = Follower::new(at, program.dialect, program.rtcp_rapids) else { return Vec::new() };
-        for block in &program.blocks {
+        for (index, block) in program.blocks.iter().enumerate() {
             let cut = match follower.block(block) {
                 Ok(Way::Cut(cut)) => cut,
                 Ok(_) => continue,
@@ -66,28 +120,98 @@ impl Asked {
                     continue;
                 }
             };
-            let Some(speed) = self.too_fast(machine, length, block, &cut) else {
-                goes_on = false;
-                continue;
-            };
-            match found.last_mut().filter(|_| goes_on) {
-                Some((finding, worst)) if speed > *worst => {
-                    let first_line = finding.first_line;
-                    *finding = Finding { first_line, ..self.fast(block, speed) };
-                    *worst = speed;
-                }
-                Some((finding, _)) => finding.last_line = block.line,
-                None => found.push((self.fast(block, speed), speed)),
-            }
-            goes_on = true;
+            nth += 1;
+            let faster_than = |limit: f64| self.faster_than(limit, view, block, &cut);
+            let Some(speed) = faster_than(self.cuts) else { continue };
+            let is_above_all = faster_than(self.all).is_some();
+            found.push(FastBlock { line: block.line, block: index, nth, speed, is_above_all });
         }
-        found.into_iter().map(|(finding, _)| finding).collect()
+        found
     }
 
-    /// Speed of the tip where it is more than the job asks for by more than rounding of words tells, mm/min.
-    fn too_fast(&self, machine: &Machine, length: f64, block: &ReadBlock, cut: &FollowedCut) -> Option<f64> {
+    /// Findings of one head where the tip is faster than the job asks for: in blocks that are known to cut, than it asks
+    /// for in cuts; in all others, than it asks for anywhere. Blocks that follow each other are one finding, also where
+    /// one between them is faster than cuts and takes so little stock that it is not known to be one.
+    pub(crate) fn findings(
+        &self,
+        program: &ReadProgram,
+        fast: &[FastBlock],
+        known: Option<&KnownCuts>,
+        head: &str,
+    ) -> Vec<Finding> {
+        let mut episodes: Vec<Episode<'_>> = Vec::new();
+        let mut before = None;
+        for block in fast {
+            let follows = before.is_some_and(|before| before + 1 == block.nth);
+            before = Some(block.nth);
+            let is_cut = known.is_some_and(|known| known.is_cut(block));
+            let is_found = is_cut || block.is_above_all;
+            let is_doubtful = known.is_some_and(|known| known.doubtful.contains(&block.line));
+            if let Some(open) = episodes.last_mut().filter(|_| !follows || !(is_found || is_doubtful)) {
+                open.has_ended = true;
+            }
+            if !is_found {
+                continue;
+            }
+            match episodes.last_mut().filter(|e| !e.has_ended && e.is_cut == is_cut) {
+                Some(episode) => episode.go_on(block),
+                None => episodes.push(Episode { is_cut, first: block, worst: block, last: block, has_ended: false }),
+            }
+        }
+        episodes.iter().map(|episode| self.finding(program, episode, head)).collect()
+    }
+
+    fn finding(&self, program: &ReadProgram, episode: &Episode<'_>, head: &str) -> Finding {
+        let (worst, is_cut) = (episode.worst, episode.is_cut);
+        let (limit, there) = if is_cut { (self.cuts, " in cuts") } else { (self.all, "") };
+        let head = if head.is_empty() { String::new() } else { format!("{head}: ") };
+        let note =
+            format!("{head}the tip goes {:.0} mm/min, the job asks for at most {limit} mm/min{there}", worst.speed);
+        Finding {
+            first_line: episode.first.line,
+            last_line: episode.last.line,
+            measure: Some(Measure::FeedRatio(worst.speed / limit)),
+            ..of_block(FindingKind::FeedAboveJob, &program.blocks[worst.block], note)
+        }
+    }
+
+    /// What is taken for granted where a block is faster than the job's cuts, no finding, and not known to cut nothing.
+    pub(crate) fn assumptions(&self, fast: &[FastBlock], known: Option<&KnownCuts>) -> Vec<Assumption> {
+        let Self { cuts, all, .. } = self;
+        let first = |is: &dyn Fn(u32) -> bool| {
+            let is_cut = |block: &FastBlock| known.is_some_and(|known| known.is_cut(block));
+            let open = |block: &&FastBlock| !block.is_above_all && !is_cut(block) && is(block.line);
+            fast.iter().find(open).map(|block| block.line)
+        };
+        let told = |line: Option<u32>, text: String| line.map(|line| Assumption { line: Some(line), text });
+        let Some(known) = known else {
+            let text = format!(
+                "feeds of cuts are held against {all} mm/min, the largest of cutting, approach and air feeds: the stock is \
+                 not cut, so cuts are not told from entries"
+            );
+            return told(first(&|_| true), text).into_iter().collect();
+        };
+        let held = format!("feeds above {cuts} mm/min, the largest of cuts, are held against {all} mm/min where");
+        let not_covered = format!("{held} the tool may reach stock beyond the region that is cut: it may cut there");
+        let doubtful = format!(
+            "{held} no more stock is taken than a tolerance of {} mm explains: such blocks may be cuts",
+            known.tolerance
+        );
+        let not_covered = told(first(&|line| known.not_covered.contains(&line)), not_covered);
+        let doubtful = told(first(&|line| known.doubtful.contains(&line)), doubtful);
+        not_covered.into_iter().chain(doubtful).collect()
+    }
+
+    /// Speed of the tip where it is more than a limit (mm/min) by more than rounding of words tells, mm/min.
+    fn faster_than(
+        &self,
+        limit: f64,
+        (machine, length): (&Machine, f64),
+        block: &ReadBlock,
+        cut: &FollowedCut,
+    ) -> Option<f64> {
         let time = cut.time.filter(|time| *time > 0.0)?;
-        let allowed = (1.0 + FASTER) * self.tip_feed;
+        let allowed = (1.0 + FASTER) * limit;
         let speed = 60.0 * cut.way / time;
         if speed <= allowed {
             return None;
@@ -109,12 +233,6 @@ impl Asked {
             linear * 3f64.sqrt() + rotary * by_rotaries
         };
         at(&cut.from) + at(&cut.to)
-    }
-
-    fn fast(&self, block: &ReadBlock, speed: f64) -> Finding {
-        let note = format!("the tip goes {speed:.0} mm/min, the job asks for at most {} mm/min", self.tip_feed);
-        let measure = Some(Measure::FeedRatio(speed / self.tip_feed));
-        Finding { measure, ..of_block(FindingKind::FeedAboveJob, block, note) }
     }
 
     /// Findings where a program cuts with S at another speed than those of the job.

@@ -1,12 +1,12 @@
 //! A program from anywhere, run on the virtual machine as a job's setup stands.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use facemill_inverse_kinematics::Machine;
 use facemill_nc_program::{Compensation, Dialect, ReadProgram, WordMap, read_program};
 use facemill_virtual_machine::{
-    Assumption, Certificates, Verification, VerifySettings, VirtualSetup, assumptions, blocks_beyond, certify,
-    run_stock, verify,
+    Assumption, Certificates, Verification, VerifySettings, VirtualSetup, assumptions, certify, verify,
 };
 use facemill_z_map::DexelMap;
 use nalgebra::Isometry3;
@@ -14,15 +14,15 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::cell::budget;
-use crate::deviation::{CutStock, DeviationRequest, deviation_of};
+use crate::deviation::{CutStock, deviation_of};
 use crate::deviation_report::DeviationReport;
 use crate::dual::{HEADS_APART, dual_word_map, merged_runs, proven_for_both};
 use crate::follow::Surroundings;
 use crate::load::{Job, Setup};
 use crate::output::{name_obstacles, not_verified, virtual_obstacles};
 use crate::program::{rtcp_frame, word_map};
-use crate::stock_map::{StockMeshes, StockRegion};
-use crate::verify_feeds::Asked;
+use crate::verify_feeds::{Asked, FastBlock, KnownCuts};
+use crate::verify_stock::{CutRequest, Stand, StockReport, cut_stock};
 use crate::{Failure, Stages};
 
 /// Value of the key `format` in the file of a verification.
@@ -47,21 +47,6 @@ pub struct VerifyRequest<'a> {
     pub cut: Option<CutRequest>,
 }
 
-/// How stock is cut.
-#[derive(Clone, Debug)]
-pub struct CutRequest {
-    /// Distance of the lines that the stock is made of, mm.
-    pub cell: f64,
-    /// How far from the truth what is cut may be, mm.
-    pub tolerance: f64,
-    /// Which part of the job's stock has lines.
-    pub region: StockRegion,
-    /// The rest of another program, which this one begins with in place of the job's stock.
-    pub rest: Option<DexelMap>,
-    /// Hold what is left against the part.
-    pub deviation: Option<DeviationRequest>,
-}
-
 /// What was found, and what is left of the stock where it was cut.
 #[derive(Clone, Debug)]
 pub struct Verified {
@@ -71,28 +56,6 @@ pub struct Verified {
     pub rest: Option<DexelMap>,
     /// The part's surface in the colours of its deviation, as GLB, where it was asked for.
     pub painted: Option<Vec<u8>>,
-}
-
-/// What was cut.
-#[derive(Clone, Debug, Serialize, JsonSchema)]
-pub struct StockReport {
-    /// Distance of the lines that the stock is made of, mm.
-    pub cell_mm: f64,
-    /// How far from the truth what is cut may be, on every line, mm.
-    pub tolerance_mm: f64,
-    /// Volume of the stock before the program, mm³.
-    pub before_mm3: f64,
-    /// What the program took, mm³.
-    pub removed_mm3: f64,
-    /// Cutting blocks that took nothing.
-    pub blocks_in_air: usize,
-    /// Low and high corner of the rectangle that has lines, x and y of the lines' frame, mm.
-    pub region_mm: [[f64; 2]; 2],
-    /// Blocks on which the tool may reach stock beyond that rectangle: what it meets there is not seen.
-    pub blocks_not_covered: usize,
-    /// Line of the first of them.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub first_line_not_covered: Option<u32>,
 }
 
 /// What a program does on a job's setup, as it is written.
@@ -111,7 +74,8 @@ pub struct VerificationFile {
     /// What the run showed.
     #[serde(flatten)]
     pub verification: Verification,
-    /// What the run rests on because the program does not say it.
+    /// What the run rests on because the program does not say it, and what its feeds are held against where cuts are not told
+    /// from other feed moves.
     pub assumptions: Vec<Assumption>,
     /// What was cut; absent where the stock was not.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -169,12 +133,21 @@ pub fn verify_program(
         dialect: request.dialect.name().to_owned(),
         gouge_limit_mm: gouge_limit,
         verification: found.verification,
-        assumptions: assumptions(&program, &machine),
+        assumptions: all_assumptions(assumptions(&program, &machine), found.assumptions),
         stock: found.stock,
         deviation: found.deviation,
         certificates: found.certificates,
     };
     Ok(Verified { file, rest: found.rest, painted: found.painted })
+}
+
+/// Assumptions in the order of their lines, each once, with the first line that rests on it.
+fn all_assumptions(of_text: Vec<Assumption>, of_feeds: Vec<Assumption>) -> Vec<Assumption> {
+    let mut all = [of_text, of_feeds].concat();
+    all.sort();
+    let mut told = BTreeSet::new();
+    all.retain(|assumption| told.insert(assumption.text.clone()));
+    all
 }
 
 /// A program and how it is looked at.
@@ -188,11 +161,20 @@ struct Run<'a> {
 /// What the runs show.
 struct Found {
     verification: Verification,
+    assumptions: Vec<Assumption>,
     certificates: Option<Certificates>,
     stock: Option<StockReport>,
     rest: Option<DexelMap>,
     deviation: Option<DeviationReport>,
     painted: Option<Vec<u8>>,
+}
+
+impl Found {
+    /// Without a cut stock.
+    fn of(verification: Verification, certificates: Option<Certificates>) -> Self {
+        let assumptions = Vec::new();
+        Self { verification, assumptions, certificates, stock: None, rest: None, deviation: None, painted: None }
+    }
 }
 
 impl Run<'_> {
@@ -209,63 +191,42 @@ impl Run<'_> {
         };
         let at = virtual_setup(self.request.dialect, job, &setup, &words, frame);
         let mut found = self.found(&at, &setup, "")?;
-        self.compare_feeds(job, &setup, &[(&job.machine, job.tool.gauge_length(), "")], &at, &mut found.verification);
-        if let Some(cut) = &self.request.cut {
-            self.cut(job, &at, &setup, cut, &mut found)?;
-        }
+        let asked = Asked::of(job, setup.file);
+        let [fast] = self.fast_blocks(asked.as_ref(), [(&job.machine, job.tool.gauge_length())], &at);
+        let cut = self.request.cut.as_ref();
+        let on = Stand { job, setup: &setup, at: &at };
+        let known = cut.map(|cut| self.cut(&on, cut, &fast, &mut found)).transpose()?;
+        self.compare_feeds(asked.as_ref(), &[(&fast, "")], known.as_ref(), &mut found);
         Ok(found)
     }
 
-    /// Cuts the stock, and adds what was found to the rest.
+    /// Cuts the stock, and adds what was found to the rest; tells which of these blocks are cuts.
     fn cut(
         &self,
-        job: &Job,
-        at: &VirtualSetup<'_>,
-        setup: &Setup<'_>,
+        on: &Stand<'_>,
         cut: &CutRequest,
+        fast: &[FastBlock],
         found: &mut Found,
-    ) -> Result<(), Failure> {
-        let meshes = StockMeshes::of(setup);
-        let mut stock = match &cut.rest {
-            Some(rest) => rest.clone(),
-            None => meshes.map(job, setup, cut.cell, cut.region)?,
-        };
-        let before = stock.volume();
-        let uncut = cut.deviation.map(|_| stock.clone());
-        let monitor = self.stages.start("cut the stock", self.program.blocks.len());
-        let run = run_stock(self.program, at, &self.settings(), &mut stock, cut.tolerance, &*monitor);
-        let run = run.map_err(not_verified)?;
-        found.verification.findings.extend(run.findings);
-        let extents = meshes.extents();
-        let beyond = blocks_beyond(self.program, at, &self.settings(), &stock, &extents, &*monitor);
-        let beyond = beyond.map_err(not_verified)?;
-        drop(monitor);
-        let grid = stock.grid();
-        let far = [0, 1].map(|k| grid.origin()[k] + grid.n_lines()[k] as f64 * grid.cell());
-        found.stock = Some(StockReport {
-            region_mm: [grid.origin(), far],
-            blocks_not_covered: beyond.len(),
-            first_line_not_covered: beyond.first().copied(),
-            cell_mm: stock.grid().cell(),
-            tolerance_mm: cut.tolerance,
-            before_mm3: before,
-            removed_mm3: run.removed_mm3,
-            blocks_in_air: run.blocks.iter().filter(|b| b.removed_mm3 == 0.0).count(),
-        });
-        if let (Some(asked), Some(uncut)) = (&cut.deviation, &uncut) {
+    ) -> Result<KnownCuts, Failure> {
+        let probed_lines = fast.iter().map(|block| block.line).collect();
+        let settings = VerifySettings { probed_lines, ..self.settings() };
+        let done = cut_stock(self.program, on, &settings, cut, self.stages)?;
+        if let (Some(asked), Some(before)) = (&cut.deviation, &done.before) {
             let held = CutStock {
                 program: self.program,
-                at,
-                before: uncut,
-                now: &stock,
+                at: on.at,
+                before,
+                now: &done.rest,
                 tolerance: cut.tolerance,
                 gouge_limit: self.gouge_limit,
             };
-            let (report, painted) = deviation_of(job, setup, &held, asked, self.stages)?;
+            let (report, painted) = deviation_of(on.job, on.setup, &held, asked, self.stages)?;
             (found.deviation, found.painted) = (Some(report), painted);
         }
-        found.rest = Some(stock);
-        Ok(())
+        let known = KnownCuts::of(&done.run, &done.not_covered, cut.tolerance);
+        found.verification.findings.extend(done.run.findings);
+        (found.stock, found.rest) = (Some(done.report), Some(done.rest));
+        Ok(known)
     }
 
     fn settings(&self) -> VerifySettings {
@@ -297,30 +258,46 @@ impl Run<'_> {
         };
         let (first, second) = (of_head(0)?, of_head(1)?);
         let certificates = first.certificates.zip(second.certificates).map(|(a, b)| proven_for_both(&[a, b]));
-        let mut verification = merged_runs([first.verification, second.verification], Vec::new());
+        let verification = merged_runs([first.verification, second.verification], Vec::new());
         let lengths = [0, 1].map(|h| seen[h].tool.gauge_length());
-        let heads = [(&machines[0], lengths[0], "head 1"), (&machines[1], lengths[1], "head 2")];
+        let heads = [(&machines[0], lengths[0]), (&machines[1], lengths[1])];
         let at = virtual_setup(self.request.dialect, &seen[0], &setups[0], &words, Isometry3::identity());
-        self.compare_feeds(job, &setups[0], &heads, &at, &mut verification);
-        Ok(Found { verification, certificates, stock: None, rest: None, deviation: None, painted: None })
+        let asked = Asked::of(job, setups[0].file);
+        let [first, second] = self.fast_blocks(asked.as_ref(), heads, &at);
+        let mut found = Found::of(verification, certificates);
+        self.compare_feeds(asked.as_ref(), &[(&first, "head 1"), (&second, "head 2")], None, &mut found);
+        Ok(found)
     }
 
-    /// Adds findings where feeds and spindle speeds are not the job's; of each head with the length of its tool, and its name.
+    /// The blocks that are faster than the job's cuts, seen by machines with the lengths of their tools.
+    fn fast_blocks<const N: usize>(
+        &self,
+        asked: Option<&Asked>,
+        views: [(&Machine, f64); N],
+        at: &VirtualSetup<'_>,
+    ) -> [Vec<FastBlock>; N] {
+        let (words, frame) = (at.words, Some(at.table_from_rtcp_words));
+        views.map(|(machine, tool_length)| {
+            let at = Surroundings { machine, tool_length, words, frame, work_offset: Some(words.work_offset()) };
+            asked.map(|asked| asked.faster_than_cuts(self.program, at)).unwrap_or_default()
+        })
+    }
+
+    /// Adds findings where feeds and spindle speeds are not the job's, and what that rests on; of the fast blocks of each head,
+    /// with its name.
     fn compare_feeds(
         &self,
-        job: &Job,
-        setup: &Setup<'_>,
-        heads: &[(&Machine, f64, &str)],
-        at: &VirtualSetup<'_>,
-        verification: &mut Verification,
+        asked: Option<&Asked>,
+        heads: &[(&[FastBlock], &str)],
+        known: Option<&KnownCuts>,
+        found: &mut Found,
     ) {
-        let Some(asked) = Asked::of(job, setup.file) else { return };
-        for &(machine, tool_length, head) in heads {
-            let (words, frame) = (at.words, Some(at.table_from_rtcp_words));
-            let at = Surroundings { machine, tool_length, words, frame, work_offset: Some(words.work_offset()) };
-            verification.findings.extend(asked.findings(self.program, at, head));
+        let Some(asked) = asked else { return };
+        for &(fast, head) in heads {
+            found.verification.findings.extend(asked.findings(self.program, fast, known, head));
+            found.assumptions.extend(asked.assumptions(fast, known));
         }
-        verification.findings.extend(asked.other_speeds(self.program));
+        found.verification.findings.extend(asked.other_speeds(self.program));
     }
 
     fn uses_rtcp(&self) -> bool {
@@ -340,7 +317,7 @@ impl Run<'_> {
             certify(self.program, at, &settings, &*monitor).map_err(not_verified)
         });
         let certificates = certificates.transpose()?;
-        Ok(Found { verification, certificates, stock: None, rest: None, deviation: None, painted: None })
+        Ok(Found::of(verification, certificates))
     }
 }
 

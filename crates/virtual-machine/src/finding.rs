@@ -203,7 +203,7 @@ pub enum FindingKind {
     SpindleOff,
     /// A feed move while the spindle turns against the tool's sense.
     SpindleSense,
-    /// A cutting move with a faster tip than any that the job asks for.
+    /// A feed move with a faster tip than any that the job asks for, or one that cuts, than it asks for in cuts.
     FeedAboveJob,
     /// Cutting moves with the spindle at another speed than those that the job asks for.
     OtherSpindleSpeed,
