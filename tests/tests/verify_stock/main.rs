@@ -1,6 +1,8 @@
 //! A plate milled by hand-written programs with a tilted face mill: cusps, a planted gouge and what was not reached
 //! are what closed forms say, in the report and in the colours.
 
+mod feeds;
+
 use std::fmt::Write as _;
 use std::path::Path;
 
