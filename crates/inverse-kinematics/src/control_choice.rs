@@ -26,6 +26,11 @@ const BY_ANY_NORM: f64 = 2.0;
 /// How far an axis may be beyond its limit from rounding, rad.
 const AT_LIMIT: f64 = 1e-9;
 
+/// Angle between the tool and a vector below which the control turns nothing, rad: what a position of the axes is solved to. A
+/// program cannot say so small a turn. Smaller would turn the axes by rounding where a vector is said again; larger would take
+/// a vector that is another one for the same.
+const STILL: f64 = 1e-12;
+
 /// Why it is not known where a control turns the rotary axes to.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum UnclearChoice {
@@ -81,6 +86,9 @@ impl Machine {
     /// positions within the limits of the rotary axes, on every branch and at every full turn, the one with the smallest
     /// largest turn of a rotary axis. `cl` is in the table frame. Limits of linear axes are not asked.
     ///
+    /// Where the tool has the direction of the vector already, to 1e-12 rad, the rotary axes stay as they are to the last bit:
+    /// so they do in all blocks that say the same vector.
+    ///
     /// Guaranteed is that every other position within the limits has a largest turn of more than twice that and 5°, so that
     /// a control that compares sums takes the same one, and that the tool stays [`POLE_CONE`] away from the pole if it
     /// turns in the plane of both directions. The forward solution differs from `cl` by at most 1e-9 mm and 1e-12 rad.
@@ -95,9 +103,14 @@ impl Machine {
     ) -> Result<AxisValues, UnclearChoice> {
         let Solver::Closed { rotaries, .. } = &self.solver else { return Err(UnclearChoice::OtherMachine) };
         let pole = rotaries.first.direction;
-        let angle = smallest_angle(&self.cl_point(from, tool_length).axis, &cl.axis, &pole);
+        let now = self.cl_point(from, tool_length).axis;
+        let angle = smallest_angle(&now, &cl.axis, &pole);
         if angle.is_nan() || angle < POLE_CONE {
             return Err(UnclearChoice::Pole { axis: self.axes[rotaries.first.axis].letter, angle });
+        }
+        let is_within = [rotaries.first.axis, rotaries.second.axis].iter().all(|&k| !is_beyond(&self.axes[k], from[k]));
+        if is_within && now.dot(&cl.axis) > 0.0 && now.cross(&cl.axis).norm() <= STILL {
+            return Ok(self.with_tip_at(from, &cl.tip, tool_length).ok_or(Unreachable::Inaccurate)?);
         }
         let mut all = self.candidates([rotaries.first.axis, rotaries.second.axis], from, cl, tool_length)?;
         all.sort_by(|a, b| a.turn.total_cmp(&b.turn));

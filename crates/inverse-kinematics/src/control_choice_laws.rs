@@ -1,8 +1,8 @@
 use facemill_cl_data::ClPoint;
-use nalgebra::{Unit, Vector3};
+use nalgebra::{Point3, Unit, Vector3};
 
 use super::{POLE_CONE, UnclearChoice, smallest_angle};
-use crate::{AxisValues, Machine};
+use crate::{AxisKind, AxisValues, Machine};
 
 const LENGTH: f64 = 260.0;
 
@@ -56,6 +56,44 @@ fn a_short_way_away_from_the_pole_is_taken_as_it_is_on_both_branches() {
             assert!((chosen[k] - meant[k]).abs() < 1e-8, "{n}: {chosen:?} for {meant:?}");
         }
     }
+}
+
+/// Whatever the tip does: a vector that is said again turns nothing, from wherever the first one turned the axes to.
+#[test]
+fn the_same_vector_keeps_the_rotary_axes_to_the_last_bit() {
+    let machines = ["head-b-table-c", "head-b-nutating-table-c", "head-head-c-a", "table-table-b-c"];
+    let mut random = Random(19);
+    let mut clear = 0;
+    for name in machines {
+        let file = format!("{}/../../assets/machines/{name}.json", env!("CARGO_MANIFEST_DIR"));
+        let machine = Machine::from_json(&std::fs::read(file).unwrap()).unwrap();
+        let rotary = |q: &AxisValues| -> Vec<u64> {
+            let turning = |k: &usize| machine.axes()[*k].kind == AxisKind::Rotary;
+            (0..q.len()).filter(turning).map(|k| q[k].to_bits()).collect()
+        };
+        for _ in 0..60 {
+            let vector = Vector3::from_fn(|_, _| (random.between(-1.0, 1.0) * 1e4).round() / 1e4);
+            let axis = Unit::new_normalize(vector);
+            let mut tip = || Point3::from(Vector3::from_fn(|_, _| random.between(-200.0, 200.0)));
+            let mut cl = ClPoint { tip: tip(), axis };
+            let Ok(all) = machine.all_solutions(&cl, LENGTH) else { continue };
+            for solution in &all {
+                // A little beside it, so that the first choice turns.
+                let from = AxisValues::from_fn(solution.values.len(), |k| solution.values[k] + 1e-3);
+                let Ok(first) = machine.control_choice(&from, &cl, LENGTH) else { continue };
+                assert_ne!(rotary(&first), rotary(&from));
+                let mut at = first;
+                for _ in 0..5 {
+                    cl.tip = tip();
+                    at = machine.control_choice(&at, &cl, LENGTH).unwrap();
+                    assert_eq!(rotary(&at), rotary(&first), "{name}");
+                    assert!((machine.cl_point(&at, LENGTH).tip - cl.tip).norm() < 1e-9, "{name}");
+                    clear += 1;
+                }
+            }
+        }
+    }
+    assert!(clear > 300, "{clear}");
 }
 
 /// Against all solutions at all windings: whoever adds ways up, and whoever takes the largest, takes the one chosen.
