@@ -36,6 +36,7 @@ mod pair;
 mod plan;
 mod program_law;
 mod time_law;
+mod tube;
 
 pub use block_feed::{BlockFeed, FeedError, FeedLimit, feed_for_block, g94_length};
 pub use pair::{PairBlock, PairFeed, PairLimit, feed_for_pair, plan_pair_feeds};
@@ -45,3 +46,4 @@ pub use program_law::{
     program_law,
 };
 pub use time_law::*;
+pub use tube::smoothest_within;
