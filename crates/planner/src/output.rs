@@ -9,8 +9,8 @@ use facemill_nc_program::{
     write_program_with_lines,
 };
 use facemill_virtual_machine::{
-    Certificates, GougeSection, ObstacleKind, Verification, VerifyError, VerifySettings, VirtualObstacle, VirtualSetup,
-    certify, verify,
+    Assumption, Certificates, GougeSection, ObstacleKind, Verification, VerifyError, VerifySettings, VirtualObstacle,
+    VirtualSetup, assumptions, certify, verify,
 };
 
 use crate::cell::budget;
@@ -167,6 +167,11 @@ impl OwnProgram<'_> {
         let setting = virtual_setup(self.job, self.setup, self.words)?;
         let monitor = stages.start("certify program", program.blocks.len());
         certify(&program, &setting, &self.settings(), &*monitor).map_err(not_verified)
+    }
+
+    /// What the text leaves to the control.
+    pub(crate) fn assumptions(&self) -> Result<Vec<Assumption>, Failure> {
+        Ok(assumptions(&self.read()?, &self.job.machine))
     }
 
     /// The program as it stands in the text.

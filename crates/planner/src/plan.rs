@@ -96,6 +96,8 @@ pub fn plan_setup(job: &Job, index: usize, settings: PlanSettings, stages: &dyn 
     let jobs = vec![job; operations.len()];
     let mut report = report(&jobs, &setup, &operations, &texts.timed, turning, verification, certificates.as_ref());
     report.totals.mended_blocks = mended;
+    let program = OwnProgram { job, setup: &setup, operations: &operations, words: &words, texts: &texts };
+    report.assumptions = program.assumptions()?;
     let chips = ChipFiles::new(&jobs, &setup.file.name, &operations, &texts.timed);
     let (suffix, state) = name_parts(job, &setup, &report);
     let mut files = vec![

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use facemill_cl_data::ErrorBudget;
 use facemill_surface_model::RepairReport;
-use facemill_virtual_machine::{Certificates, Finding};
+use facemill_virtual_machine::{Assumption, Certificates, Finding};
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -65,6 +65,9 @@ pub struct Report {
     pub budgets: Vec<BudgetReport>,
     /// Faults found in the written program, in program order.
     pub findings: Vec<Finding>,
+    /// What the written program leaves to the control, and what was taken for it: a template of one's own may leave out more than
+    /// the built-in ones.
+    pub assumptions: Vec<Assumption>,
     /// CC points that were left out, by reason.
     pub infeasible: Vec<InfeasibleReport>,
     /// What was found in the mesh files.

@@ -103,6 +103,7 @@ pub(crate) fn report(
         singular_blocks: turning.singular_blocks,
         budgets,
         findings: verification.map(|v| v.findings).unwrap_or_default(),
+        assumptions: Vec::new(),
         infeasible: infeasible_report(operations),
         meshes: setup.reports.clone(),
         passes,

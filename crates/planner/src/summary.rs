@@ -1,5 +1,7 @@
 //! What the command line says at the end.
 
+use facemill_virtual_machine::Assumption;
+
 use crate::PairReport;
 use crate::report::{CertifiedReport, ChipsReport, HeldBackReport, PosturesReport, Report, SpreadReport};
 
@@ -76,12 +78,26 @@ pub fn summary(report: &Report) -> String {
     for finding in report.findings.iter().take(10) {
         lines.push(format!("    {finding}"));
     }
+    lines.extend(assumptions(&report.assumptions));
     for reason in report.infeasible.iter().take(5) {
         let help: Vec<String> = reason.would_help.iter().map(|h| format!("{} {:.2}", h.field, h.value)).collect();
         let help = if help.is_empty() { String::new() } else { format!("; would help: {}", help.join(" or ")) };
         lines.push(format!("    left out: {} points, {}{help}", reason.points, reason.reason));
     }
     lines.join("\n")
+}
+
+/// Assumptions that are told; the report has them all.
+const TOLD_ASSUMPTIONS: usize = 4;
+
+/// What the program leaves to the control.
+fn assumptions(all: &[Assumption]) -> Vec<String> {
+    let mut lines = vec![format!("  assumptions       {}", all.len())];
+    lines.extend(all.iter().take(TOLD_ASSUMPTIONS).map(|a| format!("    {a}")));
+    if all.len() > TOLD_ASSUMPTIONS {
+        lines.push(format!("    and {} more, see the report", all.len() - TOLD_ASSUMPTIONS));
+    }
+    lines
 }
 
 /// The program's times: by the law where there is one, with those at constant speeds beside them.
@@ -228,9 +244,22 @@ pub fn clock(seconds: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::wider_search;
+    use facemill_virtual_machine::Assumption;
+
+    use super::{assumptions, wider_search};
     use crate::job_file::PostureModeFile;
     use crate::report::{PosturesReport, SearchProofReport};
+
+    #[test]
+    fn many_assumptions_are_counted_and_few_are_told() {
+        let all: Vec<Assumption> =
+            (1..9).map(|line| Assumption { line: Some(line), text: format!("no word {line}") }).collect();
+        let told = assumptions(&all).join("\n");
+        assert!(told.starts_with("  assumptions       8\n    from line 1: no word 1\n"), "{told}");
+        assert!(told.ends_with("    from line 4: no word 4\n    and 4 more, see the report"), "{told}");
+        assert_eq!(assumptions(&[]), ["  assumptions       0"]);
+        assert_eq!(assumptions(&all[..4]).len(), 5);
+    }
 
     #[test]
     fn only_searches_that_are_proven_less_finely_than_asked_have_a_line() {

@@ -194,10 +194,7 @@ fn told(file: &VerificationFile) -> String {
         lines.push(format!("  certified blocks  {} of {}", c.certified, c.blocks));
     }
     lines.push(format!("  assumptions       {}", file.assumptions.len()));
-    lines.extend(file.assumptions.iter().map(|a| match a.line {
-        Some(line) => format!("    from line {line}: {}", a.text),
-        None => format!("    {}", a.text),
-    }));
+    lines.extend(file.assumptions.iter().map(|a| format!("    {a}")));
     lines.push(format!("  findings          {}", v.findings.len()));
     lines.extend(v.findings.iter().take(TOLD).map(|f| format!("    {f}")));
     if v.findings.len() > TOLD {

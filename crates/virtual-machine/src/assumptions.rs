@@ -1,6 +1,7 @@
 //! What a run of a program rests on because the text does not say it.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
 
 use facemill_cl_data::{CuttingLaw, MotionLaw, RapidLaw};
 use facemill_inverse_kinematics::Machine;
@@ -21,6 +22,15 @@ pub struct Assumption {
     pub line: Option<u32>,
     /// What is not said, and what was taken.
     pub text: String,
+}
+
+impl fmt::Display for Assumption {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.line {
+            Some(line) => write!(f, "from line {line}: {}", self.text),
+            None => f.write_str(&self.text),
+        }
+    }
 }
 
 /// What [`verify`](crate::verify) and [`certify`](crate::certify) take for granted of a program on a machine because its text

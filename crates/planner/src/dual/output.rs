@@ -8,8 +8,8 @@ use facemill_nc_program::{
     write_apt, write_program_of_heads,
 };
 use facemill_virtual_machine::{
-    Certificate, Certificates, ClearancePlace, Finding, GougeSection, SectionGouge, Verification, VerifySettings,
-    VirtualSetup, certify, verify,
+    Assumption, Certificate, Certificates, ClearancePlace, Finding, GougeSection, SectionGouge, Verification,
+    VerifySettings, VirtualSetup, assumptions, certify, verify,
 };
 
 use super::channels::channel_files;
@@ -254,6 +254,11 @@ impl DualProgram<'_, '_> {
             certify(&program, &self.setup(h), &self.settings(h), &*monitor).map_err(not_verified)
         };
         Ok([run(0)?, run(1)?])
+    }
+
+    /// What the text leaves to the control.
+    pub(crate) fn assumptions(&self) -> Result<Vec<Assumption>, Failure> {
+        Ok(assumptions(&self.read()?, self.ground.machines[0]))
     }
 
     fn read(&self) -> Result<ReadProgram, Failure> {

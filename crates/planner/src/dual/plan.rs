@@ -154,6 +154,7 @@ pub(crate) fn plan_dual_setup(
     let mut report = report(&jobs_of, setups[0], &planned, &texts.timed, turning, verification, certificates.as_ref());
     report.pairs = texts.pair_reports(&parts, &ground);
     report.totals.mended_blocks = mended;
+    report.assumptions = DualProgram { ground: &ground, parts: &parts, words: &words, texts: &texts }.assumptions()?;
     let (suffix, state) = name_parts(job, setups[0], &report);
     let chips = ChipFiles::new(&jobs_of, &setups[0].file.name, &planned, &texts.timed);
     let files = texts.files(&suffix, state, certificates)?;
