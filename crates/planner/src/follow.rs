@@ -39,6 +39,8 @@ pub(crate) enum Way {
 pub(crate) struct FollowedCut {
     pub from: AxisValues,
     pub to: AxisValues,
+    /// The tool axis as the block's text says it, frame of the words; `None` where rotary words do, or nothing does.
+    pub vector: Option<[f64; 3]>,
     /// Straight way of the tip against the workpiece, mm.
     pub way: f64,
     /// What F counts: that of its own, or of the mode without one.
@@ -293,7 +295,8 @@ impl<'a> Follower<'a> {
             FeedMode::G93 => 60.0 / f.value,
             FeedMode::G94 | FeedMode::Rtcp => 60.0 * counted / f.value,
         });
-        Ok(FollowedCut { from: *from, to: *to, way, mode, counted, is_norm, time })
+        let vector = motion.tool.as_ref().and_then(|tool| tool.axis).filter(|_| is_rtcp);
+        Ok(FollowedCut { from: *from, to: *to, vector, way, mode, counted, is_norm, time })
     }
 }
 

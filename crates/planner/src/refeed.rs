@@ -104,7 +104,8 @@ pub fn refeed(text: &[u8], settings: &RefeedSettings<'_>) -> Result<Refed, Strin
     let run = Refeeder::new(settings, &words, Law::Collecting(Moves::default()))?;
     let tolerance = blending(settings.machine, law)?;
     let Law::Collecting(moves) = read(text, run, None)?.law else { return Err("no moves were collected".to_owned()) };
-    let (peak_times, times) = timed(settings.machine, settings.tool_length, tolerance, moves)?;
+    let (peak_times, times) =
+        timed(settings.machine, settings.tool_length, tolerance, word_frame(settings.machine, &words), moves)?;
     let mut out = Vec::with_capacity(text.len() + text.len() / 8);
     let mut summary = read(text, Refeeder::new(settings, &words, Law::Known(peak_times, 0))?, Some(&mut out))?.summary;
     summary.time_law = Some(RefeedLawTimes { lowered_blocks: summary.by_law, ..times });
@@ -333,7 +334,7 @@ impl<'s> Refeeder<'s> {
     fn cut(&mut self, block: &ReadBlock, motion: &ReadMotion, cut: &FollowedCut) -> Result<Edit, String> {
         let machine = self.settings.machine;
         if cut.is_free() {
-            self.law.free([&cut.from, &cut.to]);
+            self.law.free(cut);
             return self.keep(block, motion);
         }
         self.computed_feed(cut, motion.feed);
@@ -349,7 +350,7 @@ impl<'s> Refeeder<'s> {
         if fed.limit == FeedLimit::NoMotion {
             return self.keep(block, motion);
         }
-        let is_lowered = self.law.cut([&cut.from, &cut.to], &mut fed, cut.time, &range);
+        let is_lowered = self.law.cut(cut, &mut fed, &range);
         self.count(&fed, cut.time, is_lowered);
         let mode = cut.mode;
         let value = match mode {

@@ -3,11 +3,13 @@
 use facemill_cl_data::ControlTolerance;
 use facemill_feedrate::{BlockFeed, ProgramBlock, rapid_time};
 use facemill_inverse_kinematics::{AxisValues, BlockLaw, FeedRange, Machine};
-use facemill_nc_program::{ReadBlock, ReadCommand};
+use facemill_nc_program::{MacroKind, ReadBlock, ReadCommand};
+use nalgebra::Isometry3;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::timing::{Run, Timer, View, missing_limits, reachable};
+use crate::follow::FollowedCut;
+use crate::timing::{Run, Timer, VectorDecimals, VectorRounding, View, missing_limits, reachable};
 
 /// How a program is timed with new feeds.
 #[derive(Clone, Copy, Debug, Default)]
@@ -49,12 +51,19 @@ pub(crate) struct Moves {
     is_open: bool,
     /// Time of each cutting move at the feed that it had, s.
     before: Vec<f64>,
+    decimals: VectorDecimals,
 }
 
 impl Moves {
     /// The runs, in their order.
     pub(crate) fn runs(&self) -> &[Run] {
         &self.runs
+    }
+
+    /// What the text leaves open of its tool vectors, which are told in the frame of its words.
+    pub(crate) fn vector_rounding(&self, table_from_words: Option<Isometry3<f64>>) -> Option<VectorRounding> {
+        let half = self.decimals.half();
+        table_from_words.map(|table_from_words| VectorRounding { table_from_words, half })
     }
 
     /// The axes stand.
@@ -67,42 +76,44 @@ impl Moves {
     pub(crate) fn rapid(&mut self, (machine, length): View<'_>, law: BlockLaw, [from, to]: [&AxisValues; 2]) {
         let is_capped = machine.feed_range().rapid.is_some() || matches!(law, BlockLaw::Cutting(_));
         let time = if is_capped { rapid_time(machine, law, from, to, length) } else { 0.0 };
-        self.push(from, to, time, true);
+        self.push([from, to], None, time, true);
     }
 
     /// A cut that takes so long at constant speed.
-    pub(crate) fn cut(&mut self, [from, to]: [&AxisValues; 2], time: f64) {
-        self.push(from, to, time, false);
+    pub(crate) fn cut(&mut self, cut: &FollowedCut, time: f64) {
+        if let Some(vector) = &cut.vector {
+            self.decimals.read(vector);
+        }
+        self.push([&cut.from, &cut.to], cut.vector, time, false);
     }
 
-    fn push(&mut self, from: &AxisValues, end: &AxisValues, tip_time: f64, is_rapid: bool) {
+    fn push(&mut self, [from, end]: [&AxisValues; 2], vector: Option<[f64; 3]>, tip_time: f64, is_rapid: bool) {
         if !self.is_open || self.runs.last().is_none_or(|run| run.is_rapid != is_rapid) {
-            self.runs.push(Run { start: *from, blocks: Vec::new(), is_rapid });
+            self.runs.push(Run { start: *from, blocks: Vec::new(), is_rapid, vectors: Vec::new() });
             self.is_open = true;
         }
         if let Some(run) = self.runs.last_mut() {
             run.blocks.push(ProgramBlock { end: *end, tip_time, exact_stop: false });
+            run.vectors.push(vector);
         }
     }
 }
 
-/// Whether the axes stand for something that a block says.
+/// Whether the axes stand for something that a block says. A tool vector is no such thing: it says where a motion ends.
 pub(crate) fn stands(block: &ReadBlock) -> bool {
     use ReadCommand::{Call, Coolant, Dwell, End, Function, Macro, SpindleOff, SpindleOn, Stop, ToolChange};
-    block.commands.iter().any(|command| {
-        matches!(
-            command,
-            Call(_)
-                | Coolant(_)
-                | Dwell(_)
-                | End
-                | Function(_)
-                | Macro { .. }
-                | SpindleOff
-                | SpindleOn { .. }
-                | Stop { .. }
-                | ToolChange
-        )
+    block.commands.iter().any(|command| match command {
+        Macro { kind, .. } => *kind != MacroKind::ToolVector,
+        Call(_)
+        | Coolant(_)
+        | Dwell(_)
+        | End
+        | Function(_)
+        | SpindleOff
+        | SpindleOn { .. }
+        | Stop { .. }
+        | ToolChange => true,
+        _ => false,
     })
 }
 
@@ -121,11 +132,11 @@ impl Law {
     }
 
     /// A cutting move of which F says nothing: as fast as the axes are.
-    pub(crate) fn free(&mut self, ends: [&AxisValues; 2]) {
+    pub(crate) fn free(&mut self, cut: &FollowedCut) {
         match self {
             Self::Off => {}
             Self::Collecting(moves) => {
-                moves.cut(ends, 0.0);
+                moves.cut(cut, 0.0);
                 moves.before.push(0.0);
             }
             Self::Known(_, used) => *used += 1,
@@ -134,19 +145,13 @@ impl Law {
 
     /// A cutting move with its feed at constant speed; lowers that to what the axes reach, and says whether.
     ///
-    /// `before` is the time at the feed that it had, s.
-    pub(crate) fn cut(
-        &mut self,
-        [from, to]: [&AxisValues; 2],
-        fed: &mut BlockFeed,
-        before: Option<f64>,
-        range: &FeedRange,
-    ) -> bool {
+    /// Its own time is that at the feed that it had.
+    pub(crate) fn cut(&mut self, cut: &FollowedCut, fed: &mut BlockFeed, range: &FeedRange) -> bool {
         match self {
             Self::Off => false,
             Self::Collecting(moves) => {
-                moves.cut([from, to], fed.time);
-                moves.before.push(before.unwrap_or(fed.time));
+                moves.cut(cut, fed.time);
+                moves.before.push(cut.time.unwrap_or(fed.time));
                 false
             }
             Self::Known(peak_times, used) => {
@@ -206,10 +211,12 @@ pub(crate) fn timed(
     machine: &Machine,
     tool_length: f64,
     tolerance: ControlTolerance,
+    table_from_words: Option<Isometry3<f64>>,
     mut moves: Moves,
 ) -> Result<(Vec<f64>, RefeedLawTimes), String> {
     let views = [(machine, tool_length)];
     let timer = Timer::new(&views, tolerance).map_err(|e| e.to_string())?.without_limits();
+    let timer = timer.with_rounded_vectors(moves.vector_rounding(table_from_words));
     let laws: Result<Vec<_>, String> = moves.runs.par_iter().map(|run| Ok((run.is_rapid, timer.time(run)?))).collect();
     let laws = laws?;
     let mut of_cuts = laws.iter().filter(|(is_rapid, _)| !is_rapid);

@@ -56,7 +56,8 @@ impl<'a> LinkClock<'a> {
             tip_time: if is_capped { *time } else { 0.0 },
             exact_stop: false,
         };
-        let run = Run { start: *start, blocks: through.iter().zip(&plain).map(block).collect(), is_rapid: true };
+        let blocks = through.iter().zip(&plain).map(block).collect();
+        let run = Run { start: *start, blocks, is_rapid: true, vectors: Vec::new() };
         Ok(timer.time(&run)?.times.iter().sum())
     }
 }

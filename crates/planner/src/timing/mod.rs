@@ -3,6 +3,7 @@
 mod run;
 mod text;
 mod tolerance;
+mod vectors;
 
 use std::collections::BTreeMap;
 
@@ -15,6 +16,7 @@ use rayon::prelude::*;
 pub(crate) use run::{Run, RunLaw, Timer, missing_limits};
 pub(crate) use text::{TimedText, time_text};
 pub(crate) use tolerance::{View, levers_at, stops_at_corners};
+pub(crate) use vectors::{VectorDecimals, VectorRounding};
 
 use crate::Failure;
 use crate::job_file::FeedsWithin;
@@ -62,8 +64,9 @@ pub(crate) struct Written<'a> {
 }
 
 impl Written<'_> {
-    /// Axis values of the rounded words: where the control goes. Under RTCP by rotary words, also where vectors are written.
-    fn values(&self, axes: &AxisValues) -> Option<AxisValues> {
+    /// Axis values of the rounded words: where the control goes. Where a block says a vector (`by_vector`) the rotary axes are as
+    /// planned: one of the positions that its text leaves open.
+    fn values(&self, axes: &AxisValues, by_vector: bool) -> Option<AxisValues> {
         let (machine, length) = (&self.job.machine, self.job.tool.gauge_length());
         if self.job.post.feed_mode() != FeedMode::Rtcp {
             let words = self.rounded(&self.words.words(axes.as_slice()).ok()?)?;
@@ -77,7 +80,7 @@ impl Written<'_> {
                 tip[k] = word.value;
             }
         }
-        let turned = AxisValues::from_slice(&self.words.joints(&words).ok()?)?;
+        let turned = if by_vector { *axes } else { AxisValues::from_slice(&self.words.joints(&words).ok()?)? };
         machine.with_tip_at(&turned, &(self.table_from_rtcp_words * tip), length)
     }
 
@@ -171,12 +174,13 @@ fn runs(machine: &Machine, written: &Written<'_>, timed: &Timed) -> Vec<Run> {
     let mut runs: Vec<Run> = Vec::new();
     let mut before: Option<(usize, AxisValues)> = None;
     for m in &timed.moves {
-        let end = written.values(&m.axes).unwrap_or(m.axes);
+        let by_vector = matches!(timed.program.blocks[m.block], Block::LinearVectors { .. });
+        let end = written.values(&m.axes, by_vector).unwrap_or(m.axes);
         let (from, start) = before.map_or((m.block, end), |(block, at)| (block + 1, at));
         let stops = timed.program.blocks[from..m.block].iter().any(|b| !matches!(b, Block::Comment(_)));
         let is_rapid = m.kind == MoveKind::Rapid;
         if stops || runs.last().is_none_or(|run| run.is_rapid != is_rapid) {
-            runs.push(Run { start, blocks: Vec::new(), is_rapid });
+            runs.push(Run { start, blocks: Vec::new(), is_rapid, vectors: Vec::new() });
         }
         // By the axes' speeds the law knows better; a rapid feed of the control caps as a tip feed does.
         let capped = !is_rapid || machine.feed_range().rapid.is_some();

@@ -7,6 +7,7 @@ use facemill_feedrate::{
 use facemill_inverse_kinematics::{AxisValues, Machine};
 
 use super::tolerance::{Levers, View, blend_tolerance};
+use super::vectors::{Evened, VectorRounding, evened};
 
 /// Moves of one kind, between which the axes need not stand.
 pub(crate) struct Run {
@@ -16,6 +17,8 @@ pub(crate) struct Run {
     pub blocks: Vec<ProgramBlock>,
     /// Whether they are rapids.
     pub is_rapid: bool,
+    /// The tool axis that each move's text says in place of rotary words, frame of the words; empty where none does.
+    pub vectors: Vec<Option<[f64; 3]>>,
 }
 
 /// The law of a run, move by move.
@@ -36,6 +39,8 @@ pub(crate) struct Timer<'a> {
     bounds: Vec<AxisBounds>,
     tolerance: ControlTolerance,
     rapid: RapidLaw,
+    /// What texts leave open of their tool vectors; `None`: they are taken as exact.
+    rounding: Option<VectorRounding>,
     /// Whether it is told what holds each move back.
     tells_limits: bool,
 }
@@ -58,12 +63,17 @@ impl<'a> Timer<'a> {
     pub(crate) fn new(views: &'a [View<'a>], tolerance: ControlTolerance) -> Result<Self, MissingLimit> {
         let bounds = views.first().map_or_else(|| Ok(Vec::new()), |(machine, _)| machine_bounds(machine))?;
         let rapid = views.first().map_or(RapidLaw::Linear, |(machine, _)| machine.motion_law().rapid);
-        Ok(Self { views, bounds, tolerance, rapid, tells_limits: true })
+        Ok(Self { views, bounds, tolerance, rapid, rounding: None, tells_limits: true })
     }
 
     /// The same without what each move is held back by, which takes as long as half of the law.
     pub(crate) fn without_limits(self) -> Self {
         Self { tells_limits: false, ..self }
+    }
+
+    /// The same where vectors are evened out within their rounding.
+    pub(crate) fn with_rounded_vectors(self, rounding: Option<VectorRounding>) -> Self {
+        Self { rounding, ..self }
     }
 
     /// The law of a run, from rest to rest.
@@ -74,7 +84,12 @@ impl<'a> Timer<'a> {
         if run.is_rapid && self.rapid == RapidLaw::PerAxis {
             return self.each_axis_on_its_own(run);
         }
-        let blend = self.blend(run);
+        // Where too little is left for blends, the axes stop at every corner, and so where the text puts it.
+        let evened = self.evened(run).and_then(|e| self.blend(&e.run, e.tolerance).map(|blend| (e.run, blend)));
+        let (run, blend) = match &evened {
+            Some((evened, blend)) => (evened, Some(*blend)),
+            None => (run, self.blend(run, self.tolerance)),
+        };
         let stops_at_corners = blend.is_none();
         let settings = blend.map_or_else(ProgramSettings::stopping, ProgramSettings::blended);
         let law = program_law(&run.start, &run.blocks, &self.bounds, &settings).map_err(|e| e.to_string())?;
@@ -83,10 +98,17 @@ impl<'a> Timer<'a> {
         Ok(RunLaw { times: law.block_times(), peak_times: law.block_peak_times().to_vec(), limits, stops_at_corners })
     }
 
+    /// The run without the steps that rounding makes in its vectors; `None` where it stays as it is.
+    fn evened(&self, run: &Run) -> Option<Evened> {
+        // Vectors are followed on machines with one head.
+        let ([view], Some(rounding)) = (self.views, &self.rounding) else { return None };
+        evened(*view, run, rounding, self.tolerance)
+    }
+
     /// What every axis may leave the lines of a run by; `None`: nothing.
-    fn blend(&self, run: &Run) -> Option<AxisValues> {
+    fn blend(&self, run: &Run, tolerance: ControlTolerance) -> Option<AxisValues> {
         let levers: Vec<Levers> = self.views.iter().map(|view| Levers::over(*view, run)).collect();
-        blend_tolerance(self.tolerance, self.views, &levers)
+        blend_tolerance(tolerance, self.views, &levers)
     }
 
     /// Rapids in which every axis goes from stop to stop as fast as it can; the slowest one's time counts.

@@ -43,11 +43,12 @@ pub(crate) fn time_text(
     written: &TimedText<'_>,
     timed: &mut Timed,
 ) -> Result<(), Failure> {
-    let machine = at.machine;
+    let (machine, frame) = (at.machine, at.frame);
     let (moves, meant) = motions(at, written, timed).map_err(|e| Failure::Internal(format!("times: {e}")))?;
     let Some(told) = timed.time_law.take() else { return Ok(()) };
     let tolerance = machine.motion_law().control_tolerance;
     let timer = Timer::new(views, tolerance).map_err(|e| Failure::Internal(format!("time law: {e}")))?;
+    let timer = timer.with_rounded_vectors(moves.vector_rounding(frame));
     let time = |run: &Run| timer.time(run);
     let laws: Result<Vec<RunLaw>, String> = moves.runs().par_iter().map(time).collect();
     let laws = laws.map_err(|e| Failure::Internal(format!("time law: {e}")))?;
@@ -92,7 +93,7 @@ fn motions(at: Surroundings<'_>, written: &TimedText<'_>, timed: &mut Timed) -> 
                 }
             }
             Ok(Way::Cut(cut)) => {
-                moves.cut([&cut.from, &cut.to], cut.time.unwrap_or(0.0));
+                moves.cut(&cut, cut.time.unwrap_or(0.0));
                 let unknown = Meant { kind: MoveKind::Approach, limit: None };
                 meant.push(planned.get(&block.line).copied().unwrap_or(unknown));
             }

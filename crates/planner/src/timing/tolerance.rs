@@ -204,7 +204,8 @@ mod tests {
 
     fn run(positions: &[AxisValues]) -> Run {
         let block = |end: &AxisValues| ProgramBlock { end: *end, tip_time: 0.0, exact_stop: false };
-        Run { start: positions[0], blocks: positions[1..].iter().map(block).collect(), is_rapid: false }
+        let blocks = positions[1..].iter().map(block).collect();
+        Run { start: positions[0], blocks, is_rapid: false, vectors: Vec::new() }
     }
 
     #[test]

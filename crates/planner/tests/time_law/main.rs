@@ -1,5 +1,8 @@
 //! Planned programs under the law of motion, read back from their text.
 
+mod left_unsaid;
+mod vectors;
+
 use std::path::Path;
 
 use facemill::feedrate::{AxisBounds, ProgramBlock, ProgramSettings, machine_bounds, program_law};
