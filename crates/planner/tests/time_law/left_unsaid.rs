@@ -49,7 +49,7 @@ fn what_a_template_leaves_to_the_control_is_in_report_and_summary() {
     };
     let told = &planned.report.assumptions;
     // As whoever reads the text finds them.
-    let program = read_program(&file(".mpf"), Dialect::Siemens840d).unwrap();
+    let program = read_program(file(".mpf"), Dialect::Siemens840d).unwrap();
     let machine = Machine::from_json(&machine).unwrap();
     assert_eq!(*told, assumptions(&program, &machine));
     let has = |start: &str| told.iter().any(|a| a.text.starts_with(start) && a.line.is_some());
