@@ -157,6 +157,18 @@ impl BlockReading<'_> {
         }
     }
 
+    /// G54.2 P and G54.4 P: an offset that turns with the table, or one for how the workpiece is set. P0 switches it off; P of
+    /// an unknown value may be any.
+    pub(super) fn table_offset(&mut self) {
+        let is_zero = |w: &Word| w.letter == b'P' && w.index == 0 && w.is_known && w.value == 0.0;
+        if self.line.words.iter().any(is_zero) {
+            self.take(b'P');
+            self.frame_off();
+        } else {
+            self.set_role(AxisRole::Data, MacroKind::Setting);
+        }
+    }
+
     fn set_feed_mode(&mut self, inverse_time: bool) {
         self.say(StateWord::FeedMode);
         if inverse_time != self.modal.inverse_time {

@@ -26,7 +26,7 @@ impl BlockReading<'_> {
             // The way from the reference position; the tool axis along the plane's normal: where they end is not told.
             290 | 531 => self.call_here(code),
             310 => self.skip(),
-            542 | 544 => self.set_role(AxisRole::Data, MacroKind::Setting),
+            542 | 544 => self.table_offset(),
             71 | 121 | 1121 => return Err(self.unsupported(word, "cylindrical or polar interpolation")),
             330 | 331 => return Err(self.unsupported(word, "a move that follows the spindle")),
             512 => return Err(self.unsupported(word, "scaled, mirrored, polar or turned words")),

@@ -19,12 +19,19 @@ fn behind(dialect: Dialect, lines: &str) -> (bool, bool) {
     (is_set, motion.position.get(AxisLetter::X).is_some())
 }
 
-const SET: [(Dialect, &str); 26] = [
+const SET: [(Dialect, &str); 33] = [
     (Dialect::Fanuc, "G52 X10."),
     (Dialect::Fanuc, "G52 X0. Y1."),
     (Dialect::Fanuc, "G52 X#500"),
     (Dialect::Fanuc, "G52"),
     (Dialect::Fanuc, "G92 X0. Y0."),
+    (Dialect::Fanuc, "G54.2 P1"),
+    (Dialect::Fanuc, "G54.4 P2"),
+    (Dialect::Fanuc, "G54.2"),
+    (Dialect::Fanuc, "G54.2 P#500"),
+    (Dialect::Fanuc, "G54.2 P0 X1."),
+    (Dialect::Fanuc, "G54.2 P0 G52 X10."),
+    (Dialect::Mazak, "G54.4 P1"),
     (Dialect::Haas, "G52 Y3."),
     (Dialect::Mazak, "G52 Z-3."),
     (Dialect::LinuxCnc, "G92 X0"),
@@ -48,11 +55,15 @@ const SET: [(Dialect, &str); 26] = [
     (Dialect::Heidenhain, "TRANS DATUM AXIS X+10"),
 ];
 
-const OFF: [(Dialect, &str); 22] = [
+const OFF: [(Dialect, &str); 26] = [
     (Dialect::Fanuc, "G52 X0. Y0. Z0."),
     (Dialect::Fanuc, "G69"),
     (Dialect::Fanuc, "G50"),
     (Dialect::Fanuc, "G50.1"),
+    (Dialect::Fanuc, "G54.2 P0"),
+    (Dialect::Fanuc, "N5 G54.4 P0 (OFF)"),
+    (Dialect::Mazak, "G54.2 P0"),
+    (Dialect::Mazak, "G54.4 P0."),
     (Dialect::Haas, "G52 X0"),
     (Dialect::Mazak, "G69.5"),
     (Dialect::LinuxCnc, "G92.1"),
@@ -93,6 +104,7 @@ fn what_switches_a_frame_off_is_silent_and_changes_nothing_where_none_was_set() 
 fn words_of_a_frame_are_not_known_behind_it() {
     for (dialect, lines) in [
         (Dialect::Fanuc, "G52 X10.\nG0 X5.\nG52 X0."),
+        (Dialect::Fanuc, "G54.2 P1\nG0 X5.\nG54.2 P0"),
         (Dialect::LinuxCnc, "G92 X10\nG0 X5\nG92.1"),
         (Dialect::Siemens840d, "TRANS X10\nG0 X5\nTRANS"),
         (Dialect::Heidenhain, "CYCL DEF 7.1 X+10\nL X+5 R0 FMAX\nCYCL DEF 7.1 X+0"),
