@@ -166,6 +166,8 @@ fn siemens_vectors_are_the_planned_poses_and_are_verified_and_proven() {
 fn heidenhain_says_the_planned_poses_with_the_normals_of_the_surface() {
     let job = with_vectors("heidenhain", "tip_and_rotaries_linear");
     let planned = plan(&job, false);
+    // Among others no normal that is not the surface's.
+    assert!(planned.is_clean() && planned.report.verified, "{:?}", planned.report.findings);
     let lines = motion_lines(&text_with(&planned, ".h"), ["TX", "TY", "TZ"]);
     check_poses(&job, &planned, &lines);
     // A tip, its axis and the normal lead to a point of the surface that has this normal.

@@ -227,6 +227,9 @@ pub enum FindingKind {
     RtcpLeftOn,
     /// A tool or normal vector that is none of length 1, on a control that takes it as it stands.
     NotUnitVector,
+    /// A cutting move whose normal vector (NX NY NZ of LN) points away from the tool, or is not that of the surface which the
+    /// cutter is at.
+    OtherNormal,
     /// The text stops without a word that ends the program.
     NoEnd,
 }
@@ -243,7 +246,8 @@ pub enum Measure {
     ExcessMm(f64),
     /// Way of a rotary axis beyond its limit.
     ExcessDeg(f64),
-    /// Angle of descent below the bottom plane.
+    /// Angle of descent below the bottom plane; of a normal vector to the tool axis that it points away from, or to the normal
+    /// of the surface.
     AngleDeg(f64),
     /// Needed velocity over the largest possible.
     VelocityRatio(f64),
@@ -356,6 +360,7 @@ impl fmt::Display for FindingKind {
             Self::OtherMotion => "another motion than simulated",
             Self::RtcpLeftOn => "RTCP left on",
             Self::NotUnitVector => "vector not of length 1",
+            Self::OtherNormal => "normal not the surface's",
             Self::NoEnd => "no end of the program",
         })
     }

@@ -93,6 +93,7 @@ mod smoothing;
 mod stepping;
 mod stock_cover;
 mod stock_run;
+mod surface_normals;
 mod timing;
 mod tool_vectors;
 mod track;

@@ -7,10 +7,11 @@ use crate::{
     AxisReading, ClearancePlace, Finding, GougePlace, GougeSection, Pose, SectionGouge, Verification,
     chunk_result::{ChunkResult, Clearance, Gouge, Gouges, nearest},
     control::own_head,
-    episodes::{Contact, Episode, Episodes},
+    episodes::{Contact, Episode, Episodes, Key},
     moves::{Move, TextFault},
     reader_notes,
     scene::Scene,
+    surface_normals,
 };
 
 /// What the numbers of a run are told with.
@@ -112,8 +113,15 @@ impl Report<'_> {
                 axis_work: cl.axis.into_inner().into(),
                 axis_values: self.readings(axes),
             }),
-            note: own_head(self.scene.setup).map_or_else(String::new, |head| format!("head {}", head.name)),
+            note: self.note(&key),
         }
+    }
+
+    /// What there is to say of an episode besides its numbers; of several heads which one it is of.
+    fn note(&self, key: &Key) -> String {
+        let head = own_head(self.scene.setup).map(|head| format!("head {}", head.name));
+        let own = surface_normals::note(key).map(str::to_owned);
+        own.into_iter().chain(head).collect::<Vec<_>>().join(", ")
     }
 
     /// Faults of the text, those alike without a motion between them as one.

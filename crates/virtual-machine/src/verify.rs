@@ -10,6 +10,7 @@ use crate::{
     report::Report,
     scene::Scene,
     setup,
+    surface_normals::SurfaceNormals,
     walker::Walker,
 };
 
@@ -31,6 +32,8 @@ const MOVES_PER_SAMPLE: usize = 16;
 ///   is that of the tool with its cutter and of the head's bodies from each body of the machine's bed and table;
 /// - in cutting moves, at positions a twentieth of its radius apart, the core of the cutter's bottom that does not cut is
 ///   held against the stock that the rest of the cutter has not removed before in the program;
+/// - at the end of a cutting move that names the surface's normal (LN of Heidenhain) that is held against the part's where the
+///   cutter is near it;
 /// - axis limits are checked; over every block the speed of each axis, over every step in stock the ramp angle.
 ///
 /// Of two bodies of the machine those that never move against each other are left out, and those that one joint joins
@@ -57,6 +60,7 @@ pub fn verify(
     let resolved = resolve(program, setup, settings);
     let scene = Scene::new(setup, settings)?;
     let core = DeadCore::new(&scene, &resolved.moves, monitor)?;
+    let normals = SurfaceNormals { scene: &scene, program };
     let chunks: Vec<(usize, &[Move])> = resolved.moves.chunks(MOVES_PER_CHUNK).enumerate().collect();
     let sampled: Result<Vec<ChunkResult>, Cancelled> = chunks
         .par_iter()
@@ -69,7 +73,7 @@ pub fn verify(
     let results: Result<Vec<ChunkResult>, Cancelled> = chunks
         .par_iter()
         .with_max_len(1)
-        .map(|(k, moves)| run_chunk(&scene, core.as_ref(), k * MOVES_PER_CHUNK, moves, nearest, monitor))
+        .map(|(k, moves)| run_chunk(&normals, core.as_ref(), k * MOVES_PER_CHUNK, moves, nearest, monitor))
         .collect();
     let results = results?;
     let n_with_moves = resolved.moves.chunk_by(|a, b| a.block == b.block).count();
@@ -78,17 +82,18 @@ pub fn verify(
 }
 
 fn run_chunk(
-    scene: &Scene<'_>,
+    normals: &SurfaceNormals<'_>,
     core: Option<&DeadCore>,
     first: usize,
     moves: &[Move],
     nearest: Option<Clearance>,
     monitor: &dyn Monitor,
 ) -> Result<ChunkResult, Cancelled> {
-    let mut walker = Walker::new(scene, core, nearest);
+    let mut walker = Walker::new(normals.scene, core, nearest);
     for (k, m) in moves.iter().enumerate() {
         monitor.checkpoint()?;
         walker.run(first + k, m, monitor)?;
+        normals.test(first + k, m, &mut walker.result.episodes);
     }
     monitor.advance(moves.chunk_by(|a, b| a.block == b.block).count());
     Ok(walker.result)

@@ -2,6 +2,8 @@
 //! that is clear.
 
 mod kit;
+#[path = "tool_vectors/surface_normals.rs"]
+mod surface_normals;
 
 use std::fmt::Write;
 
@@ -89,6 +91,23 @@ fn with_words(shop: &Shop, poses: &[Pose]) -> String {
     text
 }
 
+/// A program for Heidenhain that goes to the first pose with rotary words, and from there with vectors and these normals.
+fn with_normals(shop: &Shop, poses: &[Pose], mut normal: impl FnMut(usize) -> [f64; 3]) -> String {
+    let (first, above) = (poses[0], [poses[0].0[0], poses[0].0[1], 200.0]);
+    let mut text = format!(
+        "TOOL CALL 7 Z S2000\nM3\nL B0 C0 FMAX\nFUNCTION TCPM F TCP AXIS POS PATHCTRL VECTOR\nL{}{} FMAX\nL{} F20\n",
+        linear(above),
+        rotary(shop, first),
+        linear(first.0)
+    );
+    for (k, (tip, axis)) in poses.iter().enumerate().skip(1) {
+        let ([x, y, z], [i, j, k]) = (unit(*axis), unit(normal(k)));
+        let vectors = format!("NX{i:+.7} NY{j:+.7} NZ{k:+.7} TX{x:+.7} TY{y:+.7} TZ{z:+.7}");
+        writeln!(text, "LN{} {vectors}", linear(*tip)).unwrap();
+    }
+    text
+}
+
 /// The length is that of the edge D1 with Siemens, of the tool T7 with Heidenhain.
 fn setup(shop: &Shop, dialect: Dialect) -> VirtualSetup<'_> {
     let length_register = if dialect == Dialect::Siemens840d { 1 } else { shop.tool.number() };
@@ -140,19 +159,7 @@ fn heidenhain_vectors_run_like_those_of_siemens() {
     let shop = shop();
     let poses = round(0.35, 60);
     let siemens = run(&shop, &with_vectors(&shop, &poses), Dialect::Siemens840d);
-    let ln = |(tip, axis): &Pose| {
-        let [x, y, z] = unit(*axis);
-        format!("LN{} NX+0 NY+0 NZ+1 TX{x:+.7} TY{y:+.7} TZ{z:+.7}\n", linear(*tip))
-    };
-    let (first, above) = (poses[0], [poses[0].0[0], poses[0].0[1], 200.0]);
-    let mut text = format!(
-        "TOOL CALL 7 Z S2000\nM3\nL B0 C0 FMAX\nFUNCTION TCPM F TCP AXIS POS PATHCTRL VECTOR\nL{}{} FMAX\nL{} F20\n",
-        linear(above),
-        rotary(&shop, first),
-        linear(first.0)
-    );
-    text.extend(poses[1..].iter().map(ln));
-    let heidenhain = run(&shop, &text, Dialect::Heidenhain);
+    let heidenhain = run(&shop, &with_normals(&shop, &poses, |_| [0.0, 0.0, 1.0]), Dialect::Heidenhain);
     let unknown = heidenhain.findings.iter().filter(|f| f.kind == FindingKind::UnknownPosition).count();
     assert_eq!(unknown, 0, "{:?}", told(&heidenhain));
     let depth = |v: &Verification| v.largest_gouge.as_ref().unwrap().depth_mm;
