@@ -2,6 +2,7 @@
 //! the plan, the report and the part by matrices made from the rows of the machine file.
 
 mod dual_refusals;
+mod lowered_feeds;
 
 use facemill::nc_program::{AptFile, read_apt};
 use facemill::new_job::NewJob;
