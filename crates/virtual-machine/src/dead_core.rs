@@ -228,6 +228,7 @@ fn depth_in_stock(p: &Point3<f64>, o: &SceneObstacle<'_>) -> Option<f64> {
     (depth > SLACK).then_some(depth)
 }
 
+/// The tool at a pose.
 pub(crate) fn cl_of(work_from_tool: &Isometry3<f64>) -> ClPoint {
     ClPoint {
         tip: work_from_tool.translation.vector.into(),

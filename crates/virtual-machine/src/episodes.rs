@@ -25,6 +25,8 @@ pub(crate) struct Contact {
     pub(crate) axes: AxisValues,
     /// Workpiece frame.
     pub(crate) cl: ClPoint,
+    /// Fraction of the move's time.
+    pub(crate) at: f64,
 }
 
 /// The same thing on moves that follow each other.

@@ -107,9 +107,13 @@ pub struct Finding {
     /// Contact point, workpiece frame, mm.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub place_work_mm: Option<[f64; 3]>,
-    /// Where tool and axes are.
+    /// Where tool and axes are; at the start of the block where the text alone is at fault, and only where that is known.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pose: Option<Pose>,
+    /// When it happens, s since the start of the program: rapids at the axes' largest velocities and cuts at their programmed
+    /// feeds, as [`Verification::cutting_time_s`] and [`Verification::rapid_time_s`] count. Of lines that are not run there is none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub time_s: Option<f64>,
     /// What else there is to say.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub note: String,
@@ -133,6 +137,7 @@ impl Finding {
             measure: None,
             place_work_mm: None,
             pose: None,
+            time_s: None,
             note,
         }
     }

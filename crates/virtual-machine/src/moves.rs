@@ -56,6 +56,8 @@ pub(crate) struct TextFault {
 pub(crate) struct Moves {
     pub(crate) moves: Vec<Move>,
     pub(crate) faults: Vec<TextFault>,
+    /// Where the axes are before each block; `None` where the place of one is not known.
+    pub(crate) stands: Vec<Option<AxisValues>>,
 }
 
 /// Resolves every block. At the start all axes are at home.
@@ -66,6 +68,7 @@ pub(crate) fn resolve(program: &ReadProgram, setup: &VirtualSetup<'_>, settings:
     for (index, block) in program.blocks.iter().enumerate() {
         state.section = settings.section_of(block.line);
         let (was_home, before) = (state.is_spindle_home(), state.known_axes());
+        state.out.stands.push(before);
         state.block(index, block);
         let is_home = was_home && state.is_spindle_home();
         control.block(index, block, is_home, state.may_cut(is_home, before.as_ref()));

@@ -1,5 +1,6 @@
 use std::collections::BTreeMap;
 
+use facemill_cl_data::ClPoint;
 use facemill_inverse_kinematics::AxisValues;
 use facemill_nc_program::{ReadBlock, ReadProgram};
 
@@ -8,25 +9,39 @@ use crate::{
     chunk_result::{ChunkResult, Clearance, Gouge, Gouges, nearest},
     control::own_head,
     episodes::{Contact, Episode, Episodes, Key},
-    moves::{Move, TextFault},
+    moves::{Moves, TextFault},
     reader_notes,
     scene::Scene,
     surface_normals,
+    timing::duration,
 };
 
 /// What the numbers of a run are told with.
 pub(crate) struct Report<'a> {
     pub(crate) program: &'a ReadProgram,
     pub(crate) scene: &'a Scene<'a>,
-    pub(crate) moves: &'a [Move],
+    resolved: &'a Moves,
+    /// When each move starts, and the last one ends, s since the start of the program.
+    starts: Vec<f64>,
 }
 
 /// What the stock is called that the program cuts; its index is behind those of the obstacles.
 const STOCK: &str = "stock";
 
-impl Report<'_> {
+impl<'a> Report<'a> {
+    pub(crate) fn new(program: &'a ReadProgram, scene: &'a Scene<'a>, resolved: &'a Moves) -> Self {
+        let mut now = 0.0;
+        let mut starts = vec![now];
+        for m in &resolved.moves {
+            // What has no feed has no time: it is a fault of its own.
+            now += duration(scene.setup.machine, m, scene.tool_length).unwrap_or(0.0);
+            starts.push(now);
+        }
+        Self { program, scene, resolved, starts }
+    }
+
     /// One report of all chunks, which are in the order of the program.
-    pub(crate) fn assemble(&self, results: Vec<ChunkResult>, faults: &[TextFault]) -> Verification {
+    pub(crate) fn assemble(&self, results: Vec<ChunkResult>) -> Verification {
         let mut episodes = Episodes::default();
         let mut gouges = Gouges::default();
         let clearance = nearest(results.iter().map(|r| r.clearance));
@@ -52,9 +67,10 @@ impl Report<'_> {
         v.largest_gouge = gouges.deepest_of_all().map(|g| self.gouge_place(&g));
         v.sections = self.sections(&gouges);
         v.smallest_clearance = clearance.map(|c| self.clearance_place(&c));
-        v.findings = episodes.all.iter().map(|e| self.finding(e)).chain(self.text_findings(faults)).collect();
+        v.findings = episodes.all.iter().map(|e| self.finding(e)).chain(self.text_findings()).collect();
         v.findings.extend(reader_notes::findings(self.program));
         v.findings.extend(reader_notes::no_end(self.program).filter(|_| self.scene.settings.is_whole));
+        self.place(&mut v.findings);
         v.findings.sort_by_key(|f| (f.first_line, f.kind));
         v
     }
@@ -89,7 +105,7 @@ impl Report<'_> {
     }
 
     pub(crate) fn finding(&self, e: &Episode) -> Finding {
-        let Contact { key, measure, place, ref axes, cl } = e.worst;
+        let Contact { key, measure, place, ref axes, cl, at } = e.worst;
         let worst = self.block(e.worst_move);
         let body = match key.body {
             Some(k) => Some(self.scene.bodies[k].name.clone()),
@@ -108,11 +124,8 @@ impl Report<'_> {
             axis: key.axis.map(|k| self.scene.setup.machine.axes()[k].letter.to_string()),
             measure,
             place_work_mm: place.map(|p| p.coords.into()),
-            pose: Some(Pose {
-                tip_work_mm: cl.tip.coords.into(),
-                axis_work: cl.axis.into_inner().into(),
-                axis_values: self.readings(axes),
-            }),
+            pose: Some(self.pose(axes, &cl)),
+            time_s: Some(self.time(e.worst_move, at)),
             note: self.note(&key),
         }
     }
@@ -124,11 +137,25 @@ impl Report<'_> {
         own.into_iter().chain(head).collect::<Vec<_>>().join(", ")
     }
 
+    /// Tells of findings without a pose where the machine stands before their block, and when.
+    pub(crate) fn place(&self, findings: &mut [Finding]) {
+        for finding in findings.iter_mut().filter(|f| f.pose.is_none()) {
+            let index = self.program.blocks.partition_point(|b| b.line < finding.worst_line);
+            // Behind the end there are lines and no blocks.
+            if self.program.blocks.get(index).is_none_or(|b| b.line != finding.worst_line) {
+                continue;
+            }
+            finding.pose = self.resolved.stands[index].map(|axes| self.pose(&axes, &self.scene.cl_at(&axes)));
+            let next = self.resolved.moves.partition_point(|m| m.block < index);
+            finding.time_s = Some(self.starts[next]);
+        }
+    }
+
     /// Faults of the text, those alike without a motion between them as one.
-    fn text_findings(&self, faults: &[TextFault]) -> Vec<Finding> {
+    fn text_findings(&self) -> Vec<Finding> {
         let mut runs: Vec<(&TextFault, usize)> = Vec::new();
         let mut latest = BTreeMap::new();
-        for fault in faults {
+        for fault in &self.resolved.faults {
             let key = (fault.kind, fault.axis, &fault.note);
             let open = latest.get(&key).map(|&k: &usize| &mut runs[k]);
             if let Some((_, last)) = open.filter(|(_, last)| !self.moves_between(*last, fault.block)) {
@@ -143,8 +170,8 @@ impl Report<'_> {
 
     /// Whether a block between these two moves an axis to a known place.
     fn moves_between(&self, first: usize, last: usize) -> bool {
-        let next = self.moves.partition_point(|m| m.block <= first);
-        self.moves.get(next).is_some_and(|m| m.block < last)
+        let next = self.resolved.moves.partition_point(|m| m.block <= first);
+        self.resolved.moves.get(next).is_some_and(|m| m.block < last)
     }
 
     fn text_finding(&self, first: &TextFault, last: usize) -> Finding {
@@ -162,7 +189,22 @@ impl Report<'_> {
             measure: None,
             place_work_mm: None,
             pose: None,
+            time_s: None,
             note: first.note.clone(),
+        }
+    }
+
+    /// Time at a fraction of a move's, s.
+    fn time(&self, move_index: usize, at: f64) -> f64 {
+        let [start, end] = [self.starts[move_index], self.starts[move_index + 1]];
+        start + at * (end - start)
+    }
+
+    fn pose(&self, axes: &AxisValues, cl: &ClPoint) -> Pose {
+        Pose {
+            tip_work_mm: cl.tip.coords.into(),
+            axis_work: cl.axis.into_inner().into(),
+            axis_values: self.readings(axes),
         }
     }
 
@@ -176,6 +218,6 @@ impl Report<'_> {
     }
 
     fn block(&self, move_index: usize) -> &ReadBlock {
-        &self.program.blocks[self.moves[move_index].block]
+        &self.program.blocks[self.resolved.moves[move_index].block]
     }
 }

@@ -1,11 +1,11 @@
-use facemill_cl_data::Solid;
+use facemill_cl_data::{ClPoint, Solid};
 use facemill_interference::{Interference, MeshTree, solid_mesh};
 use facemill_inverse_kinematics::{AxisValues, Carrier, Machine, MachineBody};
 use nalgebra::Isometry3;
 
 use crate::{
     FindingKind, ObstacleKind, VerifyError, VerifySettings, VirtualObstacle, VirtualSetup, cutter_depth::CutterDepth,
-    moves::Move, track::Shape,
+    dead_core::cl_of, moves::Move, track::Shape,
 };
 
 /// The setup with what does not change from position to position worked out.
@@ -141,6 +141,11 @@ impl<'a> Scene<'a> {
             obstacles,
             other: other_view(setup),
         })
+    }
+
+    /// The tool at these axis values, workpiece frame.
+    pub(crate) fn cl_at(&self, axes: &AxisValues) -> ClPoint {
+        cl_of(&(self.work_from_table * self.setup.machine.forward(axes, self.tool_length)))
     }
 
     /// Whether an obstacle moves with the other head.

@@ -20,6 +20,8 @@ pub(crate) struct Segment {
     pub(crate) to: ClPoint,
     /// Axis values at its end.
     pub(crate) axes: AxisValues,
+    /// Fraction of the move's time at its end.
+    pub(crate) end: f64,
 }
 
 /// How coarse segments may be.
@@ -65,7 +67,7 @@ pub(crate) fn segments(scene: &Scene<'_>, m: &Move, coarse: &Coarseness) -> Opti
     while let Some((from, to, halvings)) = open.pop() {
         let (axes, end) = pose(to)?;
         if is_close(&rates, (from, to), (&at, &end), coarse) {
-            out.push(Segment { from: at, to: end, axes });
+            out.push(Segment { from: at, to: end, axes, end: to });
             at = end;
         } else if halvings < MAX_HALVINGS {
             let middle = 0.5 * (from + to);

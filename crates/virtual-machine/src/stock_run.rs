@@ -88,7 +88,7 @@ pub fn run_stock(
         monitor.advance(batch.chunk_by(|a, b| a.block == b.block).count());
     }
     let Out { episodes, taken } = run.out;
-    let report = Report { program, scene: &scene, moves: &resolved.moves };
+    let report = Report::new(program, &scene, &resolved);
     let blocks = resolved
         .moves
         .iter()
@@ -258,7 +258,7 @@ impl Run<'_, '_> {
         // Sweeps are within the tolerance: what is less deep may be rounding of the ways.
         let Some(deepest) = result.deepest.filter(|d| d.depth > 2.0 * self.coarse.tolerance) else { return };
         let measure = Some(Measure::DepthMm(deepest.depth));
-        let contact = Contact { key, measure, place: Some(deepest.place), axes: segment.axes, cl: segment.to };
+        let contact = Contact { key, measure, place: Some(deepest.place), ..contact(key, measure, segment) };
         self.out.episodes.record(index, contact);
     }
 
@@ -272,7 +272,7 @@ impl Run<'_, '_> {
         }
         let key = Key::of_cutter(FindingKind::RampTooSteep, self.scene.obstacles.len());
         let measure = Some(Measure::AngleDeg(descent.angle().to_degrees()));
-        self.out.episodes.record(index, Contact { key, measure, place: None, axes: segment.axes, cl: segment.to });
+        self.out.episodes.record(index, contact(key, measure, segment));
     }
 
     /// A move whose way is not known: nothing is cut on it.
@@ -281,6 +281,11 @@ impl Run<'_, '_> {
             self.scene.work_from_table * self.scene.setup.machine.forward(&m.end, self.scene.tool_length);
         let cl = crate::dead_core::cl_of(&work_from_tool);
         let key = Key::of_axis(FindingKind::ReachFailure, None);
-        self.out.episodes.record(index, Contact { key, measure: None, place: None, axes: m.end, cl });
+        self.out.episodes.record(index, Contact { key, measure: None, place: None, axes: m.end, cl, at: 1.0 });
     }
+}
+
+/// What happens at the end of a segment.
+fn contact(key: Key, measure: Option<Measure>, segment: &Segment) -> Contact {
+    Contact { key, measure, place: None, axes: segment.axes, cl: segment.to, at: segment.end }
 }

@@ -78,7 +78,7 @@ pub fn verify(
     let results = results?;
     let n_with_moves = resolved.moves.chunk_by(|a, b| a.block == b.block).count();
     monitor.advance(program.blocks.len().saturating_sub(n_with_moves));
-    Ok(Report { program, scene: &scene, moves: &resolved.moves }.assemble(results, &resolved.faults))
+    Ok(Report::new(program, &scene, &resolved).assemble(results))
 }
 
 fn run_chunk(

@@ -38,6 +38,8 @@ struct Position<'a> {
     index: usize,
     m: &'a Move,
     axes: AxisValues,
+    /// Fraction of the move's time.
+    at: f64,
     /// Workpiece frame.
     cl: ClPoint,
     work_from_tool: Isometry3<f64>,
@@ -100,29 +102,29 @@ impl<'a> Walker<'a> {
         let Scene { setup, settings, tool_length, .. } = *self.scene;
         self.time(index, m);
         let Ok(motion) = Motion::new(setup.machine, m.law, &m.start, &m.end, tool_length) else {
-            self.fail_to_reach(index, m, &m.start);
+            self.fail_to_reach(index, m, (0.0, m.start));
             return Ok(());
         };
         let reach = setup.tool.cutter().radius().hypot(setup.tool.cutter().flute_length());
         let spacing = Spacing { max_step: settings.max_step, max_turn: settings.max_turn, reach };
         let steps = positions(setup.machine, &motion, m.law, [&m.start, &m.end], tool_length, &spacing);
         let ramp_rounding = RAMP_ROUNDING / steps.n() as f64;
-        let mut before = self.position(index, m, m.start).cl;
+        let mut before = self.position(index, m, (0.0, m.start)).cl;
         let mut last = (0.0, m.start);
         for t in steps {
             if self.result.n_positions.is_multiple_of(POSITIONS_PER_CHECK) {
                 monitor.checkpoint()?;
             }
             let Ok(axes) = motion.at(t) else {
-                self.fail_to_reach(index, m, &m.start);
+                self.fail_to_reach(index, m, last);
                 return Ok(());
             };
             if m.law == TURNED && jumps(setup.machine, &motion, last, (t, axes)) {
-                self.fail_to_reach(index, m, &axes);
+                self.fail_to_reach(index, m, (t, axes));
                 return Ok(());
             }
             last = (t, axes);
-            let here = self.position(index, m, axes);
+            let here = self.position(index, m, (t, axes));
             self.test(&here);
             if !m.is_rapid {
                 self.result.cutting_length += (here.cl.tip - before.tip).norm();
@@ -139,7 +141,7 @@ impl<'a> Walker<'a> {
 
     /// Tests the bodies alone, at the end of a move alone.
     pub(crate) fn look(&mut self, index: usize, m: &Move) {
-        let end = self.position(index, m, m.end);
+        let end = self.position(index, m, (1.0, m.end));
         self.place_machine(&end);
         self.test_bodies(&end);
     }
@@ -157,28 +159,29 @@ impl<'a> Walker<'a> {
             }),
         };
         if let Some((key, measure)) = fault {
-            let end = self.position(index, m, m.end);
+            let end = self.position(index, m, (1.0, m.end));
             self.record(&end, key, measure, None);
         }
     }
 
-    fn fail_to_reach(&mut self, index: usize, m: &Move, axes: &AxisValues) {
-        let here = self.position(index, m, *axes);
+    fn fail_to_reach(&mut self, index: usize, m: &Move, last: (f64, AxisValues)) {
+        let here = self.position(index, m, last);
         self.record(&here, Key::of_axis(FindingKind::ReachFailure, None), None, None);
     }
 
-    fn position<'m>(&self, index: usize, m: &'m Move, axes: AxisValues) -> Position<'m> {
+    /// `at` is the fraction of the move's time.
+    fn position<'m>(&self, index: usize, m: &'m Move, (at, axes): (f64, AxisValues)) -> Position<'m> {
         let Scene { setup, work_from_table, tool_length, .. } = *self.scene;
         let work_from_tool = work_from_table * setup.machine.forward(&axes, tool_length);
         let cl = ClPoint {
             tip: work_from_tool.translation.vector.into(),
             axis: Unit::new_unchecked(work_from_tool.rotation * Vector3::z()),
         };
-        Position { index, m, axes, cl, work_from_tool }
+        Position { index, m, axes, at, cl, work_from_tool }
     }
 
     fn record(&mut self, here: &Position<'_>, key: Key, measure: Option<Measure>, place: Option<Point3<f64>>) {
-        let contact = Contact { key, measure, place, axes: here.axes, cl: here.cl };
+        let contact = Contact { key, measure, place, axes: here.axes, cl: here.cl, at: here.at };
         self.result.episodes.record(here.index, contact);
     }
 
