@@ -186,6 +186,15 @@ pub enum FindingKind {
     AxisSpike,
     /// The axes cannot follow the programmed motion.
     ReachFailure,
+    /// A rotary axis turns far in one cutting block while the tool axis is near the pole, where small turns of the tool need large
+    /// ones of the axis.
+    Singularity,
+    /// A rotary axis turns by more than half a turn in one cutting block: it turns back, or goes the long way round, in the cut.
+    Rewind,
+    /// The same in a rapid between cuts.
+    LinkRewind,
+    /// The cutter takes more at a time than the job's removal rate allows.
+    OverEngagement,
     /// The cutter goes down into stock more steeply than it may.
     RampTooSteep,
     /// The core of the cutter, which does not cut, in stock that has not been removed before, deeper than its recess.
@@ -258,14 +267,19 @@ pub enum Measure {
     VelocityRatio(f64),
     /// Speed of the tip over the largest that the job asks for.
     FeedRatio(f64),
+    /// Turn of a rotary axis in one block.
+    TurnDeg(f64),
+    /// Removal rate over the largest that the job asks for.
+    RemovalRatio(f64),
 }
 
 impl FindingKind {
-    /// Whether it makes the program unfit: all but near misses, and functions of the machine builder, which every shop has and
-    /// only the shop can judge.
+    /// Whether it makes the program unfit: all but near misses; axes that turn back between cuts, or turn far near the pole, whose
+    /// motion is followed and tested as every other is; and functions of the machine builder, which every shop has and only the
+    /// shop can judge.
     #[must_use]
     pub fn is_fault(self) -> bool {
-        !matches!(self, Self::NearMiss | Self::UnknownFunction)
+        !matches!(self, Self::NearMiss | Self::Singularity | Self::LinkRewind | Self::UnknownFunction)
     }
 }
 
@@ -280,7 +294,9 @@ impl Measure {
             | Self::ExcessDeg(v)
             | Self::AngleDeg(v)
             | Self::VelocityRatio(v)
-            | Self::FeedRatio(v) => v,
+            | Self::FeedRatio(v)
+            | Self::TurnDeg(v)
+            | Self::RemovalRatio(v) => v,
         }
     }
 
@@ -303,6 +319,8 @@ impl fmt::Display for Measure {
             Self::AngleDeg(v) => write!(f, "{v:.2} deg"),
             Self::VelocityRatio(v) => write!(f, "{v:.2} times its largest velocity"),
             Self::FeedRatio(v) => write!(f, "{v:.2} times the job's feed"),
+            Self::TurnDeg(v) => write!(f, "turns by {v:.1} deg"),
+            Self::RemovalRatio(v) => write!(f, "{v:.2} times the job's removal rate"),
         }
     }
 }
@@ -342,6 +360,10 @@ impl fmt::Display for FindingKind {
             Self::AxisLimit => "axis beyond its limits",
             Self::AxisSpike => "axis cannot follow the feed",
             Self::ReachFailure => "axes cannot follow the motion",
+            Self::Singularity => "rotary axis turns far near its pole",
+            Self::Rewind => "rotary axis turns back in the cut",
+            Self::LinkRewind => "rotary axis turns back between cuts",
+            Self::OverEngagement => "cutter takes too much",
             Self::RampTooSteep => "ramp too steep",
             Self::DeadCore => "core of the cutter in stock",
             Self::UnsafeCancel => "length compensation cancelled away from the reference position",

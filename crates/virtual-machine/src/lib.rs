@@ -71,6 +71,7 @@ mod counted_axes;
 mod cutter_depth;
 mod dead_core;
 mod doubts;
+mod engagement;
 mod episodes;
 mod feeds;
 mod finding;
@@ -86,6 +87,7 @@ mod rates;
 mod rates_laws;
 mod reader_notes;
 mod report;
+mod rotaries;
 mod scene;
 mod segments;
 mod setup;
@@ -108,7 +110,7 @@ pub use finding::{
     AxisReading, ClearancePlace, Finding, FindingKind, GougePlace, Measure, Pose, SectionGouge, Verification,
 };
 pub use links::{LinkHold, LinkSettings, LinkStage, ProgramLink, run_links};
-pub use setup::{GougeSection, ObstacleKind, VerifyError, VerifySettings, VirtualObstacle, VirtualSetup};
+pub use setup::{GougeSection, ObstacleKind, RemovalLimit, VerifyError, VerifySettings, VirtualObstacle, VirtualSetup};
 pub use stock_cover::blocks_beyond;
 pub use stock_run::{BlockCut, StockRun, run_stock};
-pub use verify::verify;
+pub use verify::{place_findings, verify};

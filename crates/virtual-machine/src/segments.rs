@@ -20,7 +20,8 @@ pub(crate) struct Segment {
     pub(crate) to: ClPoint,
     /// Axis values at its end.
     pub(crate) axes: AxisValues,
-    /// Fraction of the move's time at its end.
+    /// Fractions of the move's time at its start and end.
+    pub(crate) start: f64,
     pub(crate) end: f64,
 }
 
@@ -67,7 +68,7 @@ pub(crate) fn segments(scene: &Scene<'_>, m: &Move, coarse: &Coarseness) -> Opti
     while let Some((from, to, halvings)) = open.pop() {
         let (axes, end) = pose(to)?;
         if is_close(&rates, (from, to), (&at, &end), coarse) {
-            out.push(Segment { from: at, to: end, axes, end: to });
+            out.push(Segment { from: at, to: end, axes, start: from, end: to });
             at = end;
         } else if halvings < MAX_HALVINGS {
             let middle = 0.5 * (from + to);

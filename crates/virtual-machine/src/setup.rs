@@ -82,6 +82,14 @@ pub struct VerifySettings {
     pub ramp_slack: f64,
     /// Fraction by which an axis may exceed its largest velocity: feeds are written with few digits.
     pub velocity_slack: f64,
+    /// Angle between tool axis and pole (where the tool axis is parallel to the first rotary axis) up to which a cut is near it, rad.
+    pub singular_cone: f64,
+    /// Turn of a rotary axis in one cutting block near the pole beyond which it is told, rad.
+    pub singular_turn: f64,
+    /// What the cutter may take at a time where the stock is cut; `None`: as much as it does.
+    pub removal: Option<RemovalLimit>,
+    /// Share by which it may take more: volumes are those of lines, and means over half the cutter's radius or ten cells.
+    pub removal_slack: f64,
     /// Whether the stock is cut in a run of its own ([`run_stock`](crate::run_stock)): tool assembly, cutter in rapid, ramps
     /// and the cutter's core are then held against it there, as it is at every moment, and not here, as it was at first.
     /// Bodies of the machine still are.
@@ -91,6 +99,15 @@ pub struct VerifySettings {
     pub probed_lines: Vec<u32>,
     /// Whether the text is a whole program, which has to say where it ends.
     pub is_whole: bool,
+}
+
+/// How much a cutter may take at a time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RemovalLimit {
+    /// Largest removal rate, mm³/min.
+    pub largest: f64,
+    /// Speed of the tip up to which any rate is allowed, mm/min: the slowest that the job lowers its feeds to.
+    pub slowest: f64,
 }
 
 /// A part of the program, from one line to that of the next section, such as an operation with its error budget.
@@ -118,7 +135,8 @@ impl VerifySettings {
 
 impl Default for VerifySettings {
     /// Positions at most 0.5 mm and 0.2° apart; gouges beyond 0.02 mm; 0.1 mm of clearance slack, no near misses
-    /// outside the clearance; ramps by 0.1°, velocities by 2 % beyond.
+    /// outside the clearance; ramps by 0.1°, velocities by 2 % and removal rates by 10 % beyond; turns by more than 10° within 1°
+    /// of the pole.
     fn default() -> Self {
         Self {
             max_step: 0.5,
@@ -129,6 +147,10 @@ impl Default for VerifySettings {
             near_miss: 0.0,
             ramp_slack: 0.1_f64.to_radians(),
             velocity_slack: 0.02,
+            singular_cone: 1f64.to_radians(),
+            singular_turn: 10f64.to_radians(),
+            removal: None,
+            removal_slack: 0.1,
             stock_is_cut: false,
             probed_lines: Vec::new(),
             is_whole: false,
@@ -258,9 +280,20 @@ pub(crate) fn check(setup: &VirtualSetup<'_>, settings: &VerifySettings) -> Resu
         ("near_miss", settings.near_miss),
         ("ramp_slack", settings.ramp_slack),
         ("velocity_slack", settings.velocity_slack),
+        ("singular_cone", settings.singular_cone),
+        ("singular_turn", settings.singular_turn),
+        ("removal_slack", settings.removal_slack),
     ] {
         if !(value >= 0.0 && value.is_finite()) {
             return Err(VerifyError::Setting { field, value, needed: "at least 0" });
+        }
+    }
+    if let Some(RemovalLimit { largest, slowest }) = settings.removal {
+        if !(largest > 0.0 && largest.is_finite()) {
+            return Err(VerifyError::Setting { field: "removal.largest", value: largest, needed: "above 0" });
+        }
+        if !(slowest >= 0.0 && slowest.is_finite()) {
+            return Err(VerifyError::Setting { field: "removal.slowest", value: slowest, needed: "at least 0" });
         }
     }
     check_sections(&settings.sections)

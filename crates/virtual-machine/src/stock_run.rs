@@ -8,6 +8,7 @@ use rayon::prelude::*;
 
 use crate::{
     Finding, FindingKind, Measure, VerifyError, VerifySettings, VirtualSetup,
+    engagement::{Engagement, Part},
     episodes::{Contact, Episodes, Key},
     moves::{Move, resolve},
     probe::Probe,
@@ -16,6 +17,7 @@ use crate::{
     scene::Scene,
     segments::{Coarseness, Segment, segments},
     setup,
+    timing::duration,
 };
 
 /// What a program does to the stock.
@@ -82,7 +84,9 @@ pub fn run_stock(
     let bodies = Bodies::new(setup.tool, settings.clearance_slack, stock.grid().cell());
     let coarse = Coarseness { tolerance, reach: setup.tool.gauge_length(), max_way: bodies.max_way };
     let probe = Probe::new(program, settings, setup.tool.cutter(), tolerance);
-    let mut run = Run { scene: &scene, bodies: &bodies, probe: &probe, coarse, stock, out: Out::default() };
+    let (radius, cell) = (setup.tool.cutter().radius(), stock.grid().cell());
+    let engagement = settings.removal.map(|limit| Engagement::new(limit, settings.removal_slack, radius, cell));
+    let mut run = Run { scene: &scene, bodies: &bodies, probe: &probe, coarse, stock, engagement, out: Out::default() };
     for (k, batch) in resolved.moves.chunks(MOVES_PER_BATCH).enumerate() {
         run.batch(k * MOVES_PER_BATCH, batch, monitor)?;
         monitor.advance(batch.chunk_by(|a, b| a.block == b.block).count());
@@ -198,6 +202,7 @@ struct Run<'r, 'a> {
     probe: &'r Probe,
     coarse: Coarseness,
     stock: &'r mut DexelMap,
+    engagement: Option<Engagement>,
     out: Out,
 }
 
@@ -245,6 +250,7 @@ impl Run<'_, '_> {
         let key = match purpose {
             Purpose::Cut => {
                 self.out.taken[index].removed_mm3 += result.volume;
+                self.engage(index, m, segment, result.volume);
                 return self.ramp(index, m, segment, result.volume);
             }
             Purpose::Probe => {
@@ -252,7 +258,10 @@ impl Run<'_, '_> {
                 return self.out.taken[index].is_certain |= is_met;
             }
             Purpose::Core => Key::of_cutter(FindingKind::DeadCore, stock),
-            Purpose::Rapid => Key::of_cutter(FindingKind::RapidCollision, stock),
+            Purpose::Rapid => {
+                self.engagement.iter_mut().for_each(Engagement::lift);
+                Key::of_cutter(FindingKind::RapidCollision, stock)
+            }
             Purpose::Body(k) => Key::of_body(FindingKind::HolderCollision, k, stock),
         };
         // Sweeps are within the tolerance: what is less deep may be rounding of the ways.
@@ -260,6 +269,20 @@ impl Run<'_, '_> {
         let measure = Some(Measure::DepthMm(deepest.depth));
         let contact = Contact { key, measure, place: Some(deepest.place), ..contact(key, measure, segment) };
         self.out.episodes.record(index, contact);
+    }
+
+    /// A segment on which the cutter took more at a time than it may.
+    fn engage(&mut self, index: usize, m: &Move, segment: &Segment, volume: f64) {
+        let (Some(engagement), setup) = (&mut self.engagement, self.scene.setup) else { return };
+        let time = duration(setup.machine, m, self.scene.tool_length).unwrap_or(0.0) * (segment.end - segment.start);
+        let Segment { from, to, .. } = segment;
+        let tip_way = (to.tip - from.tip).norm();
+        let turn = from.axis.cross(&to.axis).norm().atan2(from.axis.dot(&to.axis));
+        let way = tip_way + setup.tool.cutter().radius() * turn;
+        if let Some(ratio) = engagement.cut(Part { way, tip_way, volume, time }) {
+            let key = Key::of_cutter(FindingKind::OverEngagement, self.scene.obstacles.len());
+            self.out.episodes.record(index, contact(key, Some(Measure::RemovalRatio(ratio)), segment));
+        }
     }
 
     /// A segment on which the cutter took material going down too steeply.

@@ -3,11 +3,12 @@ use facemill_nc_program::ReadProgram;
 use rayon::prelude::*;
 
 use crate::{
-    Verification, VerifyError, VerifySettings, VirtualSetup,
+    Finding, Verification, VerifyError, VerifySettings, VirtualSetup,
     chunk_result::{ChunkResult, Clearance, nearest},
     dead_core::DeadCore,
     moves::{Move, resolve},
     report::Report,
+    rotaries,
     scene::Scene,
     setup,
     surface_normals::SurfaceNormals,
@@ -34,7 +35,8 @@ const MOVES_PER_SAMPLE: usize = 16;
 ///   held against the stock that the rest of the cutter has not removed before in the program;
 /// - at the end of a cutting move that names the surface's normal (LN of Heidenhain) that is held against the part's where the
 ///   cutter is near it;
-/// - axis limits are checked; over every block the speed of each axis, over every step in stock the ramp angle.
+/// - axis limits are checked; over every block the speed of each axis and the turn of rotary ones, over every step in stock the ramp
+///   angle.
 ///
 /// Of two bodies of the machine those that never move against each other are left out, and those that one joint joins
 /// directly: a ram in its guide, a table in its cradle lie within each other by construction.
@@ -75,10 +77,29 @@ pub fn verify(
         .with_max_len(1)
         .map(|(k, moves)| run_chunk(&normals, core.as_ref(), k * MOVES_PER_CHUNK, moves, nearest, monitor))
         .collect();
-    let results = results?;
+    let mut results = results?;
+    results.push(rotaries::turns(&scene, &resolved.moves));
     let n_with_moves = resolved.moves.chunk_by(|a, b| a.block == b.block).count();
     monitor.advance(program.blocks.len().saturating_sub(n_with_moves));
     Ok(Report::new(program, &scene, &resolved).assemble(results))
+}
+
+/// Tells of findings without a pose where the machine of the setup stands before the block of their worst line, and when; of lines
+/// that are no blocks, and where the place of an axis is not known, nothing. For findings that are made of the text elsewhere.
+///
+/// # Errors
+/// When the setup or a setting makes no sense.
+pub fn place_findings(
+    program: &ReadProgram,
+    setup: &VirtualSetup<'_>,
+    settings: &VerifySettings,
+    findings: &mut [Finding],
+) -> Result<(), VerifyError> {
+    setup::check(setup, settings)?;
+    let resolved = resolve(program, setup, settings);
+    let scene = Scene::new(setup, settings)?;
+    Report::new(program, &scene, &resolved).place(findings);
+    Ok(())
 }
 
 fn run_chunk(
