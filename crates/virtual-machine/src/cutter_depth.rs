@@ -13,8 +13,8 @@ use crate::track::{Placement, Shape, Track};
 /// free: no cutter point is deeper than that. Up to the corner radius r it is r − distance(core, mesh), exactly; the core
 /// is the cylinder whose r-neighbourhood is the cutter. Deeper, for sharp cutters (r = 0) and at the upper rim of the
 /// flute it is found by bisection over t. Of several bodies that serve for a t one free one is enough: the test body of
-/// `docs/architecture.md`, the cutter raised by t, the cutter narrowed by t. So the depth of a flat bottom or a straight
-/// wall is the true one, and that of an edge at most √2 times it.
+/// `docs/architecture.md`, the cutter raised by t, the cutter narrowed by t, its upper part lowered by t. So the depth of a
+/// flat bottom, a straight wall or a flat ceiling is the true one, and that of an edge at most √2 times it.
 #[derive(Clone, Debug)]
 pub(crate) struct CutterDepth {
     cutter: Cutter,
@@ -130,10 +130,11 @@ impl CutterDepth {
         let (c, t) = (&self.cutter, tolerance);
         let lower = witness(c.test_body(t));
         if t < c.corner_radius() {
-            // Below the band the test body alone tells, in it both bodies do.
+            // Below the band the test body alone tells, in it all bodies do.
             return lower.or_else(|| {
                 let upper = c.upper_test_body(t).and_then(witness)?;
-                band(c, t).and_then(witness).and(Some(upper))
+                band(c, t).and_then(witness)?;
+                lowered_band(c, t).and_then(witness).and(Some(upper))
             });
         }
         let raised = || witness(cylinder(c.radius(), t.min(c.flute_length()), c.flute_length()));
@@ -147,6 +148,12 @@ fn band(cutter: &Cutter, by: f64) -> Option<RoundFrustum> {
     let z_low = cutter.core().z_high;
     let band = || cylinder((cutter.radius() - by).max(0.0), z_low, cutter.flute_length());
     (z_low < cutter.flute_length()).then(band)
+}
+
+/// The same with its top `by` lower.
+fn lowered_band(cutter: &Cutter, by: f64) -> Option<RoundFrustum> {
+    let (z_low, z_high) = (cutter.core().z_high, cutter.flute_length() - by);
+    (z_low < z_high).then(|| cylinder(cutter.radius(), z_low, z_high))
 }
 
 fn cylinder(radius: f64, z_low: f64, z_high: f64) -> RoundFrustum {
