@@ -9,6 +9,8 @@ pub(crate) struct ChunkResult {
     /// Deepest place in each section, as [`crate::VerifySettings`] counts them.
     pub(crate) gouges: Gouges,
     pub(crate) clearance: Option<Clearance>,
+    /// Indices of moves of which it is not known what happens between positions.
+    pub(crate) open: Vec<usize>,
     pub(crate) n_positions: usize,
     pub(crate) cutting_time: f64,
     pub(crate) rapid_time: f64,

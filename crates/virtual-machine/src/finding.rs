@@ -16,6 +16,8 @@ pub struct Verification {
     /// Nearest that a non-cutting body came to a part, check surface or fixture, or to a body of the machine that stands
     /// still against the workpiece or is the other head's, over all tested positions.
     pub smallest_clearance: Option<ClearancePlace>,
+    /// What holds between the tested positions.
+    pub between: BetweenPositions,
     /// Number of tested positions.
     pub n_positions: usize,
     /// Number of blocks with a motion.
@@ -33,6 +35,22 @@ impl Verification {
     pub fn faults(&self) -> impl Iterator<Item = &Finding> {
         self.findings.iter().filter(|f| f.kind.is_fault())
     }
+}
+
+/// What holds for the motion between tested positions, as the machine's law has it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct BetweenPositions {
+    /// The cutter is nowhere deeper in part, check surfaces and fixtures than the limit and this together where there is no
+    /// finding, mm; below the upper edge of its flute.
+    pub cutter_mm: f64,
+    /// A non-cutting body, and the cutter against bodies of the machine, comes nowhere nearer than what is a finding by more than
+    /// this where there is none, mm.
+    pub bodies_mm: f64,
+    /// Blocks of which that is not known, because no bound on the axes' accelerations is.
+    pub open_blocks: usize,
+    /// Line of the first of them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub first_open_line: Option<u32>,
 }
 
 /// How deep the cutter was in one section of the program.

@@ -53,8 +53,8 @@
 //! ```
 //!
 //! What it measures with is the distance between solids and mesh, not the test the search decided by; what it measures is
-//! the text. A position is tested exactly; between two positions, which are at most a proven distance apart, nothing is
-//! claimed. There stock is a thickness on a mesh or the raw solid; [`run_stock`] cuts it and holds the tool against what is left.
+//! the text. A position is tested exactly; between two of them bodies come nearer, and the cutter deeper, by no more than
+//! [`BetweenPositions`] says. There stock is a thickness on a mesh or the raw solid; [`run_stock`] cuts it and holds the tool against what is left.
 //!
 //! A program of a machine with several heads is run once for each ([`VirtualSetup`]); findings name the head in their note.
 //!
@@ -64,6 +64,7 @@
 extern crate self as facemill_virtual_machine;
 
 mod assumptions;
+mod between;
 mod certificate;
 mod chunk_result;
 mod control;
@@ -107,7 +108,8 @@ pub use assumptions::{Assumption, assumptions};
 pub use certificate::{Certificate, Certificates, certify};
 pub use counted_axes::CountedAxes;
 pub use finding::{
-    AxisReading, ClearancePlace, Finding, FindingKind, GougePlace, Measure, Pose, SectionGouge, Verification,
+    AxisReading, BetweenPositions, ClearancePlace, Finding, FindingKind, GougePlace, Measure, Pose, SectionGouge,
+    Verification,
 };
 pub use links::{LinkHold, LinkSettings, LinkStage, ProgramLink, run_links};
 pub use setup::{GougeSection, ObstacleKind, RemovalLimit, VerifyError, VerifySettings, VirtualObstacle, VirtualSetup};

@@ -1,6 +1,10 @@
 use facemill_cl_data::ClPoint;
 use nalgebra::{Unit, Vector3};
 
+/// What rounded words may tilt a motion by over a whole block, mm: two last decimals at each end. Larger hides short steep
+/// ramps, smaller reports rounding.
+pub(crate) const RAMP_ROUNDING: f64 = 2e-3;
+
 /// Descent of the whole cutter bottom over one step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Descent {

@@ -5,7 +5,8 @@ use facemill_inverse_kinematics::AxisValues;
 use facemill_nc_program::{ReadBlock, ReadProgram};
 
 use crate::{
-    AxisReading, ClearancePlace, Finding, GougePlace, GougeSection, Pose, SectionGouge, Verification,
+    AxisReading, BetweenPositions, ClearancePlace, Finding, GougePlace, GougeSection, Pose, SectionGouge, Verification,
+    between::cutter_between,
     chunk_result::{ChunkResult, Clearance, Gouge, Gouges, nearest},
     control::own_head,
     episodes::{Contact, Episode, Episodes, Key},
@@ -50,6 +51,7 @@ impl<'a> Report<'a> {
             largest_gouge: None,
             sections: Vec::new(),
             smallest_clearance: None,
+            between: self.between(&results),
             n_positions: 0,
             n_blocks: self.program.motions().count(),
             cutting_time_s: 0.0,
@@ -73,6 +75,19 @@ impl<'a> Report<'a> {
         self.place(&mut v.findings);
         v.findings.sort_by_key(|f| (f.first_line, f.kind));
         v
+    }
+
+    fn between(&self, results: &[ChunkResult]) -> BetweenPositions {
+        let (cutter, settings) = (self.scene.setup.tool.cutter(), self.scene.settings);
+        let mut blocks: Vec<usize> =
+            results.iter().flat_map(|r| &r.open).map(|&k| self.resolved.moves[k].block).collect();
+        blocks.dedup();
+        BetweenPositions {
+            cutter_mm: cutter_between(cutter, settings),
+            bodies_mm: settings.between,
+            open_blocks: blocks.len(),
+            first_open_line: blocks.first().map(|&k| self.program.blocks[k].line),
+        }
     }
 
     fn sections(&self, gouges: &Gouges) -> Vec<SectionGouge> {

@@ -67,6 +67,9 @@ pub struct VerifySettings {
     pub max_step: f64,
     /// Largest turn of the tool axis, relative to the workpiece, between two tested positions, rad.
     pub max_turn: f64,
+    /// How much nearer than at tested positions a body may come between them, and how much deeper the cutter, mm. Positions are added
+    /// until it is known. Smaller: more of them.
+    pub between: f64,
     /// Depth of the cutter below an obstacle's allowance beyond which it is a finding, mm, on lines before the first
     /// section.
     pub gouge_limit: f64,
@@ -84,7 +87,7 @@ pub struct VerifySettings {
     pub velocity_slack: f64,
     /// Angle between tool axis and pole (where the tool axis is parallel to the first rotary axis) up to which a cut is near it, rad.
     pub singular_cone: f64,
-    /// Turn of a rotary axis in one cutting block near the pole beyond which it is told, rad.
+    /// By how much farther than the tool axis a rotary axis may turn in one cutting block near the pole before it is told, rad.
     pub singular_turn: f64,
     /// What the cutter may take at a time where the stock is cut; `None`: as much as it does.
     pub removal: Option<RemovalLimit>,
@@ -134,13 +137,14 @@ impl VerifySettings {
 }
 
 impl Default for VerifySettings {
-    /// Positions at most 0.5 mm and 0.2° apart; gouges beyond 0.02 mm; 0.1 mm of clearance slack, no near misses
+    /// Positions at most 0.5 mm and 0.2° apart, and between them nothing by more than 0.05 mm worse; gouges beyond 0.02 mm; 0.1 mm of clearance slack, no near misses
     /// outside the clearance; ramps by 0.1°, velocities by 2 % and removal rates by 10 % beyond; turns by more than 10° within 1°
     /// of the pole.
     fn default() -> Self {
         Self {
             max_step: 0.5,
             max_turn: 0.2_f64.to_radians(),
+            between: 0.05,
             gouge_limit: 0.02,
             sections: Vec::new(),
             clearance_slack: 0.1,
@@ -269,7 +273,9 @@ pub(crate) fn check(setup: &VirtualSetup<'_>, settings: &VerifySettings) -> Resu
             }
         }
     }
-    for (field, value) in [("max_step", settings.max_step), ("max_turn", settings.max_turn)] {
+    for (field, value) in
+        [("max_step", settings.max_step), ("max_turn", settings.max_turn), ("between", settings.between)]
+    {
         if !(value > 0.0 && value.is_finite()) {
             return Err(VerifyError::Setting { field, value, needed: "above 0" });
         }

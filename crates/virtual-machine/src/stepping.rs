@@ -10,6 +10,8 @@ pub(crate) struct Spacing {
     pub(crate) max_step: f64,
     /// Of the tool axis, rad.
     pub(crate) max_turn: f64,
+    /// By how much the tip may leave the straight way from one position to the next, mm.
+    pub(crate) max_bulge: f64,
     /// Distance of the rim from the tip, mm.
     pub(crate) reach: f64,
 }
@@ -20,6 +22,8 @@ pub(crate) struct Positions {
     parts: Vec<Part>,
     /// Steps per position, at most 1.
     stride: f64,
+    /// Whether the motion was bounded all over.
+    pub(crate) is_bounded: bool,
     n: u64,
     /// Positions given so far.
     given: u64,
@@ -37,11 +41,11 @@ struct Part {
 }
 
 impl Positions {
-    fn new(parts: Vec<Part>) -> Self {
+    fn new(parts: Vec<Part>, is_bounded: bool) -> Self {
         let steps: f64 = parts.iter().map(|p| p.steps).sum();
         // The cast saturates.
         let n = (steps.ceil() as u64).max(1);
-        Self { parts, stride: steps / n as f64, n, given: 0, part: 0, steps_before: 0.0 }
+        Self { parts, stride: steps / n as f64, is_bounded, n, given: 0, part: 0, steps_before: 0.0 }
     }
 
     /// Number of positions of the whole motion.
@@ -114,11 +118,11 @@ pub(crate) fn positions(
         breaks.dedup();
     }
     let walk = Walk { machine, motion, law, tool_length, spacing };
-    let mut parts = Vec::new();
+    let (mut parts, mut is_bounded) = (Vec::new(), true);
     for pair in breaks.windows(2) {
-        walk.split(pair[0], pair[1], 0, &mut parts);
+        is_bounded &= walk.split(pair[0], pair[1], 0, &mut parts);
     }
-    Positions::new(parts)
+    Positions::new(parts, is_bounded)
 }
 
 /// When each axis stops, as a fraction of the rapid's time.
@@ -137,28 +141,32 @@ struct Walk<'a> {
 }
 
 impl Walk<'_> {
-    fn split(&self, from: f64, to: f64, depth: u32, parts: &mut Vec<Part>) {
+    /// Whether all of the interval has a bound.
+    fn split(&self, from: f64, to: f64, depth: u32, parts: &mut Vec<Part>) -> bool {
         let (Ok(start), Ok(end)) = (self.motion.at(from), self.motion.at(to)) else {
             // The axes cannot follow: the position at the end of the part will show it.
             parts.push(Part { from, to, steps: 1.0 });
-            return;
+            return false;
         };
         let bound = self.bound([from, to], [&start, &end]);
         let tight = bound.is_some_and(|b| b.slack <= (0.25 * (b.tip - b.slack)).max(0.5 * self.spacing.max_step));
         if !tight && depth < MAX_SPLITS {
             let middle = 0.5 * (from + to);
-            self.split(from, middle, depth + 1, parts);
-            self.split(middle, to, depth + 1, parts);
-            return;
+            let first = self.split(from, middle, depth + 1, parts);
+            return self.split(middle, to, depth + 1, parts) && first;
         }
+        let is_bounded = bound.is_some();
         let b = bound.unwrap_or_else(|| Bound { tip: 0.0, turn: ways(self.machine, &start, &end)[1], slack: 0.0 });
         // A table that turns about the tool moves neither tip nor tool axis, but clamps and cheeks past the head.
         let turn = b.turn.max(ways(self.machine, &start, &end)[1]);
         // So does the other head, which moves neither.
         let [other_way, _] = ways_of(self.machine, &start, &end, |k| !self.machine.moves_tool(k));
         let steps = ((b.tip + self.spacing.reach * b.turn).max(other_way) / self.spacing.max_step)
-            .max(turn / self.spacing.max_turn);
+            .max(turn / self.spacing.max_turn)
+            // The velocity changes by at most the slack over the part: that is the largest acceleration.
+            .max((b.slack / (8.0 * self.spacing.max_bulge)).sqrt());
         parts.push(Part { from, to, steps });
+        is_bounded
     }
 
     /// `None` where the interval turns too far for the bound.
@@ -251,7 +259,7 @@ pub(crate) fn rotary_axis(
 mod tests {
     use super::*;
 
-    const SPACING: Spacing = Spacing { max_step: 0.5, max_turn: 0.0035, reach: 82.0 };
+    const SPACING: Spacing = Spacing { max_step: 0.5, max_turn: 0.0035, max_bulge: 0.005, reach: 82.0 };
     const LENGTH: f64 = 260.0;
 
     struct Lcg(u64);

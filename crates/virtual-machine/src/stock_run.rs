@@ -12,7 +12,7 @@ use crate::{
     episodes::{Contact, Episodes, Key},
     moves::{Move, resolve},
     probe::Probe,
-    ramp::Descent,
+    ramp::{Descent, RAMP_ROUNDING},
     report::Report,
     scene::Scene,
     segments::{Coarseness, Segment, segments},
@@ -290,7 +290,9 @@ impl Run<'_, '_> {
         let tool = self.scene.setup.tool;
         let descent = Descent::between(&segment.from, &segment.to, tool.cutter().radius());
         let limit = tool.max_ramp_angle() + self.scene.settings.ramp_slack;
-        if volume <= 0.0 || m.is_rapid || !descent.is_steeper_than(limit, self.coarse.tolerance) {
+        // The ends of a segment are on the motion itself.
+        let rounding = RAMP_ROUNDING * (segment.end - segment.start);
+        if volume <= 0.0 || m.is_rapid || !descent.is_steeper_than(limit, rounding) {
             return;
         }
         let key = Key::of_cutter(FindingKind::RampTooSteep, self.scene.obstacles.len());

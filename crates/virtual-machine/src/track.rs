@@ -50,11 +50,17 @@ impl Shape {
         }
     }
 
+    /// Largest distance of a point of the core at a pose from another one, mm, or a little more.
+    pub(crate) fn reach_from(&self, at: &Placement, from: &Point3<f64>) -> f64 {
+        let farthest_sq = at.anchors.iter().map(|a| (a - from).norm_squared()).fold(0.0, f64::max);
+        farthest_sq.sqrt() + self.radius
+    }
+
     /// Bound on how far any point of the body at one pose is from the body at the other.
     ///
     /// Between two poses of a rigid body the displacement is affine in the point, so that over the hull of the anchors it
     /// is largest at one of them; a disc about the axis adds its radius times the turn of the axis.
-    fn displacement(&self, from: &Placement, to: &Placement) -> f64 {
+    pub(crate) fn displacement(&self, from: &Placement, to: &Placement) -> f64 {
         let farthest_sq = from.anchors.iter().zip(&to.anchors).map(|(a, b)| (b - a).norm_squared()).fold(0.0, f64::max);
         farthest_sq.sqrt() + self.radius * (to.axis - from.axis).norm()
     }

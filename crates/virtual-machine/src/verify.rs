@@ -4,6 +4,7 @@ use rayon::prelude::*;
 
 use crate::{
     Finding, Verification, VerifyError, VerifySettings, VirtualSetup,
+    between::Follower,
     chunk_result::{ChunkResult, Clearance, nearest},
     dead_core::DeadCore,
     moves::{Move, resolve},
@@ -44,7 +45,10 @@ const MOVES_PER_SAMPLE: usize = 16;
 /// Of two heads it is the run of one: the other one's axes are checked too, and its bodies are obstacles that move by them. Of
 /// its cutter only what the view has as a body is known.
 ///
-/// Between the positions nothing is claimed. Stock is only known as a thickness on a mesh, or as it was before cutting.
+/// Between the positions nothing is worse than at them by more than [`VerifySettings::between`], on the programmed motion
+/// ([`BetweenPositions`](crate::BetweenPositions)): positions of the cutter lie near enough to each other for that, and bodies are
+/// followed from one to the next until it is known. Ramps, the dead core and the stock on meshes are those of positions.
+/// Stock is only known as a thickness on a mesh, or as it was before cutting.
 /// Control tolerance is not added: it is part of the error
 /// budget. A ramp is steep when all of the bottom goes down more steeply than the tool may while the cutter is in stock.
 ///
@@ -111,10 +115,12 @@ fn run_chunk(
     monitor: &dyn Monitor,
 ) -> Result<ChunkResult, Cancelled> {
     let mut walker = Walker::new(normals.scene, core, nearest);
+    let mut follower = Follower::new(normals.scene);
     for (k, m) in moves.iter().enumerate() {
         monitor.checkpoint()?;
         walker.run(first + k, m, monitor)?;
         normals.test(first + k, m, &mut walker.result.episodes);
+        follower.run(first + k, m, &mut walker.result);
     }
     monitor.advance(moves.chunk_by(|a, b| a.block == b.block).count());
     Ok(walker.result)

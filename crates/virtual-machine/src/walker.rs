@@ -4,12 +4,13 @@ use nalgebra::{Isometry3, Point3, Unit, Vector3};
 
 use crate::{
     FindingKind, Measure, ObstacleKind,
+    between::{CUTTER_BULGE, cutter_step},
     chunk_result::{ChunkResult, Clearance, Gouge},
     cutter_depth::{CutterPlacement, CutterTrack},
     dead_core::DeadCore,
     episodes::{Contact, Key},
     moves::Move,
-    ramp::Descent,
+    ramp::{Descent, RAMP_ROUNDING},
     scene::{Frame, Mount, Role, Scene},
     stepping::{Spacing, positions, ways},
     timing::{duration, spike},
@@ -47,10 +48,6 @@ struct Position<'a> {
 
 /// Positions between two looks at the monitor: fewer than a millisecond's work.
 const POSITIONS_PER_CHECK: usize = 64;
-
-/// What rounded words may tilt a motion by over a whole block, mm: two last decimals at each end. Larger hides short steep
-/// ramps, smaller reports rounding.
-const RAMP_ROUNDING: f64 = 2e-3;
 
 /// How far beyond a limit an axis may be told to go by the rounding of words, mm or deg.
 const LIMIT_ROUNDING: f64 = 1e-3;
@@ -106,8 +103,12 @@ impl<'a> Walker<'a> {
             return Ok(());
         };
         let reach = setup.tool.cutter().radius().hypot(setup.tool.cutter().flute_length());
-        let spacing = Spacing { max_step: settings.max_step, max_turn: settings.max_turn, reach };
+        let max_step = cutter_step(setup.tool.cutter(), settings);
+        let spacing = Spacing { max_step, max_turn: settings.max_turn, max_bulge: CUTTER_BULGE, reach };
         let steps = positions(setup.machine, &motion, m.law, [&m.start, &m.end], tool_length, &spacing);
+        if !steps.is_bounded {
+            self.result.open.push(index);
+        }
         let ramp_rounding = RAMP_ROUNDING / steps.n() as f64;
         let mut before = self.position(index, m, (0.0, m.start)).cl;
         let mut last = (0.0, m.start);

@@ -8,8 +8,8 @@ use facemill_nc_program::{
     write_apt, write_program_of_heads,
 };
 use facemill_virtual_machine::{
-    Assumption, Certificate, Certificates, ClearancePlace, Finding, GougeSection, SectionGouge, Verification,
-    VerifySettings, VirtualSetup, assumptions, certify, verify,
+    Assumption, BetweenPositions, Certificate, Certificates, ClearancePlace, Finding, GougeSection, SectionGouge,
+    Verification, VerifySettings, VirtualSetup, assumptions, certify, verify,
 };
 
 use super::channels::channel_files;
@@ -348,6 +348,12 @@ pub(crate) fn merged_runs(runs: [Verification; 2], sections: Vec<SectionGouge>) 
         largest_gouge,
         sections,
         smallest_clearance,
+        between: BetweenPositions {
+            cutter_mm: first.between.cutter_mm.max(second.between.cutter_mm),
+            bodies_mm: first.between.bodies_mm.max(second.between.bodies_mm),
+            open_blocks: first.between.open_blocks.max(second.between.open_blocks),
+            first_open_line: [first.between, second.between].into_iter().filter_map(|b| b.first_open_line).min(),
+        },
         n_positions: first.n_positions + second.n_positions,
         cutting_length_mm: first.cutting_length_mm + second.cutting_length_mm,
         ..Verification {
