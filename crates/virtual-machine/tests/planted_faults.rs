@@ -2,7 +2,21 @@
 //!
 //! Everything stands on a plate whose top is z = 0 of the workpiece frame, on the preset mill with head B and table C.
 
+#[path = "planted_faults/bodies.rs"]
+mod bodies;
+#[path = "planted_faults/cuts.rs"]
+mod cuts;
 mod kit;
+#[path = "planted_faults/motion.rs"]
+mod motion;
+#[path = "planted_faults/pairs.rs"]
+mod pairs;
+#[path = "planted_faults/rapids.rs"]
+mod rapids;
+#[path = "planted_faults/stock.rs"]
+mod stock;
+#[path = "planted_faults/text.rs"]
+mod text;
 
 use facemill_cl_data::{Cancelled, Monitor, Silent};
 use facemill_inverse_kinematics::AxisKind;
