@@ -8,6 +8,7 @@ mod chip_area_command;
 mod cli;
 mod deviation_command;
 mod feedrate_command;
+mod findings_table;
 mod machine_commands;
 mod program_arguments;
 mod progress;

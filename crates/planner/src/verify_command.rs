@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
-use facemill::virtual_machine::Verification;
+use facemill::virtual_machine::{BetweenPositions, Verification};
 use facemill::z_map::DexelMap;
 use facemill::{
     CutRequest, DeviationRequest, Failure, StockRegion, VerificationFile, Verified, VerifyRequest, clock, files,
@@ -13,6 +13,7 @@ use facemill::{
 
 use crate::cli::{Bars, say};
 use crate::deviation_command::{mesh_bytes, painted_mesh, rest_mesh, told_deviation};
+use crate::findings_table::findings_table;
 use crate::program_arguments::{ProgramArguments, ProgramOfJob};
 
 #[derive(Args)]
@@ -172,6 +173,7 @@ fn told(file: &VerificationFile) -> String {
             None => "  smallest clearance none".to_owned(),
         },
     ];
+    lines.push(told_between(&v.between));
     if let Some(s) = &file.stock {
         lines.push(format!(
             "  stock             {:.1} of {:.1} cm3 cut, on lines {} mm apart; {} blocks in air",
@@ -196,11 +198,21 @@ fn told(file: &VerificationFile) -> String {
     lines.push(format!("  assumptions       {}", file.assumptions.len()));
     lines.extend(file.assumptions.iter().map(|a| format!("    {a}")));
     lines.push(format!("  findings          {}", v.findings.len()));
-    lines.extend(v.findings.iter().take(TOLD).map(|f| format!("    {f}")));
+    let told = &v.findings[..v.findings.len().min(TOLD)];
+    lines.extend(findings_table(told).into_iter().map(|line| format!("    {line}")));
     if v.findings.len() > TOLD {
         lines.push(format!("    and {} more; --out writes them all", v.findings.len() - TOLD));
     }
     lines.join("\n") + "\n"
+}
+
+fn told_between(between: &BetweenPositions) -> String {
+    let BetweenPositions { cutter_mm, bodies_mm, open_blocks, first_open_line } = between;
+    let known = format!("  between positions cutter within {cutter_mm:.3} mm, bodies within {bodies_mm:.3} mm");
+    match first_open_line {
+        Some(line) => format!("{known}; NOT KNOWN on {open_blocks} blocks, first in line {line}"),
+        None => known,
+    }
 }
 
 #[cfg(test)]

@@ -6,7 +6,8 @@ use std::path::Path;
 use facemill_inverse_kinematics::Machine;
 use facemill_nc_program::{Compensation, Dialect, ReadProgram, WordMap, read_program};
 use facemill_virtual_machine::{
-    Assumption, Certificates, Verification, VerifySettings, VirtualSetup, assumptions, certify, verify,
+    Assumption, Certificates, RemovalLimit, Verification, VerifySettings, VirtualSetup, assumptions, certify,
+    place_findings, verify,
 };
 use facemill_z_map::DexelMap;
 use nalgebra::Isometry3;
@@ -18,6 +19,7 @@ use crate::deviation::{CutStock, deviation_of};
 use crate::deviation_report::DeviationReport;
 use crate::dual::{HEADS_APART, dual_word_map, merged_runs, proven_for_both};
 use crate::follow::Surroundings;
+use crate::job_file::{OperationFile, SetupFile};
 use crate::load::{Job, Setup};
 use crate::output::{name_obstacles, not_verified, virtual_obstacles};
 use crate::program::{rtcp_frame, word_map};
@@ -92,7 +94,8 @@ pub struct VerificationFile {
 /// fixtures and stock. Of two heads it is run for each.
 ///
 /// How the program was made does not matter; the operations of the job only say how deep the cutter may go. What it
-/// guarantees is what [`verify`] does: positions are tested exactly, and between them only certificates prove something.
+/// guarantees is what [`verify`] does: positions are tested exactly, and between them nothing is worse by more than it tells;
+/// certificates prove it with the control's tolerance.
 /// Where the stock is cut, what [`run_stock`] guarantees holds, too.
 ///
 /// # Errors
@@ -197,6 +200,7 @@ impl Run<'_> {
         let on = Stand { job, setup: &setup, at: &at };
         let known = cut.map(|cut| self.cut(&on, cut, &fast, &mut found)).transpose()?;
         self.compare_feeds(asked.as_ref(), &[(&fast, "")], known.as_ref(), &mut found);
+        self.place(&at, &mut found.verification)?;
         Ok(found)
     }
 
@@ -209,7 +213,7 @@ impl Run<'_> {
         found: &mut Found,
     ) -> Result<KnownCuts, Failure> {
         let probed_lines = fast.iter().map(|block| block.line).collect();
-        let settings = VerifySettings { probed_lines, ..self.settings() };
+        let settings = VerifySettings { probed_lines, removal: removal_of(on.job, on.setup.file), ..self.settings() };
         let done = cut_stock(self.program, on, &settings, cut, self.stages)?;
         if let (Some(asked), Some(before)) = (&cut.deviation, &done.before) {
             let held = CutStock {
@@ -266,6 +270,7 @@ impl Run<'_> {
         let [first, second] = self.fast_blocks(asked.as_ref(), heads, &at);
         let mut found = Found::of(verification, certificates);
         self.compare_feeds(asked.as_ref(), &[(&first, "head 1"), (&second, "head 2")], None, &mut found);
+        self.place(&VirtualSetup { machine: &machines[0], ..at }, &mut found.verification)?;
         Ok(found)
     }
 
@@ -300,6 +305,11 @@ impl Run<'_> {
         found.verification.findings.extend(asked.other_speeds(self.program));
     }
 
+    /// Where the machine stands at findings that are made of the text.
+    fn place(&self, at: &VirtualSetup<'_>, verification: &mut Verification) -> Result<(), Failure> {
+        place_findings(self.program, at, &self.settings(), &mut verification.findings).map_err(not_verified)
+    }
+
     fn uses_rtcp(&self) -> bool {
         let mut motions = self.program.blocks.iter().filter_map(|b| b.motion.as_ref());
         motions.any(|m| matches!(m.compensation, Compensation::Rtcp(_)))
@@ -320,6 +330,24 @@ impl Run<'_> {
         Ok(Found::of(verification, certificates))
     }
 }
+
+/// The largest removal rate of a setup's operations, where each has one. Entries and exits are not slowed down for it, so that
+/// up to their speed any rate is allowed.
+fn removal_of(job: &Job, setup: &SetupFile) -> Option<RemovalLimit> {
+    let of = |o: &OperationFile| {
+        let removal = o.feeds.removal_rate.as_ref()?;
+        let slowest = removal.min_mm_min.max(o.feeds.approach_mm_min);
+        Some(RemovalLimit { largest: MM3_PER_CM3 * removal.target_cm3_min, slowest })
+    };
+    let all: Option<Vec<RemovalLimit>> = job.operations_of(setup).map(|(_, o)| of(o)).collect();
+    let larger = |a: RemovalLimit, b: RemovalLimit| RemovalLimit {
+        largest: a.largest.max(b.largest),
+        slowest: a.slowest.max(b.slowest),
+    };
+    all?.into_iter().reduce(larger)
+}
+
+const MM3_PER_CM3: f64 = 1000.0;
 
 /// The register of the tool's length as the reader of a control tells it: edge 1 of Siemens, and the number of the tool on
 /// Heidenhain, whose tools have their length in themselves.

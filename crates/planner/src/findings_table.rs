@@ -1,0 +1,107 @@
+//! Findings as a table for people.
+
+use facemill::virtual_machine::Finding;
+
+/// Heads of the columns; the text of the block follows without one.
+const HEADS: [&str; 6] = ["line", "time", "what", "between", "size", "place, mm"];
+
+/// Lines of a table, each finding on one: where in the program, when, what, between what, how bad, where on the workpiece, and
+/// the text of its block with what else there is to say. None without findings.
+pub(crate) fn findings_table(findings: &[Finding]) -> Vec<String> {
+    if findings.is_empty() {
+        return Vec::new();
+    }
+    let rows: Vec<[String; 6]> = findings.iter().map(cells).collect();
+    let width = |k: usize| rows.iter().map(|row| row[k].chars().count()).fold(HEADS[k].len(), usize::max);
+    let widths: [usize; 6] = std::array::from_fn(width);
+    let line = |cells: [&str; 6], behind: &str| {
+        let padded: Vec<String> = cells.iter().zip(widths).map(|(cell, width)| format!("{cell:width$}")).collect();
+        format!("{}  {behind}", padded.join("  ")).trim_end().to_owned()
+    };
+    let told =
+        rows.iter().zip(findings).map(|(row, finding)| line(row.each_ref().map(String::as_str), &block(finding)));
+    std::iter::once(line(HEADS, "block")).chain(told).collect()
+}
+
+fn cells(f: &Finding) -> [String; 6] {
+    let lines = match (f.first_line, f.last_line) {
+        (first, last) if first == last => f.worst_line.to_string(),
+        (first, last) => format!("{} ({first}-{last})", f.worst_line),
+    };
+    let between = match (&f.body, &f.obstacle, &f.axis) {
+        (Some(body), Some(obstacle), _) => format!("{body}, {obstacle}"),
+        (Some(one), ..) | (_, Some(one), _) => one.clone(),
+        (.., axis) => axis.as_ref().map_or_else(String::new, |axis| format!("axis {axis}")),
+    };
+    let time = f.time_s.map_or_else(String::new, minutes);
+    let size = f.measure.map_or_else(String::new, |m| m.to_string());
+    // What has no place of contact is where the tip is.
+    let place = f.place_work_mm.or(f.pose.as_ref().map(|p| p.tip_work_mm));
+    let place = place.map_or_else(String::new, |p| p.map(|v| format!("{:.2}", v + 0.0)).join(" "));
+    [lines, time, f.kind.to_string(), between, size, place]
+}
+
+/// Minutes and tenths of seconds.
+fn minutes(seconds: f64) -> String {
+    // The cast saturates.
+    let tenths = (10.0 * seconds).round() as u64;
+    format!("{}:{:02}.{}", tenths / 600, tenths / 10 % 60, tenths % 10)
+}
+
+fn block(f: &Finding) -> String {
+    if f.note.is_empty() { format!("`{}`", f.block_text) } else { format!("`{}` {}", f.block_text, f.note) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use facemill::virtual_machine::{FindingKind, Measure};
+
+    fn finding() -> Finding {
+        Finding {
+            kind: FindingKind::Gouge,
+            first_line: 10,
+            last_line: 11,
+            worst_line: 10,
+            block_number: None,
+            block_text: "G1 X1.".to_owned(),
+            body: Some("cutter".to_owned()),
+            obstacle: Some("plate".to_owned()),
+            axis: None,
+            measure: Some(Measure::DepthMm(0.3)),
+            place_work_mm: Some([-30.0, 10.0, -0.0]),
+            pose: None,
+            time_s: Some(59.96),
+            note: String::new(),
+        }
+    }
+
+    #[test]
+    fn columns_stand_below_each_other_and_nothing_is_left_out() {
+        let axis = Finding {
+            kind: FindingKind::AxisLimit,
+            last_line: 10,
+            body: None,
+            obstacle: None,
+            axis: Some("X".to_owned()),
+            place_work_mm: None,
+            time_s: None,
+            note: "head 1".to_owned(),
+            ..finding()
+        };
+        let table = findings_table(&[finding(), axis]);
+        assert_eq!(table.len(), 3);
+        for text in ["10 (10-11)", "1:00.0", "gouge", "cutter, plate", "0.300 mm deep", "-30.00 10.00 0.00", "`G1 X1.`"]
+        {
+            assert!(table[1].contains(text), "{text} is not in {}", table[1]);
+        }
+        for (k, text) in ["axis X", "axis beyond its limits", "`G1 X1.` head 1"].into_iter().enumerate() {
+            assert!(table[2].contains(text), "{k}: {text} is not in {}", table[2]);
+        }
+        let at = |line: &str, text: &str| line.find(text).unwrap_or_else(|| panic!("{text} is not in {line}"));
+        assert_eq!(at(&table[0], "what"), at(&table[1], "gouge"));
+        assert_eq!(at(&table[0], "between"), at(&table[2], "axis X"));
+        assert_eq!(at(&table[0], "block"), at(&table[1], "`G1"));
+        assert_eq!(findings_table(&[]), [] as [String; 0]);
+    }
+}
