@@ -1,5 +1,7 @@
 //! What bodies do between two tested positions: followed until it is known within a tolerance.
 
+use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
+
 use facemill_cl_data::{RapidLaw, RoundFrustum, Solid};
 use facemill_inverse_kinematics::{AxisValues, BlockLaw, Motion};
 use facemill_tool_model::Cutter;
@@ -21,32 +23,46 @@ use crate::{
 /// By how much the motion between two positions of the cutter on the work may leave the straight way, mm.
 pub(crate) const CUTTER_BULGE: f64 = 0.005;
 
-/// Largest ratio of the depth that a right-angled edge reaches on a straight way to that way, where it is nowhere deep at its
-/// ends: half the way, at 45 degrees to both sides of the edge.
-const EDGE: f64 = 0.5 * std::f64::consts::FRAC_1_SQRT_2;
-
 /// Halvings of a move. Shorter intervals only fight rounding, or stand at a place that the axes cannot follow.
 const MAX_HALVINGS: u32 = 14;
 
 /// Way of the cutter on the work between two positions, mm: the settings', or less where its edge could come deeper between them
 /// than [`VerifySettings::between`].
 ///
-/// Between two places of a round edge of radius r on a straight way s, a point that is no deeper at both ends is at most
-/// s²/(8·r) deeper between them, and of a right-angled one at most 0.354·s.
+/// A point that goes straight past the edge, and is no deeper at both ends of its way, is deepest in the middle, where it goes at
+/// 45 degrees to both sides; see [`edge_depth`].
 pub(crate) fn cutter_step(cutter: &Cutter, settings: &VerifySettings) -> f64 {
     let edge = (settings.between - CUTTER_BULGE).max(CUTTER_BULGE);
-    let round = (8.0 * cutter.corner_radius() * edge).sqrt();
-    settings.max_step.min(round.max(edge / EDGE))
+    let r = cutter.corner_radius();
+    let way = if edge <= (1.0 - FRAC_1_SQRT_2) * r {
+        2.0 * (edge * (2.0 * r - edge)).sqrt()
+    } else if edge <= r {
+        2.0 * (edge + (SQRT_2 - 1.0) * r)
+    } else {
+        2.0 * SQRT_2 * edge
+    };
+    settings.max_step.min(way)
+}
+
+/// How deep in an edge of radius `r` the middle of a straight way is whose ends are on its border, at most, mm: that of a chord of
+/// the round; where the way reaches beyond it, of one from side to side, up to the middle of the round and deeper.
+fn edge_depth(way: f64, r: f64) -> f64 {
+    if way <= SQRT_2 * r {
+        r - (r * r - 0.25 * way * way).sqrt()
+    } else if way <= 2.0 * SQRT_2 * r {
+        0.5 * way - (SQRT_2 - 1.0) * r
+    } else {
+        0.5 * FRAC_1_SQRT_2 * way
+    }
 }
 
 /// How much deeper than at the tested positions the cutter is in part, check surfaces and fixtures between them at most, mm, below
 /// the upper edge of its flute.
 pub(crate) fn cutter_between(cutter: &Cutter, settings: &VerifySettings) -> f64 {
     let (step, turn, r) = (cutter_step(cutter, settings), settings.max_turn, cutter.corner_radius());
-    let edge = if r > 0.0 { (step * step / (8.0 * r)).min(EDGE * step) } else { EDGE * step };
     // Seen from the tool, which turns on the way.
     let turned = (2.0 * turn * step + turn * turn * cutter.radius().hypot(cutter.flute_length())) / 8.0;
-    edge + CUTTER_BULGE + turned
+    edge_depth(step, r) + CUTTER_BULGE + turned
 }
 
 /// Follows non-cutting bodies, and the cutter against bodies of the machine, over whole moves.
@@ -288,3 +304,7 @@ fn record(result: &mut ChunkResult, index: usize, at: &End, key: Key, measure: M
     let cl = cl_of(&at.work_from_tool);
     result.episodes.record(index, Contact { key, measure, place, axes: at.axes, cl, at: at.t });
 }
+
+#[cfg(test)]
+#[path = "between_laws.rs"]
+mod laws;
