@@ -16,7 +16,7 @@ use crate::{
     moves::Move,
     rates::{Parts, RateBounds, Rates},
     scene::{Frame, Mount, Role, Scene},
-    stepping::stops,
+    stepping::{MAX_TURN, stops, ways},
     track::{Placement, Shape, Track},
 };
 
@@ -25,6 +25,9 @@ pub(crate) const CUTTER_BULGE: f64 = 0.005;
 
 /// Halvings of a move. Shorter intervals only fight rounding, or stand at a place that the axes cannot follow.
 const MAX_HALVINGS: u32 = 14;
+
+/// Halvings of an interval without a bound: next to a place that the axes cannot follow it takes some.
+const MAX_BLIND: u32 = 6;
 
 /// Way of the cutter on the work between two positions, mm: the settings', or less where its edge could come deeper between them
 /// than [`VerifySettings::between`].
@@ -100,7 +103,23 @@ struct Stretch<'m> {
     m: &'m Move,
     motion: &'m Motion<'m>,
     rates: &'m RateBounds<'m>,
-    ends: [f64; 2],
+    ends: [Posed; 2],
+}
+
+/// The machine at a time.
+struct Posed {
+    t: f64,
+    axes: AxisValues,
+    work_from_tool: Isometry3<f64>,
+    work_from_bodies: Vec<Isometry3<f64>>,
+}
+
+/// A part of a stretch for one pair.
+struct Interval {
+    ends: [End; 2],
+    halvings: u32,
+    /// Halvings since a bound should have been known.
+    blind: u32,
 }
 
 /// A pair at a time.
@@ -151,10 +170,15 @@ impl<'a> Follower<'a> {
         }
         let mut pairs = std::mem::take(&mut self.pairs);
         for ends in breaks.windows(2) {
-            let stretch = Stretch { index, m, motion: &motion, rates: &rates, ends: [ends[0], ends[1]] };
-            let whole = [Parts::OneHead, Parts::BothHeads].map(|parts| rates.over(ends[0], ends[1], parts));
+            // That the axes cannot follow is a finding of its own.
+            let Some(posed) = self.posed(&motion, ends[0]).zip(self.posed(&motion, ends[1])) else { break };
+            let stretch = Stretch { index, m, motion: &motion, rates: &rates, ends: [posed.0, posed.1] };
+            let of_one = rates.over(ends[0], ends[1], Parts::OneHead);
             for pair in &mut pairs {
-                let whole = whole[usize::from(pair.parts == Parts::BothHeads)].as_ref();
+                let whole = match pair.parts {
+                    Parts::OneHead => of_one,
+                    Parts::BothHeads => rates.over(ends[0], ends[1], Parts::BothHeads),
+                };
                 if !self.follow(pair, &stretch, whole, result) && result.open.last() != Some(&index) {
                     result.open.push(index);
                 }
@@ -164,18 +188,14 @@ impl<'a> Follower<'a> {
     }
 
     /// Whether it is known how near one pair comes, or else that it touches.
-    fn follow(&self, pair: &mut Pair, s: &Stretch<'_>, whole: Option<&Rates>, result: &mut ChunkResult) -> bool {
-        let Some([start, end]) = self.end(pair, s, s.ends[0]).zip(self.end(pair, s, s.ends[1])).map(<[End; 2]>::from)
-        else {
-            // That the axes cannot follow is a finding of its own.
-            return true;
-        };
+    fn follow(&self, pair: &mut Pair, s: &Stretch<'_>, whole: Option<Rates>, result: &mut ChunkResult) -> bool {
+        let [start, end] = s.ends.each_ref().map(|posed| self.end(pair, posed));
         let whole = whole.map(|rates| rates.acceleration(self.reach(pair, &start)));
-        let mut open = vec![(start, end, 0)];
+        let mut open = vec![Interval { ends: [start, end], halvings: 0, blind: 0 }];
         let mut is_known = true;
-        while let Some((a, b, halvings)) = open.pop() {
+        while let Some(Interval { ends: [a, b], halvings, blind }) = open.pop() {
             let way = self.shape(pair).displacement(&a.at, &b.at);
-            let share = (b.t - a.t) / (s.ends[1] - s.ends[0]);
+            let share = (b.t - a.t) / (end.t - start.t);
             let acceleration = whole.map(|whole| whole * share * share).or_else(|| {
                 let rates = s.rates.over(a.t, b.t, pair.parts)?;
                 Some(rates.acceleration(self.reach(pair, &a)))
@@ -192,13 +212,18 @@ impl<'a> Follower<'a> {
                     continue;
                 }
             }
-            let middle = self.end(pair, s, 0.5 * (a.t + b.t)).filter(|_| halvings < MAX_HALVINGS);
-            let Some(middle) = middle else {
+            // Where no bound is known although the axes hardly turn, there is none on much shorter intervals either.
+            let is_blind = acceleration.is_none() && ways(self.scene.setup.machine, &a.axes, &b.axes)[1] <= MAX_TURN;
+            let blind = if is_blind { blind + 1 } else { 0 };
+            let may_halve = halvings < MAX_HALVINGS && blind <= MAX_BLIND;
+            let Some(middle) = may_halve.then(|| self.posed(s.motion, 0.5 * (a.t + b.t))).flatten() else {
                 is_known = false;
                 continue;
             };
-            open.push((middle, b, halvings + 1));
-            open.push((a, middle, halvings + 1));
+            let middle = self.end(pair, &middle);
+            let halvings = halvings + 1;
+            open.push(Interval { ends: [middle, b], halvings, blind });
+            open.push(Interval { ends: [a, middle], halvings, blind });
         }
         is_known
     }
@@ -217,26 +242,29 @@ impl<'a> Follower<'a> {
     }
 
     /// `None` where the axes cannot follow.
-    fn end(&self, pair: &Pair, s: &Stretch<'_>, t: f64) -> Option<End> {
+    fn posed(&self, motion: &Motion<'_>, t: f64) -> Option<Posed> {
         let Scene { setup, work_from_table, tool_length, .. } = *self.scene;
-        let axes = s.motion.at(t).ok()?;
+        let axes = motion.at(t).ok()?;
         let work_from_tool = work_from_table * setup.machine.forward(&axes, tool_length);
-        let of_body = |k: usize| -> Option<Isometry3<f64>> {
-            Some(work_from_table * setup.machine.body_poses(&axes).nth(k)?.table_from_solid)
-        };
+        let of_bodies = setup.machine.body_poses(&axes).map(|p| work_from_table * p.table_from_solid);
+        Some(Posed { t, axes, work_from_tool, work_from_bodies: of_bodies.collect() })
+    }
+
+    fn end(&self, pair: &Pair, posed: &Posed) -> End {
+        let &Posed { t, axes, work_from_tool, .. } = posed;
         let work_from_solid = match pair.what {
             What::Cutter => work_from_tool,
             What::Body(k) => match self.scene.bodies[k].mount {
                 Mount::Tool(tool_from_solid) => work_from_tool * tool_from_solid,
-                Mount::Machine(k) => of_body(k)?,
+                Mount::Machine(k) => posed.work_from_bodies[k],
             },
         };
         let mesh_from_work = match self.scene.obstacles[pair.obstacle].frame {
             Frame::Work => Isometry3::identity(),
-            Frame::Machine(k) => of_body(k)?.inverse(),
+            Frame::Machine(k) => posed.work_from_bodies[k].inverse(),
         };
         let at = self.shape(pair).placed(mesh_from_work * work_from_solid);
-        Some(End { t, axes, work_from_tool, at, tool: mesh_from_work * work_from_tool })
+        End { t, axes, work_from_tool, at, tool: mesh_from_work * work_from_tool }
     }
 
     /// By how much more than what is a finding the pair is apart, mm, at most `margin`; below 0 it is one, which is recorded.
