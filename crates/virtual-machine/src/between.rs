@@ -24,7 +24,7 @@ use crate::{
 pub(crate) const CUTTER_BULGE: f64 = 0.005;
 
 /// Halvings of a move. Shorter intervals only fight rounding, or stand at a place that the axes cannot follow.
-const MAX_HALVINGS: u32 = 14;
+const MAX_HALVINGS: u32 = 18;
 
 /// Halvings of an interval without a bound: next to a place that the axes cannot follow it takes some.
 const MAX_BLIND: u32 = 6;

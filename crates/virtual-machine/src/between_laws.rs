@@ -5,9 +5,7 @@ use facemill_interference::MeshTree;
 use nalgebra::Vector3;
 
 use super::*;
-
-#[path = "../tests/kit/mod.rs"]
-mod kit;
+use crate::prover::laws::kit;
 
 struct Lcg(u64);
 

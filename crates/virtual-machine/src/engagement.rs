@@ -52,7 +52,7 @@ impl Engagement {
     /// The removal rate over the last window as a share of the limit, where that is more than allowed. The tip's slowest speed is
     /// allowed at any rate, and a run that is shorter than the window is not judged.
     pub(crate) fn cut(&mut self, part: Part) -> Option<f64> {
-        if !(part.time > 0.0) {
+        if part.time <= 0.0 || part.time.is_nan() {
             // Without a feed there is no rate; it is a fault of its own.
             self.lift();
             return None;

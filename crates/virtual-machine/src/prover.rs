@@ -383,4 +383,4 @@ impl<'s, 'a> Prover<'s, 'a> {
 
 #[cfg(test)]
 #[path = "prover_laws.rs"]
-mod laws;
+pub(crate) mod laws;

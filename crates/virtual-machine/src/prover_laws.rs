@@ -9,7 +9,7 @@ use super::*;
 use crate::VerifySettings;
 
 #[path = "../tests/kit/mod.rs"]
-mod kit;
+pub(crate) mod kit;
 
 use crate::rates_laws::common;
 

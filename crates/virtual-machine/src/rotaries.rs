@@ -44,10 +44,12 @@ pub(crate) fn turns(scene: &Scene<'_>, moves: &[Move]) -> ChunkResult {
     result
 }
 
-/// The rotary axis that turns farthest, and its turn, rad.
+/// The rotary axis between this head's tool and the work that turns farthest, and its turn, rad.
 fn farthest(scene: &Scene<'_>, m: &Move) -> Option<(usize, f64)> {
-    let rotary = scene.setup.machine.axes().iter().enumerate().filter(|(_, a)| a.kind == AxisKind::Rotary);
-    rotary.map(|(k, _)| (k, (m.end[k] - m.start[k]).abs())).reduce(|a, b| if b.1 > a.1 { b } else { a })
+    let machine = scene.setup.machine;
+    let is_own = |k: usize| machine.axes()[k].kind == AxisKind::Rotary && machine.moves_tool(k);
+    let rotary = (0..m.start.len()).filter(|&k| is_own(k));
+    rotary.map(|k| (k, (m.end[k] - m.start[k]).abs())).reduce(|a, b| if b.1 > a.1 { b } else { a })
 }
 
 /// Where the tool axis is nearest to the pole on a cutting move on which the farthest axis turns by `turn`: the fraction of the
