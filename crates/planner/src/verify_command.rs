@@ -194,6 +194,10 @@ fn told(file: &VerificationFile) -> String {
     lines.extend(file.deviation.as_ref().map(told_deviation).unwrap_or_default());
     if let Some(c) = &file.certificates {
         lines.push(format!("  certified blocks  {} of {}", c.certified, c.blocks));
+        lines.extend(c.uncertified().next().map(|first| {
+            let why = first.reason.as_deref().unwrap_or_default();
+            format!("    NOT PROVEN       {} blocks, first in line {}: {why}", c.blocks - c.certified, first.line)
+        }));
     }
     lines.push(format!("  assumptions       {}", file.assumptions.len()));
     lines.extend(file.assumptions.iter().map(|a| format!("    {a}")));
