@@ -8,6 +8,7 @@
 //! - [`Cutter::test_body`] is the body whose freedom proves that no cutter point is deeper than the tolerance.
 //! - [`Outline`] is what the tilted cutter leaves behind, seen along the feed; [`cusp_height_between`] is what two
 //!   neighbouring passes leave standing, and [`silhouette_curvature`] its curvature at the contact.
+//! - [`OpenAssembly`] is the assembly with its lengths L1 to L4 still open.
 //!
 //! ```
 //! use facemill_cl_data::{CcPoint, Posture};
@@ -29,6 +30,7 @@ mod assembly;
 mod contact;
 mod cusp;
 mod cutter;
+mod open_assembly;
 mod outline;
 mod silhouette;
 mod tool_file;
@@ -37,6 +39,7 @@ pub use assembly::{ToolAssembly, ToolFileError};
 pub use contact::cl_from_cc;
 pub use cusp::{Cusp, cusp_height_between, step_over_for_cusp};
 pub use cutter::{Cutter, CutterError};
+pub use open_assembly::{AssemblyLength, BuiltAssembly, Lengths, OpenAssembly};
 pub use outline::Outline;
 pub use silhouette::{SilhouetteCurvature, silhouette_curvature};
 pub use tool_file::{FORMAT, FormatTag, Section, SpindleRotation, Stack, ToolFile};

@@ -1,0 +1,264 @@
+//! An assembly whose lengths are still open (VMT fig. 2).
+
+use crate::{Section, ToolAssembly, ToolFile, ToolFileError};
+
+/// A length of a tool assembly, from the tip (VMT fig. 2).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AssemblyLength {
+    /// L1: to the end of the flute, where the cutter body begins.
+    Flute,
+    /// L2: to the nose of the holder.
+    StickOut,
+    /// L3: to the top of the holder's lowest section.
+    LowerHolder,
+    /// L4: to the spindle face (gauge line).
+    Gauge,
+}
+
+impl AssemblyLength {
+    /// All four, L1 to L4; the place of a length in an array of them is [`AssemblyLength::index`].
+    pub const ALL: [Self; 4] = [Self::Flute, Self::StickOut, Self::LowerHolder, Self::Gauge];
+
+    /// 0 for L1 to 3 for L4.
+    #[must_use]
+    pub fn index(self) -> usize {
+        match self {
+            Self::Flute => 0,
+            Self::StickOut => 1,
+            Self::LowerHolder => 2,
+            Self::Gauge => 3,
+        }
+    }
+}
+
+/// The lengths L1 to L4 of an assembly from the tip, mm.
+pub type Lengths = [f64; 4];
+
+/// A tool assembly with other lengths than its file's: which lengths can be had, and the tool that has them.
+///
+/// Every body rides on a length and goes up with it: the cutter body on L1, the holder's lowest section on L2, those above
+/// it on L3, the machine on L4. Cutter body and lowest section end where the next begins: the topmost section is cut
+/// there, or goes on with its upper diameter. The sections above are never shorter than in the file. A holder of one section
+/// rides on L2 whole, and its L3 is its L2.
+///
+/// With a rigid holder L1 stays, and all above the cutter body rides on L2.
+#[derive(Clone, Debug)]
+pub struct OpenAssembly {
+    file: ToolFile,
+    is_rigid: bool,
+}
+
+/// An assembly with lengths, and on which of them each of its bodies rides.
+#[derive(Clone, Debug)]
+pub struct BuiltAssembly {
+    /// The tool.
+    pub tool: ToolAssembly,
+    /// Of every body of [`ToolAssembly::collision_bodies`]; `None` where it stays whatever is open.
+    pub rides: Vec<Option<AssemblyLength>>,
+}
+
+/// Flute that a sharp cutter has at least, mm: one without any is none.
+const LEAST_FLUTE: f64 = 0.1;
+
+/// Sections shorter than this are left out, mm: rounding of sums.
+const NO_SECTION: f64 = 1e-9;
+
+impl OpenAssembly {
+    /// A tool whose four lengths are open.
+    #[must_use]
+    pub fn open(tool: &ToolAssembly) -> Self {
+        Self { file: tool.to_file(), is_rigid: false }
+    }
+
+    /// A tool whose stick-out alone is open: its flute stays, and its holder is as it is.
+    #[must_use]
+    pub fn with_rigid_holder(tool: &ToolAssembly) -> Self {
+        Self { file: tool.to_file(), is_rigid: true }
+    }
+
+    /// The lengths of the file, mm.
+    #[must_use]
+    pub fn lengths(&self) -> Lengths {
+        let f = &self.file;
+        [f.flute_length_mm, f.stick_out_mm, f.stick_out_mm + self.lower_length(), f.gauge_length_mm]
+    }
+
+    /// The length that the spindle face and the machine ride on.
+    #[must_use]
+    pub fn machine_rides(&self) -> AssemblyLength {
+        if self.is_rigid { AssemblyLength::StickOut } else { AssemblyLength::Gauge }
+    }
+
+    /// Raises each length to the least that those below it leave: a flute has a corner, a cutter body all its sections but the
+    /// topmost, a holder those above its lowest.
+    pub fn rest(&self, lengths: &mut Lengths) {
+        let f = &self.file;
+        let kept: f64 = f.body.sections.iter().rev().skip(1).map(|s| s.length_mm).sum();
+        if self.is_rigid {
+            lengths[0] = f.flute_length_mm;
+            lengths[1] = lengths[1].max(lengths[0] + kept);
+            lengths[2] = lengths[1] + self.lower_length();
+            lengths[3] = lengths[1] + (f.gauge_length_mm - f.stick_out_mm);
+            return;
+        }
+        lengths[0] = lengths[0].max(f.corner_radius_mm).max(LEAST_FLUTE);
+        lengths[1] = lengths[1].max(lengths[0] + kept);
+        lengths[2] = if self.has_lower() { lengths[2].max(lengths[1]) } else { lengths[1] };
+        lengths[3] = lengths[3].max(lengths[2] + self.upper_length());
+    }
+
+    /// The tool with these lengths, which are as [`OpenAssembly::rest`] leaves them.
+    ///
+    /// # Errors
+    /// When they make no tool, such as one longer than tools are.
+    pub fn built(&self, lengths: &Lengths) -> Result<BuiltAssembly, ToolFileError> {
+        let mut file = self.file.clone();
+        let [flute, stick_out, lower_end, gauge] = *lengths;
+        (file.flute_length_mm, file.stick_out_mm, file.gauge_length_mm) = (flute, stick_out, gauge);
+        file.body.sections = cut_or_extended(&self.file.body.sections, stick_out - flute);
+        let (body, rides_above) = (file.body.sections.len(), self.has_lower() && !self.is_rigid);
+        let rides_body = (!self.is_rigid).then_some(AssemblyLength::Flute);
+        let mut rides = vec![rides_body; body];
+        let (lower, upper) = self.file.holder.sections.split_at(usize::from(rides_above));
+        let lower = cut_or_extended(lower, lower_end - stick_out);
+        let own: f64 = upper.iter().map(|s| s.length_mm).sum();
+        let begin = if rides_above { lower_end } else { stick_out };
+        let upper = cut_or_extended(upper, own.max(gauge - begin));
+        rides.extend(lower.iter().map(|_| Some(AssemblyLength::StickOut)));
+        let above = if rides_above { AssemblyLength::LowerHolder } else { AssemblyLength::StickOut };
+        rides.extend(upper.iter().map(|_| Some(above)));
+        file.holder.sections = [lower, upper].concat();
+        Ok(BuiltAssembly { tool: ToolAssembly::new(file)?, rides })
+    }
+
+    /// Whether the holder has a section of its own below others.
+    #[must_use]
+    pub fn has_lower(&self) -> bool {
+        self.file.holder.sections.len() > 1
+    }
+
+    fn lower_length(&self) -> f64 {
+        if self.has_lower() { self.file.holder.sections[0].length_mm } else { 0.0 }
+    }
+
+    /// From L3 to the gauge line in the file, mm.
+    fn upper_length(&self) -> f64 {
+        (self.file.gauge_length_mm - self.file.stick_out_mm - self.lower_length()).max(0.0)
+    }
+}
+
+/// Sections of so much length together: cut at the top, or the topmost going on with its upper diameter.
+fn cut_or_extended(sections: &[Section], length: f64) -> Vec<Section> {
+    let mut out: Vec<Section> = Vec::new();
+    let mut left = length;
+    for s in sections {
+        if left <= NO_SECTION {
+            return out;
+        }
+        let share = (left / s.length_mm).min(1.0);
+        let diameter_high_mm = s.diameter_low_mm + share * (s.diameter_high_mm - s.diameter_low_mm);
+        out.push(Section { length_mm: share * s.length_mm, diameter_high_mm, ..*s });
+        left -= s.length_mm;
+    }
+    let Some(top) = out.last_mut().filter(|_| left > NO_SECTION) else { return out };
+    if top.diameter_low_mm == top.diameter_high_mm {
+        top.length_mm += left;
+        return out;
+    }
+    let diameter = top.diameter_high_mm;
+    out.push(Section { length_mm: left, diameter_low_mm: diameter, diameter_high_mm: diameter });
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use facemill_cl_data::{RoundFrustum, Solid};
+
+    const TOOL: &str = r#"{
+        "format": "facemill-tool/1", "name": "D40 R5", "number": 7,
+        "radius_mm": 20, "corner_radius_mm": 5, "n_inserts": 4, "flute_length_mm": 7,
+        "max_ramp_angle_deg": 1.5, "spindle_rotation": "clockwise", "stick_out_mm": 67, "gauge_length_mm": 183,
+        "body": {"clearance_mm": 0.5, "sections": [
+            {"length_mm": 10, "diameter_low_mm": 36, "diameter_high_mm": 30},
+            {"length_mm": 50, "diameter_low_mm": 30, "diameter_high_mm": 30}]},
+        "holder": {"clearance_mm": 2, "sections": [
+            {"length_mm": 20, "diameter_low_mm": 40, "diameter_high_mm": 60},
+            {"length_mm": 96, "diameter_low_mm": 90, "diameter_high_mm": 90}]}
+    }"#;
+
+    fn tool() -> ToolAssembly {
+        ToolAssembly::from_json(TOOL.as_bytes()).unwrap()
+    }
+
+    fn frusta(tool: &ToolAssembly) -> Vec<RoundFrustum> {
+        let turned = |solid| if let Solid::Frustum(f) = solid { f } else { panic!() };
+        tool.collision_bodies().into_iter().map(|b| turned(b.solid)).collect()
+    }
+
+    #[test]
+    fn own_lengths_build_the_same_tool() {
+        for open in [OpenAssembly::open(&tool()), OpenAssembly::with_rigid_holder(&tool())] {
+            let mut lengths = open.lengths();
+            assert_eq!(lengths, [7.0, 67.0, 87.0, 183.0]);
+            open.rest(&mut lengths);
+            assert_eq!(lengths, open.lengths());
+            assert_eq!(open.built(&lengths).unwrap().tool, tool());
+        }
+    }
+
+    /// Whatever is asked for, bodies stand on each other from L1 to L4, and each begins at the length it rides on.
+    #[test]
+    fn bodies_begin_at_the_lengths_that_they_ride_on_and_leave_no_gap() {
+        let mut n_bodies = std::collections::BTreeSet::new();
+        for k in 0..400_u32 {
+            let part = |n: u32| f64::from(k / n % 5);
+            let mut lengths = [3.0 + 4.0 * part(1), 5.0 + 23.0 * part(5), 20.0 * part(25), 40.0 * part(80)];
+            let open = OpenAssembly::open(&tool());
+            open.rest(&mut lengths);
+            let built = open.built(&lengths).unwrap();
+            let bodies = frusta(&built.tool);
+            assert_eq!(bodies.len(), built.rides.len());
+            n_bodies.insert(bodies.len());
+            let mut end = lengths[0];
+            for body in &bodies {
+                assert!((body.z_low - end).abs() < 1e-9, "{lengths:?}: {bodies:?}");
+                end = body.z_high;
+            }
+            assert!((end - lengths[3]).abs() < 1e-9);
+            for (length, at) in AssemblyLength::ALL.into_iter().zip(lengths) {
+                let first = built.rides.iter().position(|r| *r == Some(length));
+                assert!(first.is_none_or(|k| (bodies[k].z_low - at).abs() < 1e-9), "{lengths:?}: {bodies:?}");
+            }
+            // Below its top no section of the holder or body is wider or narrower than in the file.
+            let at = bodies.iter().find(|b| b.z_low == lengths[0]);
+            assert!(at.is_none_or(|b| b.radius_low == 18.0 || lengths[1] == lengths[0]));
+        }
+        assert!(n_bodies.len() > 2, "{n_bodies:?}");
+    }
+
+    #[test]
+    fn a_cone_is_cut_on_its_slope_and_goes_on_as_a_cylinder() {
+        let open = OpenAssembly::open(&tool());
+        let cut = open.built(&[7.0, 67.0, 77.0, 183.0]).unwrap();
+        assert_eq!((frusta(&cut.tool)[2].radius_high, cut.rides.len()), (25.0, 4));
+        let long = open.built(&[7.0, 67.0, 100.0, 196.0]).unwrap();
+        let bodies = frusta(&long.tool);
+        assert_eq!((bodies[3].radius_low, bodies[3].radius_high, bodies[3].z_high), (30.0, 30.0, 100.0));
+        assert_eq!(long.rides[2..], [1, 1, 2].map(|k| Some(AssemblyLength::ALL[k])));
+    }
+
+    #[test]
+    fn a_rigid_holder_goes_up_whole() {
+        let open = OpenAssembly::with_rigid_holder(&tool());
+        let mut lengths = [0.0, 100.0, 0.0, 0.0];
+        open.rest(&mut lengths);
+        assert_eq!(lengths, [7.0, 100.0, 120.0, 216.0]);
+        let built = open.built(&lengths).unwrap();
+        assert_eq!(built.tool, tool().longer_by(33.0).unwrap());
+        assert_eq!(built.rides, [None, None, Some(AssemblyLength::StickOut), Some(AssemblyLength::StickOut)]);
+        lengths[1] = 0.0;
+        open.rest(&mut lengths);
+        assert_eq!(lengths[1], 17.0, "the lower section of the body is all there");
+    }
+}
