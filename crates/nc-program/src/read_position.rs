@@ -60,6 +60,20 @@ impl ReadPosition {
         self.values.index_of(letter).is_some_and(|k| self.programmed & (1 << k) != 0)
     }
 
+    /// The same position with other words for the axes that are at one; all else is as it was, and axes of `words` that are
+    /// not at a word are left out.
+    #[must_use]
+    pub fn with_words(&self, words: &AxisWords) -> Self {
+        let mut out = *self;
+        for word in words.iter() {
+            if matches!(self.get(word.letter), Some(AxisAt::Word(_))) {
+                // As many axes as there were.
+                let _ = out.values.set(word.letter, word.value);
+            }
+        }
+        out
+    }
+
     fn at(&self, k: usize) -> Option<AxisAt> {
         let (bit, value) = (1 << k, self.values.value_at(k)?);
         if self.unknown & bit != 0 {

@@ -45,7 +45,8 @@ pub type Lengths = [f64; 4];
 #[derive(Clone, Debug)]
 pub struct OpenAssembly {
     file: ToolFile,
-    is_rigid: bool,
+    /// Shortest stick-out of a rigid holder, mm.
+    rigid_from: Option<f64>,
 }
 
 /// An assembly with lengths, and on which of them each of its bodies rides.
@@ -67,13 +68,13 @@ impl OpenAssembly {
     /// A tool whose four lengths are open.
     #[must_use]
     pub fn open(tool: &ToolAssembly) -> Self {
-        Self { file: tool.to_file(), is_rigid: false }
+        Self { file: tool.to_file(), rigid_from: None }
     }
 
-    /// A tool whose stick-out alone is open: its flute stays, and its holder is as it is.
+    /// A tool whose stick-out alone is open, from the shortest upward (mm): its flute stays, and its holder is as it is.
     #[must_use]
-    pub fn with_rigid_holder(tool: &ToolAssembly) -> Self {
-        Self { file: tool.to_file(), is_rigid: true }
+    pub fn with_rigid_holder(tool: &ToolAssembly, shortest: f64) -> Self {
+        Self { file: tool.to_file(), rigid_from: Some(shortest) }
     }
 
     /// The lengths of the file, mm.
@@ -86,7 +87,7 @@ impl OpenAssembly {
     /// The length that the spindle face and the machine ride on.
     #[must_use]
     pub fn machine_rides(&self) -> AssemblyLength {
-        if self.is_rigid { AssemblyLength::StickOut } else { AssemblyLength::Gauge }
+        if self.rigid_from.is_some() { AssemblyLength::StickOut } else { AssemblyLength::Gauge }
     }
 
     /// Raises each length to the least that those below it leave: a flute has a corner, a cutter body all its sections but the
@@ -94,9 +95,9 @@ impl OpenAssembly {
     pub fn rest(&self, lengths: &mut Lengths) {
         let f = &self.file;
         let kept: f64 = f.body.sections.iter().rev().skip(1).map(|s| s.length_mm).sum();
-        if self.is_rigid {
+        if let Some(shortest) = self.rigid_from {
             lengths[0] = f.flute_length_mm;
-            lengths[1] = lengths[1].max(lengths[0] + kept);
+            lengths[1] = lengths[1].max(lengths[0] + kept).max(shortest);
             lengths[2] = lengths[1] + self.lower_length();
             lengths[3] = lengths[1] + (f.gauge_length_mm - f.stick_out_mm);
             return;
@@ -116,8 +117,8 @@ impl OpenAssembly {
         let [flute, stick_out, lower_end, gauge] = *lengths;
         (file.flute_length_mm, file.stick_out_mm, file.gauge_length_mm) = (flute, stick_out, gauge);
         file.body.sections = cut_or_extended(&self.file.body.sections, stick_out - flute);
-        let (body, rides_above) = (file.body.sections.len(), self.has_lower() && !self.is_rigid);
-        let rides_body = (!self.is_rigid).then_some(AssemblyLength::Flute);
+        let (body, rides_above) = (file.body.sections.len(), self.has_lower() && self.rigid_from.is_none());
+        let rides_body = self.rigid_from.is_none().then_some(AssemblyLength::Flute);
         let mut rides = vec![rides_body; body];
         let (lower, upper) = self.file.holder.sections.split_at(usize::from(rides_above));
         let lower = cut_or_extended(lower, lower_end - stick_out);
@@ -135,6 +136,20 @@ impl OpenAssembly {
     #[must_use]
     pub fn has_lower(&self) -> bool {
         self.file.holder.sections.len() > 1
+    }
+
+    /// What a length that nothing forces rests on.
+    #[must_use]
+    pub fn rests_on(&self, length: AssemblyLength) -> &'static str {
+        match (length, self.rigid_from.is_some()) {
+            (AssemblyLength::Flute, true) => "the flute of the tool",
+            (AssemblyLength::Flute, false) => "the corner of the cutter",
+            (AssemblyLength::StickOut, true) => "the shortest stick-out of the holder",
+            (AssemblyLength::StickOut, false) => "the flute and the lower sections of the cutter body",
+            (AssemblyLength::LowerHolder | AssemblyLength::Gauge, true) => "the holder as it is",
+            (AssemblyLength::LowerHolder, false) => "the stick-out",
+            (AssemblyLength::Gauge, false) => "the upper sections of the holder",
+        }
     }
 
     fn lower_length(&self) -> f64 {
@@ -198,7 +213,7 @@ mod tests {
 
     #[test]
     fn own_lengths_build_the_same_tool() {
-        for open in [OpenAssembly::open(&tool()), OpenAssembly::with_rigid_holder(&tool())] {
+        for open in [OpenAssembly::open(&tool()), OpenAssembly::with_rigid_holder(&tool(), 0.0)] {
             let mut lengths = open.lengths();
             assert_eq!(lengths, [7.0, 67.0, 87.0, 183.0]);
             open.rest(&mut lengths);
@@ -250,7 +265,7 @@ mod tests {
 
     #[test]
     fn a_rigid_holder_goes_up_whole() {
-        let open = OpenAssembly::with_rigid_holder(&tool());
+        let open = OpenAssembly::with_rigid_holder(&tool(), 0.0);
         let mut lengths = [0.0, 100.0, 0.0, 0.0];
         open.rest(&mut lengths);
         assert_eq!(lengths, [7.0, 100.0, 120.0, 216.0]);

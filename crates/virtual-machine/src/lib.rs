@@ -76,6 +76,9 @@ mod engagement;
 mod episodes;
 mod feeds;
 mod finding;
+mod lengths;
+#[cfg(test)]
+mod lengths_laws;
 mod links;
 mod motion_modes;
 mod moves;
@@ -110,6 +113,9 @@ pub use counted_axes::CountedAxes;
 pub use finding::{
     AxisReading, BetweenPositions, ClearancePlace, Finding, FindingKind, GougePlace, Measure, Pose, SectionGouge,
     Verification,
+};
+pub use lengths::{
+    ClearLengths, ForcedBy, LengthSettings, LengthStock, clear_lengths, posted_for_length, words_of_length,
 };
 pub use links::{LinkHold, LinkSettings, LinkStage, ProgramLink, run_links};
 pub use setup::{GougeSection, ObstacleKind, RemovalLimit, VerifyError, VerifySettings, VirtualObstacle, VirtualSetup};

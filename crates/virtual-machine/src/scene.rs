@@ -1,4 +1,4 @@
-use facemill_cl_data::{ClPoint, Solid};
+use facemill_cl_data::{ClPoint, PlacedSolid, Solid};
 use facemill_interference::{Interference, MeshTree, solid_mesh};
 use facemill_inverse_kinematics::{AxisValues, Carrier, Machine, MachineBody};
 use nalgebra::Isometry3;
@@ -17,6 +17,8 @@ pub(crate) struct Scene<'a> {
     pub(crate) cutter: CutterDepth,
     /// Non-cutting bodies: of the tool assembly, then of the machine.
     pub(crate) bodies: Vec<SceneBody>,
+    /// Whether a body of the tool assembly is tested against each obstacle.
+    pub(crate) tool_meets: Vec<bool>,
     /// The meshes of the setup, then the bodies of the machine's bed, table and other head.
     pub(crate) obstacles: Vec<SceneObstacle<'a>>,
     /// The machine as the other head sees it, where there is one, and the length of its tool, mm.
@@ -110,12 +112,7 @@ impl<'a> Scene<'a> {
         for (k, _) in stays {
             obstacles.push(SceneObstacle::of_body(setup.machine, k, &links, &work_from_table)?);
         }
-        let tool = setup.tool.collision_bodies().into_iter().map(|b| {
-            // Sections of a tool are sharp frusta: all their rounding is clearance.
-            let clearance = b.solid.rounding();
-            let mount = Mount::Tool(b.frame_from_solid);
-            SceneBody::new(b.name, FindingKind::HolderCollision, &b.solid, clearance, mount)
-        });
+        let tool = setup.tool.collision_bodies().into_iter().map(SceneBody::of_tool);
         // The other head's are held against the rest when the program is run for that head.
         let moves = |k: usize| links.between(Link::Work, Link::Body(k)) > 0;
         let is_own = |b: &MachineBody| b.carrier() != Some(Carrier::OtherHead);
@@ -124,13 +121,16 @@ impl<'a> Scene<'a> {
             SceneBody::new(name, FindingKind::Collision, &b.body.solid, b.clearance, Mount::Machine(k))
         });
         let mut bodies: Vec<_> = tool.chain(moving).collect();
-        for body in &mut bodies {
-            let on_tool = matches!(body.mount, Mount::Tool(_));
+        let meets = |mount: Mount| -> Vec<bool> {
+            let on_tool = matches!(mount, Mount::Tool(_));
             // What is cut in a run of its own the tool meets there.
             let is_left = |o: &SceneObstacle<'_>| o.meets_cutter || !on_tool || o.body.is_some();
-            body.meets =
-                obstacles.iter().map(|o| is_left(o) && may_meet(setup.machine, &links, body.mount, o)).collect();
+            obstacles.iter().map(|o| is_left(o) && may_meet(setup.machine, &links, mount, o)).collect()
+        };
+        for body in &mut bodies {
+            body.meets = meets(body.mount);
         }
+        let tool_meets = meets(Mount::Tool(Isometry3::identity()));
         Ok(Self {
             setup,
             settings,
@@ -138,6 +138,7 @@ impl<'a> Scene<'a> {
             tool_length: setup.tool.gauge_length(),
             cutter: CutterDepth::new(setup.tool.cutter()),
             bodies,
+            tool_meets,
             obstacles,
             other: other_view(setup),
         })
@@ -268,6 +269,14 @@ impl Links {
 }
 
 impl SceneBody {
+    /// A body of the tool assembly, its tests left open.
+    pub(crate) fn of_tool(b: PlacedSolid) -> Self {
+        // Sections of a tool are sharp frusta: all their rounding is clearance.
+        let clearance = b.solid.rounding();
+        let mount = Mount::Tool(b.frame_from_solid);
+        Self::new(b.name, FindingKind::HolderCollision, &b.solid, clearance, mount)
+    }
+
     fn new(name: String, kind: FindingKind, solid: &Solid, clearance: f64, mount: Mount) -> Self {
         let rounding = (solid.rounding() - clearance).max(0.0);
         Self { name, kind, shape: Shape::core_of(solid), rounding, clearance, mount, meets: Vec::new() }

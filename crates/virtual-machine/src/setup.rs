@@ -230,6 +230,12 @@ pub enum VerifyError {
         /// As given.
         value: f64,
     },
+    /// A tool cannot be what is asked of it.
+    #[error("the tool: {problem}")]
+    Tool {
+        /// Why.
+        problem: String,
+    },
     /// A motion cannot be swept.
     #[error("the stock cannot be cut: {problem}")]
     Sweep {

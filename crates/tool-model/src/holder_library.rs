@@ -1,0 +1,261 @@
+//! Holders to choose from.
+
+use facemill_file_format::FormatError;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::{OpenAssembly, Section, Stack, ToolAssembly, ToolFileError};
+
+/// The value of a holder file's `format` key.
+pub const HOLDERS_FORMAT: &str = "facemill-holders/1";
+
+/// The `format` key: only [`HOLDERS_FORMAT`] is read.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum HoldersFormatTag {
+    /// `facemill-holders/1`.
+    #[default]
+    #[serde(rename = "facemill-holders/1")]
+    V1,
+}
+
+/// A file of holders as written. [`HolderLibrary::new`] checks its numbers.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct HoldersFile {
+    /// `"facemill-holders/1"`.
+    pub format: HoldersFormatTag,
+    /// The holders, in any order.
+    pub holders: Vec<HolderFile>,
+}
+
+/// A holder as it is on the shelf.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct HolderFile {
+    /// What reports call it.
+    pub name: String,
+    /// Diameter of the shank that it takes: that of the topmost section of a tool's body.
+    pub bore_mm: f64,
+    /// Shortest and longest distance from the tip to its nose at which it holds the tool safely.
+    pub stick_out_mm: [f64; 2],
+    /// From its nose to the gauge line (spindle face).
+    pub projection_mm: f64,
+    /// Distance that it keeps from part, fixture and stock.
+    pub clearance_mm: f64,
+    /// From its nose upward, at least to the gauge line.
+    pub sections: Vec<Section>,
+    /// Where its dimensions are from.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub source: Option<String>,
+}
+
+/// Holders whose numbers have been checked; no two have the same name.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HolderLibrary {
+    holders: Vec<HolderFile>,
+}
+
+/// Why bytes are not a holder library, or a holder and a tool no assembly.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum HolderError {
+    /// The text is not a holder file.
+    #[error(transparent)]
+    Format(#[from] FormatError),
+    /// There is nothing to choose from.
+    #[error("holders: there is none")]
+    Empty,
+    /// Two holders have one name.
+    #[error("holders[{index}].name: \"{name}\" is the name of another one, too")]
+    SameName {
+        /// Which of them, from 0.
+        index: usize,
+        /// The name.
+        name: String,
+    },
+    /// A number is out of its range.
+    #[error("holders[{index}].{field}: {value} is not {expected}")]
+    OutOfRange {
+        /// Which holder, from 0.
+        index: usize,
+        /// Its field.
+        field: &'static str,
+        /// The value.
+        value: f64,
+        /// What it has to be.
+        expected: &'static str,
+    },
+    /// The sections of a holder are none, or end below the gauge line.
+    #[error("holders[{index}].sections: {problem}")]
+    Sections {
+        /// Which holder, from 0.
+        index: usize,
+        /// What is wrong.
+        problem: String,
+    },
+    /// The shank has another diameter than the holder takes.
+    #[error("takes shanks of {bore_mm} mm, the tool's is {shank_mm} mm")]
+    OtherShank {
+        /// Of the holder.
+        bore_mm: f64,
+        /// Of the tool's body at its top.
+        shank_mm: f64,
+    },
+    /// The tool has no shank.
+    #[error("the tool has no body section that a holder could take")]
+    NoShank,
+    /// Tool and holder make no tool.
+    #[error(transparent)]
+    Tool(#[from] ToolFileError),
+}
+
+/// By how much a shank may differ from a holder's bore, mm: fits are a hundredth of it.
+const SAME_DIAMETER: f64 = 0.05;
+
+/// Longest length of a holder, mm.
+const LONGEST: f64 = 1e4;
+
+impl HolderLibrary {
+    /// Reads a holder file.
+    ///
+    /// # Errors
+    /// When it is not one, or its numbers are not holders'; the error names the field.
+    pub fn from_json(text: &[u8]) -> Result<Self, HolderError> {
+        Self::new(facemill_file_format::from_json(text)?)
+    }
+
+    /// Checks a holder file's numbers.
+    ///
+    /// # Errors
+    /// When there is no holder, two have one name, a number is out of range, or sections end below the gauge line.
+    pub fn new(file: HoldersFile) -> Result<Self, HolderError> {
+        if file.holders.is_empty() {
+            return Err(HolderError::Empty);
+        }
+        for (index, holder) in file.holders.iter().enumerate() {
+            if file.holders[..index].iter().any(|other| other.name == holder.name) {
+                return Err(HolderError::SameName { index, name: holder.name.clone() });
+            }
+            check(index, holder)?;
+        }
+        Ok(Self { holders: file.holders })
+    }
+
+    /// The holders, in the order of the file.
+    #[must_use]
+    pub fn holders(&self) -> &[HolderFile] {
+        &self.holders
+    }
+}
+
+fn check(index: usize, holder: &HolderFile) -> Result<(), HolderError> {
+    let length = |field, value: f64, least: f64, expected| {
+        // NaN is in no range.
+        if value >= least && value <= LONGEST {
+            Ok(())
+        } else {
+            Err(HolderError::OutOfRange { index, field, value, expected })
+        }
+    };
+    const SOME: &str = "more than 0 and at most 10,000 mm";
+    length("bore_mm", holder.bore_mm, f64::MIN_POSITIVE, SOME)?;
+    let [least, most] = holder.stick_out_mm;
+    length("stick_out_mm[0]", least, f64::MIN_POSITIVE, SOME)?;
+    length("stick_out_mm[1]", most, least, "at least stick_out_mm[0] and at most 10,000 mm")?;
+    length("projection_mm", holder.projection_mm, f64::MIN_POSITIVE, SOME)?;
+    length("clearance_mm", holder.clearance_mm, 0.0, "at least 0 and at most 10,000 mm")?;
+    for s in &holder.sections {
+        length("sections[].length_mm", s.length_mm, f64::MIN_POSITIVE, SOME)?;
+        for diameter in [s.diameter_low_mm, s.diameter_high_mm] {
+            length("sections[].diameter_mm", diameter, 0.0, "at least 0 and at most 10,000 mm")?;
+        }
+    }
+    let reaches: f64 = holder.sections.iter().map(|s| s.length_mm).sum();
+    if reaches < holder.projection_mm - 1e-6 {
+        let problem = format!("reach to {reaches} mm above the nose, but must reach projection_mm");
+        return Err(HolderError::Sections { index, problem });
+    }
+    Ok(())
+}
+
+impl HolderFile {
+    /// The tool in this holder, at its shortest stick-out or the one that the tool's body leaves, where that is longer; the
+    /// stick-out is open.
+    ///
+    /// # Errors
+    /// When the holder takes other shanks, or both make no tool.
+    pub fn with_tool(&self, tool: &ToolAssembly) -> Result<OpenAssembly, HolderError> {
+        let mut file = tool.to_file();
+        let shank_mm = file.body.sections.last().ok_or(HolderError::NoShank)?.diameter_high_mm;
+        if (shank_mm - self.bore_mm).abs() > SAME_DIAMETER {
+            return Err(HolderError::OtherShank { bore_mm: self.bore_mm, shank_mm });
+        }
+        file.holder = Stack { clearance_mm: self.clearance_mm, sections: self.sections.clone() };
+        file.gauge_length_mm = file.stick_out_mm + self.projection_mm;
+        let assembly = ToolAssembly::new(file)?;
+        Ok(OpenAssembly::with_rigid_holder(&assembly, self.stick_out_mm[0]))
+    }
+
+    /// Largest diameter of its lowest section, mm: of two that stick out as far the wider one bends less.
+    #[must_use]
+    pub fn nose_diameter(&self) -> f64 {
+        self.sections.first().map_or(0.0, |s| s.diameter_low_mm.max(s.diameter_high_mm))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const HOLDERS: &str = r#"{ "format": "facemill-holders/1", "holders": [
+        { "name": "slim", "bore_mm": 12, "stick_out_mm": [30, 60], "projection_mm": 80, "clearance_mm": 2, "sections": [
+            { "length_mm": 50, "diameter_low_mm": 20, "diameter_high_mm": 26 },
+            { "length_mm": 30, "diameter_low_mm": 50, "diameter_high_mm": 50 } ] },
+        { "name": "stout", "bore_mm": 12, "stick_out_mm": [34, 70], "projection_mm": 60, "clearance_mm": 2, "sections": [
+            { "length_mm": 60, "diameter_low_mm": 40, "diameter_high_mm": 50 } ] } ] }"#;
+
+    #[test]
+    fn faults_name_the_holder_and_its_field() {
+        assert_eq!(HolderLibrary::from_json(HOLDERS.as_bytes()).unwrap().holders().len(), 2);
+        for (key, to, told) in [
+            ("\"stout\"", "\"slim\"", "holders[1].name"),
+            ("\"bore_mm\": 12", "\"bore_mm\": 0", "holders[0].bore_mm"),
+            ("[34, 70]", "[34, 30]", "holders[1].stick_out_mm[1]"),
+            ("\"projection_mm\": 80", "\"projection_mm\": 81", "holders[0].sections: reach to 80"),
+            ("\"clearance_mm\": 2", "\"clearance_mm\": -1", "holders[0].clearance_mm"),
+            ("\"length_mm\": 50", "\"length_mm\": 0", "holders[0].sections[].length_mm"),
+            ("holders/1", "holders/2", "format"),
+            ("\"bore_mm\"", "\"bore\"", "did you mean"),
+        ] {
+            assert!(HOLDERS.contains(key));
+            let why = HolderLibrary::from_json(HOLDERS.replacen(key, to, 1).as_bytes()).unwrap_err().to_string();
+            assert!(why.contains(told), "{why}");
+        }
+        let none = r#"{ "format": "facemill-holders/1", "holders": [] }"#;
+        assert_eq!(HolderLibrary::from_json(none.as_bytes()), Err(HolderError::Empty));
+    }
+
+    #[test]
+    fn a_tool_goes_into_holders_of_its_shank_at_their_shortest() {
+        let tool = r#"{ "format": "facemill-tool/1", "name": "12", "number": 1, "radius_mm": 6, "corner_radius_mm": 1,
+            "n_inserts": 4, "flute_length_mm": 20, "max_ramp_angle_deg": 1, "spindle_rotation": "clockwise",
+            "stick_out_mm": 50, "gauge_length_mm": 100,
+            "body": { "clearance_mm": 0.5, "sections": [ { "length_mm": 30, "diameter_low_mm": 12, "diameter_high_mm": 12 } ] },
+            "holder": { "clearance_mm": 1, "sections": [ { "length_mm": 50, "diameter_low_mm": 60, "diameter_high_mm": 60 } ] } }"#;
+        let tool = ToolAssembly::from_json(tool.as_bytes()).unwrap();
+        let library = HolderLibrary::from_json(HOLDERS.as_bytes()).unwrap();
+        for (holder, expected) in library.holders().iter().zip([[30.0, 110.0], [34.0, 94.0]]) {
+            let open = holder.with_tool(&tool).unwrap();
+            let mut lengths = [0.0; 4];
+            open.rest(&mut lengths);
+            assert_eq!([lengths[1], lengths[3]], expected);
+            let built = open.built(&lengths).unwrap().tool;
+            assert_eq!(built.to_file().holder.sections, holder.sections);
+            assert_eq!((built.stick_out(), built.gauge_length()), (expected[0], expected[1]));
+            assert_eq!(built.to_file().body.sections[0].length_mm, expected[0] - 20.0);
+        }
+        let mut thick = tool.to_file();
+        thick.body.sections[0].diameter_high_mm = 16.0;
+        let why = library.holders()[0].with_tool(&ToolAssembly::new(thick).unwrap()).unwrap_err();
+        assert_eq!(why, HolderError::OtherShank { bore_mm: 12.0, shank_mm: 16.0 });
+    }
+}
