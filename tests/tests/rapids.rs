@@ -10,6 +10,9 @@ use facemill_tests::read_back::ReadBack;
 use facemill_tests::variants::{tiny_patch, variant};
 use serde_json::json;
 
+#[path = "rapids/lengths.rs"]
+mod lengths;
+
 fn faster(job: &JobFolder, dialect: Dialect, text: &str) -> Result<Rapids, Failure> {
     let path = job.path("program.nc");
     let cut = CutRequest { cell: 1.0, tolerance: 0.05, region: StockRegion::Whole, rest: None, deviation: None };

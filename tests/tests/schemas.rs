@@ -6,7 +6,8 @@ use facemill_tests::program::{code_and_errors, run};
 use facemill_tests::shared::workspace;
 use serde_json::{Value, json};
 
-const FORMATS: [&str; 8] = ["job", "tool", "machine", "path", "dialect", "report", "certificates", "verification"];
+const FORMATS: [&str; 10] =
+    ["job", "tool", "machine", "path", "dialect", "report", "certificates", "verification", "holders", "lengths"];
 
 fn schema(format: &str) -> Value {
     let output = run(&["schema", format]);
@@ -66,6 +67,18 @@ fn every_committed_job_folder_obeys_the_schemas() {
         }
     }
     assert!(n >= 3, "only {n} files");
+}
+
+#[test]
+fn holder_files_obey_their_schema_and_are_holders() {
+    let files: Vec<_> =
+        std::fs::read_dir(workspace().join("assets/holders")).unwrap().map(|e| e.unwrap().path()).collect();
+    assert!(!files.is_empty());
+    for path in files {
+        let bytes = std::fs::read(&path).unwrap();
+        check("holders", &path.display().to_string(), &serde_json::from_slice(&bytes).unwrap());
+        facemill::tool_model::HolderLibrary::from_json(&bytes).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+    }
 }
 
 /// What a shop starts from.

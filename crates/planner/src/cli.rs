@@ -15,6 +15,7 @@ use facemill::{
 
 use crate::chip_area_command::{self, ChipAreaArguments};
 use crate::feedrate_command::{self, FeedrateArguments};
+use crate::lengths_command::{self, LengthsArguments};
 use crate::machine_commands::{self, MachineCommand};
 use crate::progress::Bar;
 use crate::rapids_command::{self, RapidsArguments};
@@ -81,6 +82,8 @@ enum Command {
     Verify(VerifyArguments),
     /// Gives an existing program faster links: each the fastest way that is free of stock, part, fixtures and machine
     Rapids(RapidsArguments),
+    /// Says how short the lengths of the tool assembly may be for an existing program, and which block forces each
+    Lengths(LengthsArguments),
     /// Section area of the chip of a pass: one case, or a table of them
     ChipArea(ChipAreaArguments),
     /// Writes an example: a complete job folder
@@ -172,6 +175,8 @@ enum Format {
     Certificates,
     SolutionSpace,
     Verification,
+    Holders,
+    Lengths,
 }
 
 /// Does what the arguments say.
@@ -198,6 +203,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
         Command::Feedrate(arguments) => feedrate_command::run(&arguments),
         Command::Verify(arguments) => verify_command::run(&arguments),
         Command::Rapids(arguments) => rapids_command::run(&arguments),
+        Command::Lengths(arguments) => lengths_command::run(&arguments),
         Command::ChipArea(arguments) => chip_area_command::run(&arguments),
         Command::New { part } => write_new(part),
         Command::Machine { what } => machine_commands::run(what),
@@ -387,5 +393,7 @@ fn schema(format: Format) -> String {
         Format::Certificates => facemill::file_format::schema::<CertificatesFile>(),
         Format::SolutionSpace => facemill::file_format::schema::<SolutionSpaceFile>(),
         Format::Verification => facemill::file_format::schema::<VerificationFile>(),
+        Format::Holders => facemill::file_format::schema::<facemill::tool_model::HoldersFile>(),
+        Format::Lengths => facemill::file_format::schema::<facemill::lengths::LengthsFile>(),
     }
 }

@@ -39,6 +39,7 @@ mod failure;
 pub mod files;
 mod follow;
 pub mod job_file;
+pub mod lengths;
 mod linearity;
 mod load;
 mod machine_check;

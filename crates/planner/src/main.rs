@@ -9,6 +9,7 @@ mod cli;
 mod deviation_command;
 mod feedrate_command;
 mod findings_table;
+mod lengths_command;
 mod machine_commands;
 mod program_arguments;
 mod progress;

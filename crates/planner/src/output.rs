@@ -9,8 +9,8 @@ use facemill_nc_program::{
     write_program_with_lines,
 };
 use facemill_virtual_machine::{
-    Assumption, Certificates, GougeSection, ObstacleKind, Verification, VerifyError, VerifySettings, VirtualObstacle,
-    VirtualSetup, assumptions, certify, verify,
+    Assumption, Certificates, Finding, GougeSection, ObstacleKind, Verification, VerifyError, VerifySettings,
+    VirtualObstacle, VirtualSetup, assumptions, certify, verify,
 };
 
 use crate::cell::budget;
@@ -286,18 +286,26 @@ pub(crate) fn virtual_obstacles<'a>(setup: &'a Setup<'_>) -> Vec<VirtualObstacle
         .collect()
 }
 
-/// Says of every obstacle that is several files or groups which of them is meant.
-pub(crate) fn name_obstacles(verification: &mut Verification, setup: &Setup<'_>) {
-    let name = |name: &mut String, place: [f64; 3]| {
-        if let Some(o) = setup.obstacles.iter().find(|o| o.name == *name) {
-            *name = o.name_at(&place.into());
-        }
-    };
-    for finding in &mut verification.findings {
+/// Says of an obstacle that is several files or groups which of them is at a place.
+pub(crate) fn name_obstacle(name: &mut String, place: [f64; 3], setup: &Setup<'_>) {
+    if let Some(o) = setup.obstacles.iter().find(|o| o.name == *name) {
+        *name = o.name_at(&place.into());
+    }
+}
+
+/// The same of every finding.
+pub(crate) fn name_obstacles_of(findings: &mut [Finding], setup: &Setup<'_>) {
+    for finding in findings {
         if let (Some(obstacle), Some(place)) = (&mut finding.obstacle, finding.place_work_mm) {
-            name(obstacle, place);
+            name_obstacle(obstacle, place, setup);
         }
     }
+}
+
+/// The same of everything that a run tells.
+pub(crate) fn name_obstacles(verification: &mut Verification, setup: &Setup<'_>) {
+    let name = |name: &mut String, place: [f64; 3]| name_obstacle(name, place, setup);
+    name_obstacles_of(&mut verification.findings, setup);
     let in_sections = verification.sections.iter_mut().filter_map(|s| s.largest_gouge.as_mut());
     for g in verification.largest_gouge.iter_mut().chain(in_sections) {
         name(&mut g.obstacle, g.place_work_mm);

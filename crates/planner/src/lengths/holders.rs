@@ -1,0 +1,86 @@
+//! The holder of a library whose stick-out is the shortest that works.
+
+use facemill_tool_model::{HolderFile, HolderLibrary, OpenAssembly};
+use facemill_virtual_machine::ClearLengths;
+
+use super::FoundLengths;
+use super::report::HolderReport;
+use super::stage::{Stage, is_of_bodies};
+use crate::Failure;
+
+/// A holder that works.
+struct Works<'a> {
+    holder: &'a HolderFile,
+    assembly: OpenAssembly,
+    found: ClearLengths,
+}
+
+/// By how much two stick-outs may differ and count as the same, mm.
+const SAME: f64 = 1e-6;
+
+/// Tries every holder at its own shortest stick-out that is free, and takes the one with the shortest; of those with the same the
+/// widest at its nose, and of these the first by name.
+///
+/// Where none works, what is told is the job's own tool with the lengths that it needs.
+pub(super) fn choose(stage: &Stage<'_>, library: &HolderLibrary) -> Result<FoundLengths, Failure> {
+    let mut reports = Vec::new();
+    let mut best: Option<Works<'_>> = None;
+    for holder in library.holders() {
+        let (report, works) = tried(stage, holder)?;
+        reports.push(report);
+        if let Some(works) = works.filter(|w| best.as_ref().is_none_or(|b| is_better(w, b))) {
+            best = Some(works);
+        }
+    }
+    let mut told = match &best {
+        Some(Works { assembly, found, .. }) => stage.told(found, assembly)?,
+        None => {
+            let open = OpenAssembly::open(&stage.job.tool);
+            let mut told = stage.told(&stage.lengths(&open, stage.request.longest)?, &open)?;
+            told.tool = None;
+            told
+        }
+    };
+    told.file.holder = best.map(|b| b.holder.name.clone());
+    told.file.holders = reports;
+    Ok(told)
+}
+
+fn is_better(a: &Works<'_>, b: &Works<'_>) -> bool {
+    let (one, other) = (a.found.lengths[1], b.found.lengths[1]);
+    if (one - other).abs() > SAME {
+        return one < other;
+    }
+    let (wide, other) = (a.holder.nose_diameter(), b.holder.nose_diameter());
+    if wide == other { a.holder.name < b.holder.name } else { wide > other }
+}
+
+fn tried<'a>(stage: &Stage<'_>, holder: &'a HolderFile) -> Result<(HolderReport, Option<Works<'a>>), Failure> {
+    let mut report = HolderReport { name: holder.name.clone(), stick_out_mm: None, forced_by: None, why_not: None };
+    let assembly = match holder.with_tool(&stage.job.tool) {
+        Ok(assembly) => assembly,
+        Err(why) => {
+            report.why_not = Some(why.to_string());
+            return Ok((report, None));
+        }
+    };
+    let most = holder.stick_out_mm[1];
+    let found = stage.lengths(&assembly, most)?;
+    if let Some((_, by)) = &found.hopeless {
+        let at = format!("line {}: {} and {}", by.line, by.body, by.obstacle);
+        report.why_not = Some(format!("not free up to its longest stick-out of {most} mm ({at})"));
+        report.forced_by = Some(stage.named(by.clone()));
+        return Ok((report, None));
+    }
+    report.forced_by = found.forced_by[1].clone().map(|by| stage.named(by));
+    if found.lengths[1] > most {
+        report.why_not = Some(format!("needs a stick-out of {:.2} mm, its longest is {most} mm", found.lengths[1]));
+        return Ok((report, None));
+    }
+    if let Some(finding) = stage.findings(&found)?.into_iter().find(is_of_bodies) {
+        report.why_not = Some(format!("at {:.2} mm: {finding}", found.lengths[1]));
+        return Ok((report, None));
+    }
+    report.stick_out_mm = Some(found.lengths[1]);
+    Ok((report, Some(Works { holder, assembly, found })))
+}

@@ -1,0 +1,161 @@
+//! The job planned again with shorter assemblies: tilting may let them pass.
+
+use facemill_tool_model::{HolderLibrary, OpenAssembly, ToolAssembly};
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use super::FoundLengths;
+use super::report::{LengthReport, Posting};
+use super::stage::Stage;
+use crate::load::Job;
+use crate::plan::{PlanSettings, Planned, plan_setup};
+use crate::report::InfeasibleReport;
+use crate::{Failure, Stages};
+
+/// A shorter assembly that the job was planned again with.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct ReplanTry {
+    /// Name of the holder.
+    pub holder: String,
+    /// Stick-out that it was planned with.
+    pub stick_out_mm: f64,
+    /// CC points with a pose in its program.
+    pub planned_points: usize,
+    /// How many CC points fewer that is than with the assembly that works as the program is.
+    pub lost_points: usize,
+    /// All that its plan leaves out, by reason, with the first place of each.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub left_out: Vec<InfeasibleReport>,
+    /// Faults that its program was found with.
+    pub faults: usize,
+    /// Whether it was taken.
+    pub taken: bool,
+    /// Why it could not be planned at all.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub why_not: Option<String>,
+}
+
+impl ReplanTry {
+    /// As a line to read.
+    pub(super) fn line(&self) -> String {
+        let Self { holder, stick_out_mm, planned_points, lost_points, left_out, faults, taken, why_not } = self;
+        let mark = if *taken { "*" } else { " " };
+        let what = match why_not {
+            Some(why) => why.clone(),
+            None => format!("{planned_points} CC points planned, {lost_points} lost, {faults} faults"),
+        };
+        let lost = left_out.first().filter(|_| *lost_points > 0).map_or_else(String::new, |first| {
+            let [x, y, z] = first.first_place_mm;
+            format!("; first at ({x:.2}, {y:.2}, {z:.2}): {}", first.reason)
+        });
+        format!("  {mark} planned again with {holder} at {stick_out_mm:.2} mm: {what}{lost}\n")
+    }
+}
+
+/// Stick-outs that are tried of each holder, from its shortest toward the one that works as the program is.
+const STEPS: u32 = 4;
+
+/// Plans the job again with shorter assemblies of the library, the shortest first, and takes the first that plans no fewer CC
+/// points than the assembly that was found, and whose program is without a fault.
+pub(super) fn replan(stage: &Stage<'_>, library: &HolderLibrary, told: &mut FoundLengths) -> Result<(), Failure> {
+    let (job, setup) = (stage.job, stage.request.setup);
+    let found = told.tool.clone().map(ToolAssembly::new).transpose();
+    let found = found.map_err(|e| Failure::Internal(e.to_string()))?.unwrap_or_else(|| job.tool.clone());
+    let base = planned(job, &found, setup, stage.stages)?;
+    let base_points = base.map(|p| p.report.totals.planned_points).unwrap_or_default();
+    for (holder, tool) in candidates(job, library, found.stick_out())? {
+        let mut tried = ReplanTry {
+            holder,
+            stick_out_mm: tool.stick_out(),
+            planned_points: 0,
+            lost_points: base_points,
+            left_out: Vec::new(),
+            faults: 0,
+            taken: false,
+            why_not: None,
+        };
+        let made = match planned(job, &tool, setup, stage.stages)? {
+            Ok(made) => made,
+            Err(why) => {
+                tried.why_not = Some(why);
+                told.file.replans.push(tried);
+                continue;
+            }
+        };
+        tried.planned_points = made.report.totals.planned_points;
+        tried.lost_points = base_points.saturating_sub(tried.planned_points);
+        tried.left_out.clone_from(&made.report.infeasible);
+        tried.faults = made.report.findings.iter().filter(|f| f.kind.is_fault()).count();
+        tried.taken = tried.lost_points == 0 && made.is_clean();
+        let taken = tried.taken;
+        told.file.replans.push(tried);
+        if taken {
+            take(told, tool, made);
+            return Ok(());
+        }
+    }
+    Ok(())
+}
+
+/// A plan of the job with another tool; why it cannot be planned under its own terms.
+fn planned(
+    job: &Job,
+    tool: &ToolAssembly,
+    setup: usize,
+    stages: &dyn Stages,
+) -> Result<Result<Planned, String>, Failure> {
+    let job = Job { tool: tool.clone(), ..job.clone() };
+    match plan_setup(&job, setup, PlanSettings { verify: true, certificates: false }, stages) {
+        Ok(planned) => Ok(Ok(planned)),
+        Err(Failure::Infeasible(why)) => Ok(Err(why)),
+        Err(failure) => Err(failure),
+    }
+}
+
+/// Assemblies of the library with a shorter stick-out, the shortest first; of those with the same the widest at its nose.
+fn candidates(job: &Job, library: &HolderLibrary, below: f64) -> Result<Vec<(String, ToolAssembly)>, Failure> {
+    let mut all = Vec::new();
+    for holder in library.holders() {
+        let Ok(open) = holder.with_tool(&job.tool) else { continue };
+        let mut least = [0.0; 4];
+        open.rest(&mut least);
+        let most = below.min(holder.stick_out_mm[1]);
+        for step in 0..STEPS {
+            let mut lengths = least;
+            lengths[1] += (most - least[1]) * f64::from(step) / f64::from(STEPS);
+            if lengths[1] >= below || lengths[1] > holder.stick_out_mm[1] {
+                continue;
+            }
+            open.rest(&mut lengths);
+            let tool = open.built(&lengths).map_err(|e| Failure::Internal(e.to_string()))?.tool;
+            all.push((holder, tool));
+        }
+    }
+    all.sort_by(|(a, one), (b, other)| {
+        let by_length = one.stick_out().total_cmp(&other.stick_out());
+        by_length.then(b.nose_diameter().total_cmp(&a.nose_diameter())).then(a.name.cmp(&b.name))
+    });
+    all.dedup_by(|a, b| a.0.name == b.0.name && a.1 == b.1);
+    Ok(all.into_iter().map(|(holder, tool)| (holder.name.clone(), tool)).collect())
+}
+
+fn take(told: &mut FoundLengths, tool: ToolAssembly, made: Planned) {
+    let file = tool.to_file();
+    told.file.holder = told.file.replans.last().map(|t| t.holder.clone());
+    told.file.posting = Posting::Again;
+    told.file.none_is_free = None;
+    told.file.findings = made.report.findings.clone();
+    for length in &mut told.file.lengths {
+        retold(length, &tool);
+    }
+    told.tool = Some(file);
+    told.replanned = made.files.into_iter().find(|(name, _)| name.starts_with("program") && !name.ends_with(".apt"));
+}
+
+/// A length of the assembly that was planned again: what forces it is no longer the old program.
+fn retold(length: &mut LengthReport, tool: &ToolAssembly) {
+    let lengths = OpenAssembly::open(tool).lengths();
+    length.length_mm = lengths[length.name as usize];
+    length.forced_by = None;
+    length.rests_on = Some("the stick-out that the job was planned again with");
+}

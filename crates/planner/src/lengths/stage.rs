@@ -1,0 +1,146 @@
+//! A program and everything that lengths are looked at with.
+
+use facemill_nc_program::{ReadProgram, WordMap};
+use facemill_tool_model::{AssemblyLength, OpenAssembly};
+use facemill_virtual_machine::{
+    ClearLengths, Finding, FindingKind, ForcedBy, LengthSettings, LengthStock, VerifyError, VerifySettings,
+    VirtualSetup, clear_lengths, run_stock, verify,
+};
+use facemill_z_map::DexelMap;
+use nalgebra::Isometry3;
+
+use super::report::{LENGTHS_FORMAT, LengthName, LengthReport, LengthsFile, NoLength, Posting};
+use super::{FoundLengths, LengthsRequest};
+use crate::cell::budget;
+use crate::load::{Job, Setup};
+use crate::output::{name_obstacle, name_obstacles_of, not_verified};
+use crate::program::{rtcp_frame, word_map};
+use crate::stock_map::StockMeshes;
+use crate::verify_program::virtual_setup;
+use crate::{Failure, Stages};
+
+pub(super) struct Stage<'a> {
+    pub(super) job: &'a Job,
+    pub(super) setup: &'a Setup<'a>,
+    pub(super) program: &'a ReadProgram,
+    pub(super) request: &'a LengthsRequest<'a>,
+    pub(super) stages: &'a dyn Stages,
+    words: WordMap,
+    frame: Isometry3<f64>,
+    stock: Option<DexelMap>,
+    verify: VerifySettings,
+}
+
+impl<'a> Stage<'a> {
+    pub(super) fn new(
+        job: &'a Job,
+        setup: &'a Setup<'a>,
+        program: &'a ReadProgram,
+        request: &'a LengthsRequest<'a>,
+        stages: &'a dyn Stages,
+    ) -> Result<Self, Failure> {
+        let words = word_map(job, setup, request.setup)?;
+        let frame = rtcp_frame(job, &words).unwrap_or_else(Isometry3::identity);
+        let stock = match &request.cut {
+            Some(cut) => Some(match &cut.rest {
+                Some(rest) => rest.clone(),
+                None => StockMeshes::of(setup).map(job, setup, cut.cell, cut.region)?,
+            }),
+            None => None,
+        };
+        let limits = job.operations_of(setup.file).map(|(_, o)| budget(job, o).simulated());
+        let gouge_limit = limits.reduce(f64::min).unwrap_or(0.0);
+        let verify =
+            VerifySettings { gouge_limit, stock_is_cut: stock.is_some(), is_whole: true, ..VerifySettings::default() };
+        Ok(Self { job, setup, program, request, stages, words, frame, stock, verify })
+    }
+
+    fn at(&self) -> VirtualSetup<'_> {
+        virtual_setup(self.request.dialect, self.job, self.setup, &self.words, self.frame)
+    }
+
+    /// The shortest lengths of an assembly.
+    pub(super) fn lengths(&self, assembly: &OpenAssembly, longest: f64) -> Result<ClearLengths, Failure> {
+        let settings = LengthSettings { verify: self.verify.clone(), margin: self.request.margin, longest };
+        let monitor = self.stages.start("find lengths", 0);
+        let stock = self.stock.as_ref().zip(self.request.cut.as_ref());
+        let stock = stock.map(|(before, cut)| LengthStock { before, tolerance: cut.tolerance });
+        let found = clear_lengths(self.program, &self.at(), assembly, stock, &settings, &*monitor);
+        found.map_err(|e| match e {
+            VerifyError::Tool { .. } | VerifyError::Setting { .. } => self.job.wrong(e),
+            other => not_verified(other),
+        })
+    }
+
+    /// Everything that the ordinary run finds of the program as it is posted for lengths.
+    pub(super) fn findings(&self, found: &ClearLengths) -> Result<Vec<Finding>, Failure> {
+        let setup = VirtualSetup { tool: &found.tool, words: &found.words, ..self.at() };
+        let monitor = self.stages.start("verify program", found.program.blocks.len());
+        let run = verify(&found.program, &setup, &self.verify, &*monitor).map_err(not_verified)?;
+        let mut findings = run.findings;
+        if let (Some(stock), Some(cut)) = (&self.stock, &self.request.cut) {
+            let mut stock = stock.clone();
+            let run = run_stock(&found.program, &setup, &self.verify, &mut stock, cut.tolerance, &*monitor);
+            findings.extend(run.map_err(not_verified)?.findings);
+        }
+        name_obstacles_of(&mut findings, self.setup);
+        findings.sort_by_key(|f| (f.first_line, f.kind));
+        Ok(findings)
+    }
+
+    /// Lengths as they are told.
+    pub(super) fn told(&self, found: &ClearLengths, assembly: &OpenAssembly) -> Result<FoundLengths, Failure> {
+        let findings = if found.hopeless.is_none() { self.findings(found)? } else { Vec::new() };
+        let all = if found.hopeless.is_none() { &AssemblyLength::ALL[..] } else { &[] };
+        let is_posted_again = found.program.blocks != self.program.blocks;
+        let file = LengthsFile {
+            format: LENGTHS_FORMAT,
+            job: self.job.file.name.clone(),
+            setup: self.setup.file.name.clone(),
+            dialect: self.request.dialect.name().to_owned(),
+            tool: self.job.tool.name().to_owned(),
+            margin_mm: self.request.margin,
+            stock_cell_mm: self.stock.as_ref().map(|s| s.grid().cell()),
+            posting: if is_posted_again { Posting::Again } else { Posting::AsItIs },
+            lengths: all.iter().filter_map(|&l| self.length(l, found, assembly)).collect(),
+            none_is_free: found.hopeless.as_ref().map(|(length, by)| NoLength {
+                name: LengthName::of(*length),
+                longest_mm: self.request.longest,
+                by: self.named(by.clone()),
+            }),
+            holder: None,
+            holders: Vec::new(),
+            replans: Vec::new(),
+            findings,
+        };
+        let tool = found.hopeless.is_none().then(|| found.tool.to_file());
+        Ok(FoundLengths { file, tool, replanned: None })
+    }
+
+    fn length(&self, length: AssemblyLength, found: &ClearLengths, assembly: &OpenAssembly) -> Option<LengthReport> {
+        let k = length.index();
+        if length == AssemblyLength::LowerHolder && !assembly.has_lower() {
+            return None;
+        }
+        let forced_by = found.forced_by[k].clone().map(|by| self.named(by));
+        Some(LengthReport {
+            name: LengthName::of(length),
+            meaning: LengthName::of(length).meaning(),
+            now_mm: OpenAssembly::open(&self.job.tool).lengths()[k],
+            length_mm: found.lengths[k],
+            rests_on: forced_by.is_none().then(|| assembly.rests_on(length)),
+            forced_by,
+        })
+    }
+
+    /// With the part of the obstacle that is at its place.
+    pub(super) fn named(&self, mut by: ForcedBy) -> ForcedBy {
+        name_obstacle(&mut by.obstacle, by.place_work_mm, self.setup);
+        by
+    }
+}
+
+/// Whether a body above the cutter meets something.
+pub(super) fn is_of_bodies(finding: &Finding) -> bool {
+    matches!(finding.kind, FindingKind::HolderCollision | FindingKind::Collision)
+}

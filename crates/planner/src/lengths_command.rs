@@ -1,0 +1,108 @@
+//! `facemill lengths`.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::Args;
+use facemill::lengths::{LengthsRequest, lengths_of_program};
+use facemill::nc_program::Dialect;
+use facemill::tool_model::HolderLibrary;
+use facemill::z_map::DexelMap;
+use facemill::{CutRequest, Failure, Job, StockRegion, files};
+
+use crate::cli::{Bars, say};
+use crate::feedrate_command::dialect;
+use crate::verify_command::setup_of;
+
+#[derive(Args)]
+pub(crate) struct LengthsArguments {
+    /// NC program, from anywhere
+    program: PathBuf,
+    /// Job file: machine, tool, mounting, work offset, part, fixtures and stock are taken from it
+    #[arg(long, value_name = "FILE")]
+    job: PathBuf,
+    /// Name of the job's setup, or its number from 1; where it is not given, the job must have one
+    #[arg(long, value_name = "SETUP")]
+    setup: Option<String>,
+    /// Control that the program is for: fanuc, haas, mazak, linuxcnc, siemens_840d, heidenhain; the job's where it is not given
+    #[arg(long, value_name = "NAME", value_parser = dialect)]
+    dialect: Option<Dialect>,
+    /// What every length that is forced has above the least that is free
+    #[arg(long, value_name = "MM", default_value_t = 0.5, allow_negative_numbers = true)]
+    margin_mm: f64,
+    /// Length that none goes beyond
+    #[arg(long, value_name = "MM", default_value_t = 1000.0, allow_negative_numbers = true)]
+    longest_mm: f64,
+    /// Cut the stock on lines so far apart, and hold the tool assembly against it as it is at every moment
+    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
+    stock_cell_mm: Option<f64>,
+    /// How far from the truth what is cut may be
+    #[arg(long, value_name = "MM", default_value_t = 0.05, allow_negative_numbers = true)]
+    stock_tolerance_mm: f64,
+    /// Begin with the rest that another program left (facemill verify --rest-out) in place of the job's stock
+    #[arg(long, value_name = "FILE", conflicts_with = "stock_cell_mm")]
+    rest: Option<PathBuf>,
+    /// Holders to choose from: the one with the shortest stick-out that works is taken, as it is
+    #[arg(long, value_name = "FILE")]
+    holders: Option<PathBuf>,
+    /// Plan the job again with shorter assemblies of the holders: tilting may let them pass
+    #[arg(long, requires = "holders")]
+    replan: bool,
+    /// File to write what was found to, as JSON
+    #[arg(short, long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// File to write the tool with these lengths, or in the chosen holder, to
+    #[arg(long, value_name = "FILE")]
+    tool_out: Option<PathBuf>,
+    /// File to write the program to that was planned again
+    #[arg(long, value_name = "FILE", requires = "replan")]
+    program_out: Option<PathBuf>,
+}
+
+/// What the options say of the stock.
+fn cut_of(arguments: &LengthsArguments) -> Result<Option<CutRequest>, Failure> {
+    let of = |cell: f64, rest: Option<DexelMap>| {
+        let tolerance = arguments.stock_tolerance_mm;
+        CutRequest { cell, tolerance, region: StockRegion::Whole, rest, deviation: None }
+    };
+    let Some(path) = &arguments.rest else { return Ok(arguments.stock_cell_mm.map(|cell| of(cell, None))) };
+    let rest = DexelMap::from_bytes(&files::read(path)?).map_err(|e| Failure::input(path, e))?;
+    Ok(Some(of(rest.grid().cell(), Some(rest))))
+}
+
+pub(crate) fn run(arguments: &LengthsArguments) -> Result<ExitCode, Failure> {
+    crate::progress::watch_interrupts().map_err(Failure::Internal)?;
+    let library = match &arguments.holders {
+        Some(path) => Some(HolderLibrary::from_json(&files::read(path)?).map_err(|e| Failure::input(path, e))?),
+        None => None,
+    };
+    let job = Job::read(&arguments.job)?;
+    let setup = setup_of(&job, arguments.setup.as_deref())?;
+    let text = files::read(&arguments.program)?;
+    let request = LengthsRequest {
+        program: &arguments.program,
+        dialect: arguments.dialect.unwrap_or_else(|| job.post.dialect()),
+        setup,
+        margin: arguments.margin_mm,
+        longest: arguments.longest_mm,
+        cut: cut_of(arguments)?,
+        holders: library.as_ref(),
+        replan: arguments.replan,
+    };
+    let found = lengths_of_program(&job, &text, &request, &Bars)?;
+    if !crate::progress::start_writing() {
+        return Err(Failure::Interrupted);
+    }
+    if let Some(out) = &arguments.out {
+        files::write_one(out, facemill::file_format::to_json(&found.file).into_bytes())?;
+    }
+    if let (Some(out), Some(tool)) = (&arguments.tool_out, &found.tool) {
+        files::write_one(out, facemill::file_format::to_json(tool).into_bytes())?;
+    }
+    if let (Some(out), Some((_, program))) = (&arguments.program_out, &found.replanned) {
+        files::write_one(out, program.clone())?;
+    }
+    say(&found.file.table())?;
+    let clean = found.tool.is_some() && !found.file.findings.iter().any(|f| f.kind.is_fault());
+    Ok(if clean { ExitCode::SUCCESS } else { ExitCode::from(1) })
+}
