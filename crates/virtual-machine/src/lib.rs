@@ -58,6 +58,8 @@
 //!
 //! A program of a machine with several heads is run once for each ([`VirtualSetup`]); findings name the head in their note.
 //!
+//! [`clear_lengths`] says how short the tool assembly may be for a program, and which block forces each of its lengths.
+//!
 //! It must not know how the path was planned.
 
 #[cfg(test)]
