@@ -42,6 +42,9 @@ pub(crate) struct LengthsArguments {
     /// Begin with the rest that another program left (facemill verify --rest-out) in place of the job's stock
     #[arg(long, value_name = "FILE", conflicts_with = "stock_cell_mm")]
     rest: Option<PathBuf>,
+    /// Prove for every block what happens between its ends with the lengths that are found
+    #[arg(long, conflicts_with = "replan")]
+    certificates: bool,
     /// Holders to choose from: the one with the shortest stick-out that works is taken, as it is
     #[arg(long, value_name = "FILE")]
     holders: Option<PathBuf>,
@@ -86,6 +89,7 @@ pub(crate) fn run(arguments: &LengthsArguments) -> Result<ExitCode, Failure> {
         margin: arguments.margin_mm,
         longest: arguments.longest_mm,
         cut: cut_of(arguments)?,
+        certificates: arguments.certificates,
         holders: library.as_ref(),
         replan: arguments.replan,
     };

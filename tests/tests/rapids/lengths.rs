@@ -58,7 +58,17 @@ fn lengths(
     let program = job.path("program.nc");
     let (margin, longest) = (MARGIN, 400.0);
     let dialect = Dialect::Fanuc;
-    let request = LengthsRequest { program: &program, dialect, setup: 0, margin, longest, cut: None, holders, replan };
+    let request = LengthsRequest {
+        program: &program,
+        dialect,
+        setup: 0,
+        margin,
+        longest,
+        cut: None,
+        certificates: !replan,
+        holders,
+        replan,
+    };
     lengths_of_program(&Job::read(&job.job()).unwrap(), text.as_bytes(), &request, &SilentStages)
 }
 
@@ -100,7 +110,9 @@ fn a_flange_passes_over_the_wall_by_the_margin() {
     assert_eq!(of(LengthName::L1).rests_on, Some("the corner of the cutter"));
     assert_eq!(found.file.posting, Posting::AsItIs);
     assert_eq!((tool.stick_out_mm, tool.gauge_length_mm), (of(LengthName::L2).length_mm, of(LengthName::L4).length_mm));
-    // Posted again it is the same text.
+    // Between its positions it is proven, and posted again it is the same text.
+    let certificates = found.file.certificates.as_ref().unwrap();
+    assert_eq!(certificates.certified, certificates.blocks, "{:?}", certificates.uncertified().next());
     assert_eq!(collisions(&job, &tool, PAST), []);
     let open = OpenAssembly::open(&Job::read(&job.job()).unwrap().tool);
     let mut shorter = [LengthName::L1, LengthName::L2, LengthName::L3, LengthName::L4].map(|name| of(name).length_mm);

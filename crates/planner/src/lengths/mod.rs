@@ -32,6 +32,8 @@ pub struct LengthsRequest<'a> {
     pub longest: f64,
     /// Cut the stock as the program goes, and hold the assembly against it as it then is.
     pub cut: Option<CutRequest>,
+    /// Prove what every block does between its ends with what is returned.
+    pub certificates: bool,
     /// Holders to choose from; without them the four lengths are open.
     pub holders: Option<&'a HolderLibrary>,
     /// Plan the job again with shorter assemblies of the library.

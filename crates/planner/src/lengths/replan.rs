@@ -24,7 +24,6 @@ pub struct ReplanTry {
     /// How many CC points fewer that is than with the assembly that works as the program is.
     pub lost_points: usize,
     /// All that its plan leaves out, by reason, with the first place of each.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub left_out: Vec<InfeasibleReport>,
     /// Faults that its program was found with.
     pub faults: usize,
@@ -144,6 +143,7 @@ fn take(told: &mut FoundLengths, tool: ToolAssembly, made: Planned) {
     told.file.holder = told.file.replans.last().map(|t| t.holder.clone());
     told.file.posting = Posting::Again;
     told.file.none_is_free = None;
+    told.file.certificates = None;
     told.file.findings = made.report.findings.clone();
     for length in &mut told.file.lengths {
         retold(length, &tool);

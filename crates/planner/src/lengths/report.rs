@@ -1,7 +1,7 @@
 //! What is told of lengths.
 
 use facemill_tool_model::AssemblyLength;
-use facemill_virtual_machine::{Finding, ForcedBy};
+use facemill_virtual_machine::{Certificates, Finding, ForcedBy};
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -38,14 +38,15 @@ pub struct LengthsFile {
     /// Name of the holder that was chosen; absent without a library, and where none of its holders works.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub holder: Option<String>,
-    /// Every holder of the library, in its order.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    /// Every holder of the library, in its order; empty without one.
     pub holders: Vec<HolderReport>,
-    /// Shorter assemblies that the job was planned again with, in the order in which they were tried.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    /// Shorter assemblies that the job was planned again with, in the order in which they were tried; empty where that was not asked for.
     pub replans: Vec<ReplanTry>,
     /// All that the ordinary run finds with these lengths, or with the holder that was chosen.
     pub findings: Vec<Finding>,
+    /// What is proven of each block with them; absent where it was not asked for, or none is free.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub certificates: Option<Certificates>,
 }
 
 /// What becomes of a program's words when the length of the tool is another one.
@@ -168,6 +169,9 @@ impl LengthsFile {
                 none.longest_mm,
                 place(&none.by)
             ));
+        }
+        if let Some(c) = &self.certificates {
+            out.push_str(&format!("  certified blocks  {} of {}\n", c.certified, c.blocks));
         }
         out.push_str(&format!("  findings          {}\n", self.findings.len()));
         out.extend(self.findings.iter().take(TOLD).map(|f| format!("    {f}\n")));

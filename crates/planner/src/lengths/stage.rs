@@ -3,8 +3,8 @@
 use facemill_nc_program::{ReadProgram, WordMap};
 use facemill_tool_model::{AssemblyLength, OpenAssembly};
 use facemill_virtual_machine::{
-    ClearLengths, Finding, FindingKind, ForcedBy, LengthSettings, LengthStock, VerifyError, VerifySettings,
-    VirtualSetup, clear_lengths, run_stock, verify,
+    Certificates, ClearLengths, Finding, FindingKind, ForcedBy, LengthSettings, LengthStock, VerifyError,
+    VerifySettings, VirtualSetup, certify, clear_lengths, run_stock, verify,
 };
 use facemill_z_map::DexelMap;
 use nalgebra::Isometry3;
@@ -88,9 +88,20 @@ impl<'a> Stage<'a> {
         Ok(findings)
     }
 
+    /// What is proven of every block of the program as it is posted for lengths.
+    fn certificates(&self, found: &ClearLengths) -> Result<Certificates, Failure> {
+        let setup = VirtualSetup { tool: &found.tool, words: &found.words, ..self.at() };
+        let monitor = self.stages.start("certify program", found.program.blocks.len());
+        certify(&found.program, &setup, &self.verify, &*monitor).map_err(not_verified)
+    }
+
     /// Lengths as they are told.
     pub(super) fn told(&self, found: &ClearLengths, assembly: &OpenAssembly) -> Result<FoundLengths, Failure> {
         let findings = if found.hopeless.is_none() { self.findings(found)? } else { Vec::new() };
+        let certificates = match (&found.hopeless, self.request.certificates) {
+            (None, true) => Some(self.certificates(found)?),
+            _ => None,
+        };
         let all = if found.hopeless.is_none() { &AssemblyLength::ALL[..] } else { &[] };
         let is_posted_again = found.program.blocks != self.program.blocks;
         let file = LengthsFile {
@@ -112,6 +123,7 @@ impl<'a> Stage<'a> {
             holders: Vec::new(),
             replans: Vec::new(),
             findings,
+            certificates,
         };
         let tool = found.hopeless.is_none().then(|| found.tool.to_file());
         Ok(FoundLengths { file, tool, replanned: None })
