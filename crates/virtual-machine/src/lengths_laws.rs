@@ -271,8 +271,12 @@ fn points(low: [f64; 3], high: [f64; 3], apart: f64) -> Vec<Point3<f64>> {
     out
 }
 
-/// Whether cylinders from L1, L2 and L3 upward keep their clearances from all points, at places of the tool.
-fn is_free(lengths: &Lengths, places: &[(Point3<f64>, Vector3<f64>)], points: &[Point3<f64>]) -> bool {
+/// How much nearer than the nearest sample a body may be, mm: s²/(2·c) of samples s = 0.35 mm from it on faces, and 0.28 mm
+/// along the way, at the clearance c = 1.9 mm.
+const BETWEEN: f64 = 0.055;
+
+/// Whether cylinders from L1, L2 and L3 upward keep their clearances, and so much more, from all points, at places of the tool.
+fn is_free(lengths: &Lengths, more: f64, places: &[(Point3<f64>, Vector3<f64>)], points: &[Point3<f64>]) -> bool {
     let cylinders = [(lengths[0], lengths[1], BODY), (lengths[1], lengths[2], LOWER), (lengths[2], lengths[3], UPPER)];
     places.iter().all(|(tip, axis)| {
         points.iter().all(|p| {
@@ -280,7 +284,7 @@ fn is_free(lengths: &Lengths, places: &[(Point3<f64>, Vector3<f64>)], points: &[
             let beside = (p - tip - axis * along).norm();
             cylinders.iter().filter(|(low, high, _)| high - low > 1e-9).all(|(low, high, (radius, clearance))| {
                 let (out, up) = ((beside - radius).max(0.0), (low - along).max(along - high).max(0.0));
-                out.hypot(up) >= clearance - SLACK
+                out.hypot(up) >= clearance - SLACK + more
             })
         })
     })
@@ -310,11 +314,14 @@ fn random_boxes_are_cleared_by_an_oracle_that_samples_and_by_no_shorter_length()
         if found.hopeless.is_some() {
             continue;
         }
+        let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+        let again = one.install(|| scene.lengths(&way));
+        assert_eq!((again.lengths, again.forced_by), (found.lengths, found.forced_by.clone()), "on one thread");
         let lerp = |a: [f64; 3], b: [f64; 3], t: f64| Point3::from(a) + (Point3::from(b) - Point3::from(a)) * t;
         let cut = (0..=110).map(|k| (lerp(from, to, f64::from(k) / 110.0), axis));
         let places: Vec<_> = cut.collect();
         let points: Vec<_> = scene.boxes.iter().flat_map(|[low, high]| points(*low, *high, 0.5)).collect();
-        assert!(is_free(&found.lengths, &places, &points), "{:?}", found.lengths);
+        assert!(is_free(&found.lengths, 0.0, &places, &points), "{:?}", found.lengths);
         for k in 0..3 {
             if found.forced_by[k].is_none() {
                 continue;
@@ -322,7 +329,13 @@ fn random_boxes_are_cleared_by_an_oracle_that_samples_and_by_no_shorter_length()
             let mut shorter = found.lengths;
             shorter[k] = found.least[k] - OFF;
             // With a way down along the axis all that is met is met at its end.
-            assert!(!is_free(&shorter, &places, &points), "L{} {:?} {:?}", k + 1, found.least, found.forced_by[k]);
+            assert!(
+                !is_free(&shorter, BETWEEN, &places, &points),
+                "L{} {:?} {:?}",
+                k + 1,
+                found.least,
+                found.forced_by[k]
+            );
             n_forced[k] += 1;
         }
         scene.holds(&found, &way);
