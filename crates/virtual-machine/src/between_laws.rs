@@ -5,7 +5,7 @@ use facemill_interference::MeshTree;
 use nalgebra::Vector3;
 
 use super::*;
-use crate::prover::laws::kit;
+use crate::kit;
 
 struct Lcg(u64);
 

@@ -9,15 +9,11 @@ use facemill_tool_model::{AssemblyLength, Lengths, OpenAssembly, Section, ToolAs
 use facemill_z_map::DexelMap;
 use nalgebra::{Isometry3, Point3, Vector3};
 
+use crate::kit::{self, HEAD, Shop, Text, box_mesh};
 use crate::{
     ClearLengths, FindingKind, LengthSettings, LengthStock, ObstacleKind, Verification, VerifySettings,
     VirtualObstacle, VirtualSetup, clear_lengths, run_stock, verify, words_of_length,
 };
-
-#[path = "../tests/kit/mod.rs"]
-mod kit;
-
-use kit::{HEAD, Shop, Text, box_mesh};
 
 const MARGIN: f64 = 0.5;
 

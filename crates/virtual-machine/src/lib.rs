@@ -78,6 +78,9 @@ mod engagement;
 mod episodes;
 mod feeds;
 mod finding;
+#[cfg(test)]
+#[path = "../tests/kit/mod.rs"]
+mod kit;
 mod lengths;
 #[cfg(test)]
 mod lengths_laws;

@@ -8,10 +8,7 @@ use nalgebra::Vector3;
 use super::*;
 use crate::VerifySettings;
 
-#[path = "../tests/kit/mod.rs"]
-pub(crate) mod kit;
-
-use crate::rates_laws::common;
+use crate::{kit, rates_laws::common};
 
 struct Lcg(u64);
 

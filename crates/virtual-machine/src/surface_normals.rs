@@ -64,7 +64,7 @@ impl SurfaceNormals<'_> {
         };
         let cl = ClPoint { tip: work_from_tool.translation.vector.into(), axis };
         let measure = Some(Measure::AngleDeg(off.to_degrees()));
-        episodes.record(index, Contact { key, measure, place, axes: m.end, cl });
+        episodes.record(index, Contact { key, measure, place, axes: m.end, cl, at: 1.0 });
     }
 
     /// The normal at the end of a cutting move under RTCP, workpiece frame; `None` where there is none, or one without a

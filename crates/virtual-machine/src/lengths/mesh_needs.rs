@@ -9,6 +9,7 @@ use rayon::prelude::*;
 
 use super::needs::{Needs, Raise};
 use crate::{
+    between::{CUTTER_BULGE, cutter_step},
     dead_core::cl_of,
     moves::Move,
     scene::{Frame, Mount, Scene, SceneBody, SceneObstacle},
@@ -141,7 +142,8 @@ impl<'a> Walker<'a> {
         // What the axes cannot follow `verify` tells.
         let Ok(motion) = Motion::new(setup.machine, m.law, &m.start, &m.end, tool_length) else { return };
         let reach = setup.tool.cutter().radius().hypot(setup.tool.cutter().flute_length());
-        let spacing = Spacing { max_step: settings.max_step, max_turn: settings.max_turn, reach };
+        let max_step = cutter_step(setup.tool.cutter(), settings);
+        let spacing = Spacing { max_step, max_turn: settings.max_turn, max_bulge: CUTTER_BULGE, reach };
         for t in positions(setup.machine, &motion, m.law, [&m.start, &m.end], tool_length, &spacing) {
             let Ok(axes) = motion.at(t) else { return };
             let work_from_tool = self.scene.work_from_table * setup.machine.forward(&axes, tool_length);
