@@ -24,7 +24,8 @@ pub(crate) struct LengthsArguments {
     /// Name of the job's setup, or its number from 1; where it is not given, the job must have one
     #[arg(long, value_name = "SETUP")]
     setup: Option<String>,
-    /// Control that the program is for: fanuc, haas, mazak, linuxcnc, siemens_840d, heidenhain; the job's where it is not given
+    /// Control that the program is for: fanuc, haas, mazak, linuxcnc, siemens_840d, heidenhain; the job's where it is
+    /// not given
     #[arg(long, value_name = "NAME", value_parser = dialect)]
     dialect: Option<Dialect>,
     /// What every length that is forced has above the least that is free

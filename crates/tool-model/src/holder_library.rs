@@ -178,8 +178,8 @@ fn check(index: usize, holder: &HolderFile) -> Result<(), HolderError> {
 }
 
 impl HolderFile {
-    /// The tool in this holder, at its shortest stick-out or the one that the tool's body leaves, where that is longer; the
-    /// stick-out is open.
+    /// The tool in this holder, at its shortest stick-out or the one that the tool's body leaves, where that is longer;
+    /// the stick-out is open.
     ///
     /// # Errors
     /// When the holder takes other shanks, or both make no tool.

@@ -1,5 +1,5 @@
-//! Lengths of the tool assembly for a program: what the command returns passes as the ordinary run says, and nothing shorter does;
-//! the holder that is chosen; and a plan that lets a shorter one pass.
+//! Lengths of the tool assembly for a program: what the command returns passes as the ordinary run says, and nothing
+//! shorter does; the holder that is chosen; and a plan that lets a shorter one pass.
 
 use facemill::lengths::{FoundLengths, LengthName, LengthsFile, LengthsRequest, Posting, lengths_of_program};
 use facemill::nc_program::Dialect;

@@ -54,8 +54,8 @@ impl ReplanTry {
 /// Stick-outs that are tried of each holder, from its shortest toward the one that works as the program is.
 const STEPS: u32 = 4;
 
-/// Plans the job again with shorter assemblies of the library, the shortest first, and takes the first that plans no fewer CC
-/// points than the assembly that was found, and whose program is without a fault.
+/// Plans the job again with shorter assemblies of the library, the shortest first, and takes the first that plans no
+/// fewer CC points than the assembly that was found, and whose program is without a fault.
 pub(super) fn replan(stage: &Stage<'_>, library: &HolderLibrary, told: &mut FoundLengths) -> Result<(), Failure> {
     let (job, setup) = (stage.job, stage.request.setup);
     let found = told.tool.clone().map(ToolAssembly::new).transpose();
@@ -111,7 +111,8 @@ fn planned(
     }
 }
 
-/// Assemblies of the library with a shorter stick-out, the shortest first; of those with the same the widest at its nose.
+/// Assemblies of the library with a shorter stick-out, the shortest first; of those with the same the widest at its
+/// nose.
 fn candidates(job: &Job, library: &HolderLibrary, below: f64) -> Result<Vec<(String, ToolAssembly)>, Failure> {
     let mut all = Vec::new();
     for holder in library.holders() {

@@ -40,7 +40,8 @@ pub struct LengthsFile {
     pub holder: Option<String>,
     /// Every holder of the library, in its order; empty without one.
     pub holders: Vec<HolderReport>,
-    /// Shorter assemblies that the job was planned again with, in the order in which they were tried; empty where that was not asked for.
+    /// Shorter assemblies that the job was planned again with, in the order in which they were tried; empty where that
+    /// was not asked for.
     pub replans: Vec<ReplanTry>,
     /// All that the ordinary run finds with these lengths, or with the holder that was chosen.
     pub findings: Vec<Finding>,

@@ -42,8 +42,8 @@ pub(crate) struct StockNeeds<'r, 'a> {
 }
 
 impl StockNeeds<'_, '_> {
-    /// What the stock asks of lengths that the scene's tool is built with: it is cut by that tool's flute, and held against
-    /// the bodies as [`run_stock`](crate::run_stock) holds them.
+    /// What the stock asks of lengths that the scene's tool is built with: it is cut by that tool's flute, and held
+    /// against the bodies as [`run_stock`](crate::run_stock) holds them.
     ///
     /// Where a body meets it on a way, the length goes up to where the body is free of that way: by doubled steps, and
     /// halves between the last that is not free and the first that is. Windows that the steps pass over are not found.
