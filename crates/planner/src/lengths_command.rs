@@ -1,9 +1,10 @@
 //! `facemill lengths`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
+use facemill::file_format::to_json;
 use facemill::lengths::{LengthsRequest, lengths_of_program};
 use facemill::nc_program::Dialect;
 use facemill::tool_model::HolderLibrary;
@@ -12,7 +13,7 @@ use facemill::{CutRequest, Failure, Job, StockRegion, files};
 
 use crate::cli::{Bars, say};
 use crate::feedrate_command::dialect;
-use crate::verify_command::setup_of;
+use crate::program_arguments::setup_of;
 
 #[derive(Args)]
 pub(crate) struct LengthsArguments {
@@ -98,15 +99,14 @@ pub(crate) fn run(arguments: &LengthsArguments) -> Result<ExitCode, Failure> {
     if !crate::progress::start_writing() {
         return Err(Failure::Interrupted);
     }
-    if let Some(out) = &arguments.out {
-        files::write_one(out, facemill::file_format::to_json(&found.file).into_bytes())?;
-    }
-    if let (Some(out), Some(tool)) = (&arguments.tool_out, &found.tool) {
-        files::write_one(out, facemill::file_format::to_json(tool).into_bytes())?;
-    }
-    if let (Some(out), Some((_, program))) = (&arguments.program_out, &found.replanned) {
-        files::write_one(out, program.clone())?;
-    }
+    let mut outputs: Vec<(&Path, Vec<u8>)> = Vec::new();
+    outputs.extend(arguments.out.iter().map(|out| (out.as_path(), to_json(&found.file).into_bytes())));
+    outputs.extend(
+        arguments.tool_out.iter().zip(&found.tool).map(|(out, tool)| (out.as_path(), to_json(tool).into_bytes())),
+    );
+    let program = arguments.program_out.iter().zip(&found.replanned);
+    outputs.extend(program.map(|(out, (_, text))| (out.as_path(), text.clone())));
+    files::write_each(&outputs)?;
     say(&found.file.table())?;
     let clean = found.tool.is_some() && !found.file.findings.iter().any(|f| f.kind.is_fault());
     Ok(if clean { ExitCode::SUCCESS } else { ExitCode::from(1) })

@@ -48,7 +48,7 @@ impl ProgramArguments {
 }
 
 /// Index of the setup of this name or number.
-fn setup_of(job: &Job, asked: Option<&str>) -> Result<usize, Failure> {
+pub(crate) fn setup_of(job: &Job, asked: Option<&str>) -> Result<usize, Failure> {
     let setups = &job.file.setups;
     let names: Vec<&str> = setups.iter().map(|s| s.name.as_str()).collect();
     let Some(asked) = asked else {
