@@ -18,9 +18,15 @@ pub(crate) struct ChipFiles {
 }
 
 impl ChipFiles {
-    /// Of planned operations and their written program; `jobs` are the job as each operation's head sees it.
-    pub(crate) fn new(jobs: &[&Job], setup: &str, operations: &[PlannedOperation<'_>], timed: &Timed) -> Self {
-        let points = chip_points(operations, timed);
+    /// Of planned operations and their written program with the lines of its cutting moves, none where they are not known;
+    /// `jobs` are the job as each operation's head sees it.
+    pub(crate) fn new(
+        jobs: &[&Job],
+        setup: &str,
+        operations: &[PlannedOperation<'_>],
+        (timed, lines): (&Timed, &[u32]),
+    ) -> Self {
+        let points = chip_points(operations, timed, lines);
         let rows: Vec<Row<'_>> = operations
             .iter()
             .zip(&points)
@@ -43,7 +49,7 @@ impl ChipFiles {
 /// Columns of the table.
 const HEAD: &str = "operation,place,pass,point,s_mm,area_mm2,full_stock,tip_feed_before_mm_min,tip_feed_after_mm_min,\
                     removal_rate_before_cm3_min,removal_rate_after_cm3_min,chip_thickness_before_mm,\
-                    chip_thickness_after_mm\n";
+                    chip_thickness_after_mm,line\n";
 
 fn line(csv: &mut String, operation: &str, p: &ChipPoint, teeth_per_minute: f64) {
     let cells = |values: Option<[f64; 2]>, decimals: usize| match values {
@@ -53,7 +59,7 @@ fn line(csv: &mut String, operation: &str, p: &ChipPoint, teeth_per_minute: f64)
     // Writing to a string does not fail.
     let _ = writeln!(
         csv,
-        "{},{},{},{},{:.3},{:.4},{},{},{},{}",
+        "{},{},{},{},{:.3},{:.4},{},{},{},{},{}",
         quoted(operation),
         p.copy + 1,
         p.pass + 1,
@@ -63,7 +69,8 @@ fn line(csv: &mut String, operation: &str, p: &ChipPoint, teeth_per_minute: f64)
         u8::from(!p.is_known),
         cells(p.arrival.map(|a| [a.before, a.after]), 1),
         cells(p.removal_rates(), 3),
-        cells(p.thicknesses(teeth_per_minute), 5)
+        cells(p.thicknesses(teeth_per_minute), 5),
+        p.line.map(|line| line.to_string()).unwrap_or_default()
     );
 }
 
@@ -86,6 +93,7 @@ mod tests {
             area: 3.25,
             thickness: 0.5,
             is_known: false,
+            line: None,
             arrival: None,
         };
         let mut csv = String::from(HEAD);
@@ -93,12 +101,13 @@ mod tests {
         let law = crate::tip_feed::FeedLaw::Given;
         point.arrival =
             Some(crate::chip_points::Arrival { before: 1000.0, after: 800.0, asked: 800.0, law, added_time: 0.0 });
+        point.line = Some(48);
         line(&mut csv, "suction", &point, 2000.0);
         let lines: Vec<Vec<&str>> = csv.lines().map(|l| l.split(',').collect()).collect();
         assert!(lines.iter().all(|l| l.len() == lines[0].len()), "{csv}");
         assert_eq!(lines[1][..7], ["suction", "1", "3", "5", "12.500", "3.2500", "1"]);
-        assert_eq!(lines[1][7..], [""; 6]);
-        assert_eq!(lines[2][7..], ["1000.0", "800.0", "3.250", "2.600", "0.25000", "0.20000"]);
+        assert_eq!(lines[1][7..], [""; 7]);
+        assert_eq!(lines[2][7..], ["1000.0", "800.0", "3.250", "2.600", "0.25000", "0.20000", "48"]);
         assert_eq!(quoted("a,\"b\""), "\"a,\"\"b\"\"\"");
     }
 }

@@ -24,6 +24,9 @@ pub(crate) struct ChipPoint {
     pub thickness: f64,
     /// Whether it is known what the pass before has left.
     pub is_known: bool,
+    /// Line of the program on which the tip arrives; `None` at the first point of a piece, which the entry reaches, and where
+    /// lines are not known.
+    pub line: Option<u32>,
     /// How fast the tip arrives; `None` at the first point of a piece, which the entry reaches.
     pub arrival: Option<Arrival>,
 }
@@ -87,9 +90,11 @@ impl ChipPoint {
     }
 }
 
-/// The points of every operation.
-pub(crate) fn chip_points(operations: &[PlannedOperation<'_>], timed: &Timed) -> Vec<Vec<ChipPoint>> {
-    let mut arrivals = timed.cut_feeds.iter().zip(&timed.tip_feeds).map(|(cut, &written)| Arrival::new(cut, written));
+/// The points of every operation; `lines` are those of all cutting moves in program order, none where they are not known.
+pub(crate) fn chip_points(operations: &[PlannedOperation<'_>], timed: &Timed, lines: &[u32]) -> Vec<Vec<ChipPoint>> {
+    let lines = lines.iter().copied().map(Some).chain(std::iter::repeat(None));
+    let cuts = timed.cut_feeds.iter().zip(&timed.tip_feeds);
+    let mut arrivals = cuts.map(|(cut, &written)| Arrival::new(cut, written)).zip(lines);
     let of_operation = |o: &PlannedOperation<'_>| {
         let mut points = Vec::new();
         let mut way = 0.0;
@@ -106,7 +111,7 @@ fn points_of(
     piece: &PieceMoves,
     along: &[Along],
     way: &mut f64,
-    arrivals: &mut impl Iterator<Item = Arrival>,
+    arrivals: &mut impl Iterator<Item = (Arrival, Option<u32>)>,
     points: &mut Vec<ChipPoint>,
 ) {
     let PieceMoves { piece, moves } = piece;
@@ -114,17 +119,20 @@ fn points_of(
     let n_moves = moves.iter().filter(|m| m.kind == MoveKind::Cut).count();
     let mut arrivals = arrivals.take(n_moves);
     let mut of_points = along.iter().filter(|a| a.is_point);
-    let (mut arrival, mut point): (Option<Arrival>, usize) = (None, 0);
+    let (mut arrival, mut line, mut point): (Option<Arrival>, Option<u32>, usize) = (None, None, 0);
     for (k, cut) in piece.cuts.iter().enumerate() {
         if k > 0 {
             *way += (cut.cc.position - piece.cuts[k - 1].cc.position).norm();
             let next = arrivals.next();
+            line = next.and_then(|(_, line)| line);
+            let next = next.map(|(next, _)| next);
             arrival = arrival.map(|a| next.map_or(a, |next| a.joined(next))).or(next);
         }
         let Some(a) = (!cut.inserted).then(|| of_points.next()).flatten() else { continue };
         let (copy, pass) = (piece.copy, piece.pass);
         let Chip { area, thickness, is_known, .. } = a.chip;
-        points.push(ChipPoint { copy, pass, point, way: *way, area, thickness, is_known, arrival: arrival.take() });
+        let (way, arrival) = (*way, arrival.take());
+        points.push(ChipPoint { copy, pass, point, way, area, thickness, is_known, line, arrival });
         point += 1;
     }
     arrivals.for_each(drop);

@@ -257,6 +257,7 @@ mod tests {
             area: if k == 31_007 { 40.0 } else { 10.0 },
             thickness: 0.0,
             is_known: true,
+            line: None,
             arrival: None,
         };
         let points: Vec<ChipPoint> = (0..100_000).map(point).collect();

@@ -45,6 +45,11 @@ pub(crate) struct Texts {
 }
 
 impl Texts {
+    /// Lines of all cutting moves, in program order.
+    pub(crate) fn cut_lines(&self) -> Vec<u32> {
+        self.timed.cut_blocks.iter().map(|b| self.block_lines[b.block]).collect()
+    }
+
     /// Blocks along passes that stand on these lines.
     pub(crate) fn cut_blocks_at(&self, lines: &BTreeSet<u32>) -> Vec<CutBlock> {
         let on_them = |b: &&CutBlock| lines.contains(&self.block_lines[b.block]);

@@ -98,7 +98,7 @@ pub fn plan_setup(job: &Job, index: usize, settings: PlanSettings, stages: &dyn 
     report.totals.mended_blocks = mended;
     let program = OwnProgram { job, setup: &setup, operations: &operations, words: &words, texts: &texts };
     report.assumptions = program.assumptions()?;
-    let chips = ChipFiles::new(&jobs, &setup.file.name, &operations, &texts.timed);
+    let chips = ChipFiles::new(&jobs, &setup.file.name, &operations, (&texts.timed, &texts.cut_lines()));
     let (suffix, state) = name_parts(job, &setup, &report);
     let mut files = vec![
         (format!("program{suffix}{state}.{}", job.post.extension()), texts.nc.into_bytes()),

@@ -111,7 +111,7 @@ pub(crate) fn report(
 }
 
 fn chip_reports(jobs: &[&Job], operations: &[PlannedOperation<'_>], timed: &Timed) -> Vec<ChipsReport> {
-    let points = chip_points(operations, timed);
+    let points = chip_points(operations, timed, &[]);
     let of = operations.iter().zip(jobs).zip(&points);
     of.map(|((o, job), points)| ChipsReport::new(o.operation, job.tool.n_inserts(), points, timed.chips_by_law))
         .collect()

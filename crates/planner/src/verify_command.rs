@@ -85,7 +85,7 @@ pub(crate) fn run(arguments: &VerifyArguments) -> Result<ExitCode, Failure> {
 
 /// The files that were asked for, in full: one that cannot be made must not leave others behind.
 fn outputs(arguments: &VerifyArguments, verified: Verified) -> Result<Vec<(&Path, Vec<u8>)>, Failure> {
-    let Verified { file, rest, painted } = verified;
+    let Verified { file, rest, painted, .. } = verified;
     let mut outputs: Vec<(&Path, Vec<u8>)> = Vec::new();
     if let Some(out) = &arguments.out {
         outputs.push((out, facemill::file_format::to_json(&file).into_bytes()));

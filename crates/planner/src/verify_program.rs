@@ -6,8 +6,8 @@ use std::path::Path;
 use facemill_inverse_kinematics::Machine;
 use facemill_nc_program::{Compensation, Dialect, ReadProgram, WordMap, read_program};
 use facemill_virtual_machine::{
-    Assumption, Certificates, RemovalLimit, Verification, VerifySettings, VirtualSetup, assumptions, certify,
-    place_findings, verify,
+    Assumption, BlockCut, Certificates, RemovalLimit, Verification, VerifySettings, VirtualSetup, assumptions,
+    certify, place_findings, verify,
 };
 use facemill_z_map::DexelMap;
 use nalgebra::Isometry3;
@@ -56,6 +56,8 @@ pub struct Verified {
     pub file: VerificationFile,
     /// The stock behind the program.
     pub rest: Option<DexelMap>,
+    /// What every block with a cutting move took out of the stock, in program order; empty where it was not cut.
+    pub cuts: Vec<BlockCut>,
     /// The part's surface in the colours of its deviation, as GLB, where it was asked for.
     pub painted: Option<Vec<u8>>,
 }
@@ -141,7 +143,7 @@ pub fn verify_program(
         deviation: found.deviation,
         certificates: found.certificates,
     };
-    Ok(Verified { file, rest: found.rest, painted: found.painted })
+    Ok(Verified { file, rest: found.rest, cuts: found.cuts, painted: found.painted })
 }
 
 /// Assumptions in the order of their lines, each once, with the first line that rests on it.
@@ -168,6 +170,7 @@ struct Found {
     certificates: Option<Certificates>,
     stock: Option<StockReport>,
     rest: Option<DexelMap>,
+    cuts: Vec<BlockCut>,
     deviation: Option<DeviationReport>,
     painted: Option<Vec<u8>>,
 }
@@ -176,7 +179,16 @@ impl Found {
     /// Without a cut stock.
     fn of(verification: Verification, certificates: Option<Certificates>) -> Self {
         let assumptions = Vec::new();
-        Self { verification, assumptions, certificates, stock: None, rest: None, deviation: None, painted: None }
+        Self {
+            verification,
+            assumptions,
+            certificates,
+            stock: None,
+            rest: None,
+            cuts: Vec::new(),
+            deviation: None,
+            painted: None,
+        }
     }
 }
 
@@ -229,7 +241,7 @@ impl Run<'_> {
         }
         let known = KnownCuts::of(&done.run, &done.not_covered, cut.tolerance);
         found.verification.findings.extend(done.run.findings);
-        (found.stock, found.rest) = (Some(done.report), Some(done.rest));
+        (found.stock, found.rest, found.cuts) = (Some(done.report), Some(done.rest), done.run.blocks);
         Ok(known)
     }
 

@@ -156,7 +156,7 @@ pub(crate) fn plan_dual_setup(
     report.totals.mended_blocks = mended;
     report.assumptions = DualProgram { ground: &ground, parts: &parts, words: &words, texts: &texts }.assumptions()?;
     let (suffix, state) = name_parts(job, setups[0], &report);
-    let chips = ChipFiles::new(&jobs_of, &setups[0].file.name, &planned, &texts.timed);
+    let chips = ChipFiles::new(&jobs_of, &setups[0].file.name, &planned, (&texts.timed, &[]));
     let files = texts.files(&suffix, state, certificates)?;
     Ok(planned_files(&suffix, report, files, picture, chips, clock))
 }
