@@ -9,12 +9,14 @@
 //! - [`read_back`]: a written program against the meshes of its job, by these three;
 //! - [`craig`]: where the rows of a machine file put its links;
 //! - [`two_heads`]: a program of two heads in one channel, both tools' places, and how far these are apart;
-//! - [`slack`]: how much more certificates say than there is, at its places, with the mesh tree's distance.
+//! - [`slack`]: how much more certificates say than there is, at its places, with the mesh tree's distance;
+//! - [`chip_trial`]: what chips say that passes take, and what their program takes out of the stock.
 //!
 //! Helpers: [`jobs`] writes small jobs and plans them, [`variants`] plans variants of one by the command, [`program`] runs the
 //! `facemill` command, [`shared`] finds the shared data, [`meshes`] plans every shared mesh, [`random`] makes seeded numbers.
 
 pub mod brute;
+pub mod chip_trial;
 pub mod craig;
 pub mod interpreter;
 pub mod jobs;

@@ -1,5 +1,7 @@
 //! Feeds that depend on chips: programs of a flat plate, whose chips are known in closed form, read back.
 
+mod volumes;
+
 use facemill::chip_area::{
     Beside, CutterEnd, Engagement, NeighbourAxis, Orientation, PassSection, SectionSurface, chip_of_pass,
 };
