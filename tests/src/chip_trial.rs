@@ -88,7 +88,7 @@ impl PieceTrial {
     }
 }
 
-/// Plans the first setup of a job without verification, then cuts its stock with the program.
+/// Plans the first setup of a job with a FANUC control without verification, then cuts its stock with the program.
 ///
 /// # Panics
 /// When a step of that fails.
