@@ -9,9 +9,7 @@ use facemill::job_file::JobFile;
 use facemill::new_job::{NewJob, Series, new_job};
 use facemill::report::{CertificatesFile, Report};
 use facemill::solution_space_file::SolutionSpaceFile;
-use facemill::{
-    Failure, Job, PlanSettings, SolutionSpaceRequest, Stages, VerificationFile, files, plan_setup, summary,
-};
+use facemill::{Failure, Job, PlanSettings, SolutionSpaceRequest, Stages, VerificationFile, files, plan_job, summary};
 
 use crate::chip_area_command::{self, ChipAreaArguments};
 use crate::feedrate_command::{self, FeedrateArguments};
@@ -41,9 +39,12 @@ enum Command {
         /// Threads, 1 to 1024; all processors where it is not given
         #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u16).range(1..=1024))]
         threads: Option<u16>,
-        /// Do not run the written program on the virtual machine (the report says so)
+        /// Do not run the written program on the virtual machine, nor cut the stock (program, report and summary say so)
         #[arg(long)]
         no_verify: bool,
+        /// Cut the stock on lines so far apart; as the job says, or as suits what is cut, where it is not given
+        #[arg(long, value_name = "MM", allow_negative_numbers = true, conflicts_with = "no_verify")]
+        stock_cell_mm: Option<f64>,
         /// Prove for every block what happens between its ends, and write certificates.json
         #[arg(long)]
         certificates: bool,
@@ -185,7 +186,7 @@ enum Format {
 /// When it cannot be done; what was done with findings is exit code 1 and no error.
 pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     match arguments.command {
-        Command::Plan { job, out, threads, no_verify, certificates, chips } => {
+        Command::Plan { job, out, threads, no_verify, stock_cell_mm, certificates, chips } => {
             if let Some(n) = threads {
                 rayon::ThreadPoolBuilder::new()
                     .num_threads(usize::from(n))
@@ -194,7 +195,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
             }
             let out = out.unwrap_or_else(|| default_out(&job));
             let settings = PlanSettings { verify: !no_verify, certificates };
-            plan(&job, &out, settings, chips).inspect_err(|_| tell_stale(&out))
+            plan(&job, &out, settings, stock_cell_mm, chips).inspect_err(|_| tell_stale(&out))
         }
         Command::Check { job } => check(&job),
         Command::SolutionSpace { job, operation, pass, point, resolution_deg, out } => {
@@ -253,19 +254,24 @@ fn tell_stale(out: &Path) {
     }
 }
 
-fn plan(job_path: &Path, out: &Path, settings: PlanSettings, chips: bool) -> Result<ExitCode, Failure> {
+fn plan(
+    job_path: &Path,
+    out: &Path,
+    settings: PlanSettings,
+    stock_cell: Option<f64>,
+    chips: bool,
+) -> Result<ExitCode, Failure> {
     crate::progress::watch_interrupts().map_err(Failure::Internal)?;
     let job = Job::read(job_path)?;
     let mut clean = true;
     let mut all_files = Vec::new();
     let mut timings = Vec::new();
     let mut texts = Vec::new();
-    for (index, setup) in job.file.setups.iter().enumerate() {
-        let planned = plan_setup(&job, index, settings, &Bars)?;
+    for planned in plan_job(&job, settings, stock_cell, &Bars)? {
         clean &= planned.is_clean();
         texts.push(summary(&planned.report));
         timings.push(serde_json::json!({
-            "setup": setup.name,
+            "setup": planned.report.setup,
             "stages_s": planned.timings.iter().map(|(name, s)| ((*name).to_owned(), serde_json::json!(s))).collect::<serde_json::Map<_, _>>(),
         }));
         all_files.extend(planned.files);

@@ -38,6 +38,29 @@ pub struct JobFile {
     /// What the feeds of cutting moves ask of the axes at most.
     #[serde(default)]
     pub feeds_within: FeedsWithin,
+    /// How the written programs are verified.
+    #[serde(default)]
+    pub verification: VerificationSettingsFile,
+}
+
+/// How the programs of a plan are verified.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct VerificationSettingsFile {
+    /// Cut the stock of every setup as its program goes, and report what meets it as it then is.
+    pub cut_stock: bool,
+    /// Distance of the lines that the stock is made of. Where the key is missing: 200 lines along the longer side of what the
+    /// operations cut, no less than 1 mm apart, and close enough for the rapid clearance.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stock_cell_mm: Option<f64>,
+    /// How far from the truth what is cut may be, on every line.
+    pub stock_tolerance_mm: f64,
+}
+
+impl Default for VerificationSettingsFile {
+    fn default() -> Self {
+        Self { cut_stock: true, stock_cell_mm: None, stock_tolerance_mm: 0.05 }
+    }
 }
 
 /// What feeds ask of the axes at most.

@@ -2,8 +2,9 @@
 //!
 //! [`Job::read`] reads a job with all it names, [`plan_setup`] plans one of its setups: passes on the drive surface, a
 //! tested posture at every CC point, entries, exits and links, blocks timed by FEED, the program's text, and the run of
-//! that text on the virtual machine. What it returns are files and a [`Report`](report::Report); [`files::write_all`]
-//! writes them whole or not at all. The stages themselves are crates of their own, re-exported here for library users.
+//! that text on the virtual machine; [`plan_job`] plans all of them and cuts their stock as well. What they return are files and
+//! a [`Report`](report::Report); [`files::write_all`] writes them whole or not at all. The stages themselves are crates of
+//! their own, re-exported here for library users.
 //!
 //! ```no_run
 //! use facemill::{Job, PlanSettings, SilentStages, plan_setup};
@@ -58,6 +59,7 @@ mod output;
 mod path;
 mod pieces;
 mod plan;
+mod plan_stock;
 mod pole;
 mod post_load;
 mod program;
@@ -101,6 +103,7 @@ pub use load::{Job, read_mesh};
 pub use machine_check::{MachineCheck, describe_heads, describe_hulls, describe_machine};
 pub use machine_load::{BodyHull, ReadMachine, read_machine};
 pub use plan::{PlanSettings, Planned, REJECTED, plan_setup};
+pub use plan_stock::{PlannedStockReport, plan_job};
 pub use refeed::{MAX_TOOL_LENGTH, Refed, RefeedSettings, RefeedSummary, TipFeed, refeed};
 pub use refeed_law::{BLEND_TOLERANCES, RefeedLaw, RefeedLawTimes};
 pub use solution_space::{SolutionSpace, SolutionSpaceRequest, solution_space};

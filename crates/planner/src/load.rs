@@ -73,6 +73,14 @@ impl Job {
         let file: JobFile =
             facemill_file_format::from_json(&files::read(path)?).map_err(|e| Failure::input(path, e))?;
         validate(&file).map_err(|e| Failure::input(path, e))?;
+        Self::of(path, file)
+    }
+
+    /// A job with the tool, machine and template that its checked file names, relative to `path`, which errors name, too.
+    ///
+    /// # Errors
+    /// As [`Job::read`].
+    pub(crate) fn of(path: &Path, file: JobFile) -> Result<Self, Failure> {
         let beside = |name: &str| path.parent().unwrap_or(Path::new("")).join(name);
         let tool_path = beside(&file.tool);
         let tool = ToolAssembly::from_json(&files::read(&tool_path)?).map_err(|e| Failure::input(&tool_path, e))?;

@@ -25,6 +25,7 @@ use crate::program_spec::program_spec;
 use crate::report::{CERTIFICATES_FORMAT, CertificatesFile};
 use crate::timing::{TimedText, Written, time_program, time_text};
 use crate::tip_feed::programmed_feed;
+use crate::verify_stock::{CutDone, CutRequest, Stand, cut_stock};
 use crate::{Failure, Stages};
 
 /// What a program says of itself that was not run on the virtual machine.
@@ -177,6 +178,14 @@ impl OwnProgram<'_> {
     /// What the text leaves to the control.
     pub(crate) fn assumptions(&self) -> Result<Vec<Assumption>, Failure> {
         Ok(assumptions(&self.read()?, &self.job.machine))
+    }
+
+    /// Cuts the stock as the text goes.
+    pub(crate) fn cut_stock(&self, cut: &CutRequest, stages: &dyn Stages) -> Result<CutDone, Failure> {
+        let at = virtual_setup(self.job, self.setup, self.words)?;
+        let on = Stand { job: self.job, setup: self.setup, at: &at };
+        let settings = VerifySettings { removal: removal_of(self.job, self.setup.file), ..self.settings() };
+        cut_stock(&self.read()?, &on, &settings, cut, stages)
     }
 
     /// The program as it stands in the text.

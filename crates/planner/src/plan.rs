@@ -4,6 +4,7 @@ use std::time::Instant;
 
 use facemill_nc_program::WordMap;
 use facemill_virtual_machine::{Certificates, Verification};
+use facemill_z_map::DexelMap;
 
 use crate::cell::z_map;
 use crate::chip_files::ChipFiles;
@@ -12,6 +13,7 @@ use crate::load::{Job, Setup};
 use crate::mending::{ROUNDS, lines_to_mend, mend};
 use crate::operation::{Ground, PlannedOperation};
 use crate::output::{OwnProgram, Texts, certificates_json, check_feeds, time_texts, try_template, write_texts};
+use crate::plan_stock::{PlannedStockReport, StockToCut};
 use crate::program::word_map;
 use crate::report::Report;
 use crate::reporting::report;
@@ -39,6 +41,8 @@ pub struct Planned {
     pub chip_table: (String, Vec<u8>),
     /// The report; it is one of the files, too.
     pub report: Report,
+    /// What the program leaves of the stock, where it was cut.
+    pub rest: Option<DexelMap>,
     /// Wall time of each stage, s; not deterministic.
     pub timings: Vec<(&'static str, f64)>,
 }
@@ -52,11 +56,22 @@ impl Planned {
     }
 }
 
-/// Plans one setup of a job.
+/// Plans one setup of a job. Its program is held against the stock as it was before; [`plan_job`](crate::plan_job) cuts it.
 ///
 /// # Errors
 /// When the input is wrong, the job cannot be planned under its own terms, or the stages are cancelled.
 pub fn plan_setup(job: &Job, index: usize, settings: PlanSettings, stages: &dyn Stages) -> Result<Planned, Failure> {
+    planned_setup(job, index, settings, None, stages)
+}
+
+/// Plans one setup of a job, and cuts its stock where it is verified and there is one to cut.
+pub(crate) fn planned_setup(
+    job: &Job,
+    index: usize,
+    settings: PlanSettings,
+    stock: Option<&StockToCut<'_>>,
+    stages: &dyn Stages,
+) -> Result<Planned, Failure> {
     if job.second.is_some() {
         return plan_dual_setup(job, index, settings, stages);
     }
@@ -77,7 +92,7 @@ pub fn plan_setup(job: &Job, index: usize, settings: PlanSettings, stages: &dyn 
     }
     let mut mended = 0;
     let mut rounds = 0;
-    let (mut texts, verification, certificates) = loop {
+    let (mut texts, mut verification, certificates) = loop {
         let (texts, verification, certificates) = written(&ground, &operations, &words, settings, stages, &mut clock)?;
         rounds += 1;
         let lines = lines_to_mend(verification.as_ref(), certificates.as_ref());
@@ -90,12 +105,17 @@ pub fn plan_setup(job: &Job, index: usize, settings: PlanSettings, stages: &dyn 
         mended += put_in;
     };
     check_feeds(job, &texts.timed, verification.as_ref())?;
+    let program = OwnProgram { job, setup: &setup, operations: &operations, words: &words, texts: &texts };
+    let cut = stock.zip(verification.as_mut()).map(|(stock, found)| stock.cut(&program, found, stages)).transpose()?;
+    let (of_stock, rest) = cut.unwrap_or((PlannedStockReport::not_asked(settings.verify), None));
+    clock.lap("cut the stock");
     time_texts(job, &words, &mut texts)?;
     clock.lap("times");
     let turning = Turning::of(job, &operations, &texts);
     let jobs = vec![job; operations.len()];
     let mut report = report(&jobs, &setup, &operations, &texts.timed, turning, verification, certificates.as_ref());
     report.totals.mended_blocks = mended;
+    report.stock = of_stock;
     let program = OwnProgram { job, setup: &setup, operations: &operations, words: &words, texts: &texts };
     report.assumptions = program.assumptions()?;
     let chips = ChipFiles::new(&jobs, &setup.file.name, &operations, (&texts.timed, &texts.cut_lines()));
@@ -105,7 +125,7 @@ pub fn plan_setup(job: &Job, index: usize, settings: PlanSettings, stages: &dyn 
         (format!("program{suffix}{state}.apt"), texts.apt.into_bytes()),
     ];
     files.extend(certificates.map(|c| (format!("certificates{suffix}.json"), certificates_json(c))));
-    Ok(planned_files(&suffix, report, files, picture, chips, clock))
+    Ok(Planned { rest, ..planned_files(&suffix, report, files, picture, chips, clock) })
 }
 
 /// What stands in the names of a setup's files: of all of them its name, where there are several setups, and of programs
@@ -129,7 +149,7 @@ pub(crate) fn planned_files(
     files.extend(picture.map(|svg| (format!("solution-space{suffix}.svg"), svg.into_bytes())));
     files.push((format!("chips{suffix}.svg"), chips.svg.into_bytes()));
     let chip_table = (format!("chips{suffix}.csv"), chips.csv.into_bytes());
-    Planned { files, chip_table, report, timings: clock.laps }
+    Planned { files, chip_table, report, rest: None, timings: clock.laps }
 }
 
 /// What is written of the operations, and what running and proving it gives.

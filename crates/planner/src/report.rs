@@ -9,10 +9,10 @@ use facemill_virtual_machine::{Assumption, Certificates, Finding};
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::PairReport;
 use crate::job_file::PostureModeFile;
 pub use crate::report_chips::{ChipsReport, FeedsSetByReport, SpreadReport};
 pub use crate::report_turning::{RewindReport, RewindsReport, SingularBlocks};
+use crate::{PairReport, PlannedStockReport};
 
 /// Value of the key `format` in a report.
 pub const REPORT_FORMAT: &str = "facemill-report/1";
@@ -41,6 +41,8 @@ pub struct Report {
     pub setup: String,
     /// Whether the program was run on the virtual machine after it was written.
     pub verified: bool,
+    /// What it cuts of the stock, as it was run.
+    pub stock: PlannedStockReport,
     /// What was proven of the motion between positions; `null` where it was not asked for.
     pub certified: Option<CertifiedReport>,
     /// Sums over the program.

@@ -15,6 +15,7 @@ use crate::load::{Job, Setup};
 use crate::moves::{MoveKind, PieceMoves};
 use crate::operation::PlannedOperation;
 use crate::pieces::{Cut, LeftOut, Piece};
+use crate::plan_stock::PlannedStockReport;
 use crate::program::Timed;
 use crate::report::{
     BudgetReport, CertifiedReport, ChipsReport, HelpReport, InfeasibleReport, OptimumReport, PassReport,
@@ -91,6 +92,7 @@ pub(crate) fn report(
         job: jobs.first().map_or_else(String::new, |job| job.file.name.clone()),
         setup: setup.file.name.clone(),
         verified: verification.is_some(),
+        stock: PlannedStockReport::not_asked(verification.is_some()),
         certified: certificates.map(CertifiedReport::new),
         totals,
         time_law: timed.time_law.clone(),

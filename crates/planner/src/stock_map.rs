@@ -75,7 +75,7 @@ impl StockMeshes {
 }
 
 /// Low and high corner of a region; `None` where it is all of the stock.
-fn rectangle(job: &Job, setup: &Setup<'_>, region: StockRegion) -> Option<[[f64; 2]; 2]> {
+pub(crate) fn rectangle(job: &Job, setup: &Setup<'_>, region: StockRegion) -> Option<[[f64; 2]; 2]> {
     match region {
         StockRegion::Whole => None,
         StockRegion::Rectangle(corners) => Some(corners),

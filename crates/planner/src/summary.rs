@@ -2,8 +2,9 @@
 
 use facemill_virtual_machine::Assumption;
 
-use crate::PairReport;
+use crate::plan_stock::OWN_STOCK;
 use crate::report::{CertifiedReport, ChipsReport, HeldBackReport, PosturesReport, Report, SpreadReport};
+use crate::{PairReport, PlannedStockReport, StockReport};
 
 /// A few lines for a person.
 pub fn summary(report: &Report) -> String {
@@ -41,8 +42,9 @@ pub fn summary(report: &Report) -> String {
                 b.total_mm
             ));
         }
+        lines.extend(stock(&report.stock));
     } else {
-        lines.push("  the written program was not verified".to_owned());
+        lines.push("  NOT VERIFIED      the written program was not run; do not cut with it".to_owned());
     }
     if let Some(c) = &report.certified {
         lines.extend(certified(c));
@@ -148,6 +150,15 @@ fn pair(p: &PairReport) -> String {
 
 fn or_none(v: Option<f64>, unit: &str) -> String {
     v.map_or_else(|| "none".to_owned(), |v| format!("{v:.3} {unit}"))
+}
+
+/// What is cut of the stock, or why nothing is.
+fn stock(of: &PlannedStockReport) -> Vec<String> {
+    let mut lines: Vec<String> = of.not_cut_because.iter().map(|why| format!("  stock not cut     {why}")).collect();
+    lines.extend(of.cut.iter().flat_map(StockReport::told));
+    // That a single setup begins with its stock goes without saying.
+    lines.extend(of.began_as.iter().filter(|of| *of != OWN_STOCK).map(|of| format!("  stock before      {of}")));
+    lines
 }
 
 /// Ranges of uncertified lines that are told; the file of the certificates has them all.

@@ -24,11 +24,29 @@ pub(crate) fn validate(job: &JobFile) -> Result<(), String> {
     if job.operations.is_empty() {
         return Err("operations: at least one is needed".to_owned());
     }
+    check_operations(job)?;
+    check_setups(job)?;
+    let verification = Field("verification".to_owned());
+    verification.length("stock_tolerance_mm", job.verification.stock_tolerance_mm)?;
+    job.verification.stock_cell_mm.map_or(Ok(()), |cell| verification.length("stock_cell_mm", cell))?;
+    let unused = job.setups.iter().position(|s| !job.operations.iter().any(|o| belongs(o, s, job)));
+    unused.map_or(Ok(()), |k| Err(format!("setups[{k}]: no operation belongs to \"{}\"", job.setups[k].name)))
+}
+
+fn check_operations(job: &JobFile) -> Result<(), String> {
     for (k, operation) in job.operations.iter().enumerate() {
         check_operation(&Field::new("operations", k), operation)?;
         check_setup_name(k, operation, job)?;
         check_stock_to_cut(k, operation, job)?;
     }
+    Ok(())
+}
+
+/// First thing wrong with a job's setups, as `field: what it must be`.
+///
+/// # Errors
+/// When there is one.
+pub(crate) fn check_setups(job: &JobFile) -> Result<(), String> {
     for (k, setup) in job.setups.iter().enumerate() {
         check_setup(&Field::new("setups", k), setup)?;
         if let Some(other) = job.setups[..k].iter().find(|s| file_stem(&s.name) == file_stem(&setup.name)) {
@@ -38,9 +56,6 @@ pub(crate) fn validate(job: &JobFile) -> Result<(), String> {
                 other.name,
                 file_stem(&setup.name)
             ));
-        }
-        if !job.operations.iter().any(|o| belongs(o, setup, job)) {
-            return Err(format!("setups[{k}]: no operation belongs to \"{}\"", setup.name));
         }
     }
     Ok(())

@@ -7,8 +7,8 @@ use clap::Args;
 use facemill::virtual_machine::{BetweenPositions, Verification};
 use facemill::z_map::DexelMap;
 use facemill::{
-    CutRequest, DeviationRequest, Failure, StockRegion, VerificationFile, Verified, VerifyRequest, clock, files,
-    verify_program,
+    CutRequest, DeviationRequest, Failure, StockRegion, StockReport, VerificationFile, Verified, VerifyRequest, clock,
+    files, verify_program,
 };
 
 use crate::cli::{Bars, say};
@@ -174,23 +174,7 @@ fn told(file: &VerificationFile) -> String {
         },
     ];
     lines.push(told_between(&v.between));
-    if let Some(s) = &file.stock {
-        lines.push(format!(
-            "  stock             {:.1} of {:.1} cm3 cut, on lines {} mm apart; {} blocks in air",
-            s.removed_mm3 / 1000.0,
-            s.before_mm3 / 1000.0,
-            s.cell_mm,
-            s.blocks_in_air
-        ));
-        if let Some(line) = s.first_line_not_covered {
-            let [[x0, y0], [x1, y1]] = s.region_mm;
-            lines.push(format!(
-                "  not covered       {} blocks, first in line {line}, may reach stock beyond x {x0:.1} to {x1:.1}, \
-                 y {y0:.1} to {y1:.1}: it is not seen",
-                s.blocks_not_covered
-            ));
-        }
-    }
+    lines.extend(file.stock.iter().flat_map(StockReport::told));
     lines.extend(file.deviation.as_ref().map(told_deviation).unwrap_or_default());
     if let Some(c) = &file.certificates {
         lines.push(format!("  certified blocks  {} of {}", c.certified, c.blocks));

@@ -49,6 +49,28 @@ pub struct StockReport {
     pub first_line_not_covered: Option<u32>,
 }
 
+impl StockReport {
+    /// Lines for a person.
+    pub fn told(&self) -> Vec<String> {
+        let mut lines = vec![format!(
+            "  stock             {:.1} of {:.1} cm3 cut, on lines {} mm apart; {} blocks in air",
+            self.removed_mm3 / 1000.0,
+            self.before_mm3 / 1000.0,
+            self.cell_mm,
+            self.blocks_in_air
+        )];
+        lines.extend(self.first_line_not_covered.map(|line| {
+            let [[x0, y0], [x1, y1]] = self.region_mm;
+            format!(
+                "  not covered       {} blocks, first in line {line}, may reach stock beyond x {x0:.1} to {x1:.1}, \
+                 y {y0:.1} to {y1:.1}: it is not seen",
+                self.blocks_not_covered
+            )
+        }));
+        lines
+    }
+}
+
 /// Where a program is run.
 pub(crate) struct Stand<'a> {
     pub job: &'a Job,

@@ -2,6 +2,7 @@
 //! are what closed forms say, in the report and in the colours.
 
 mod feeds;
+mod plans;
 
 use std::fmt::Write as _;
 use std::path::Path;

@@ -21,6 +21,7 @@ use crate::moves::{Move, MoveSettings, PieceMoves};
 use crate::operation::{Ground, PlannedOperation, move_settings};
 use crate::output::check_feeds;
 use crate::plan::{Clock, PlanSettings, Planned, name_parts, planned_files};
+use crate::plan_stock::PlannedStockReport;
 use crate::reporting::report;
 use crate::{Failure, Stages};
 
@@ -155,6 +156,9 @@ pub(crate) fn plan_dual_setup(
     report.pairs = texts.pair_reports(&parts, &ground);
     report.totals.mended_blocks = mended;
     report.assumptions = DualProgram { ground: &ground, parts: &parts, words: &words, texts: &texts }.assumptions()?;
+    if settings.verify {
+        report.stock = PlannedStockReport::not_cut("that of machines with two heads is not");
+    }
     let (suffix, state) = name_parts(job, setups[0], &report);
     let chips = ChipFiles::new(&jobs_of, &setups[0].file.name, &planned, (&texts.timed, &[]));
     let files = texts.files(&suffix, state, certificates)?;

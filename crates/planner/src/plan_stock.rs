@@ -1,0 +1,248 @@
+//! The stock of a plan: cut by each setup's own program, from one setup to the next.
+
+use facemill_z_map::DexelMap;
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use crate::job_file::SetupFile;
+use crate::load::{Job, Setup, pose};
+use crate::output::OwnProgram;
+use crate::plan::{PlanSettings, Planned, planned_setup};
+use crate::stock_map::{StockMeshes, StockRegion, rectangle};
+use crate::verify_stock::{CutRequest, StockReport};
+use crate::{Failure, Stages};
+use facemill_virtual_machine::{Finding, Verification};
+
+/// Plans all setups of a job in their order, and cuts the stock of each by its own verified program: on lines `cell` mm apart, or as
+/// the job's `verification` says. What one program leaves is what the next one begins with, where both setups have the same
+/// workpiece frame and state the same stock; each report says what its stock began as, or why none was cut.
+///
+/// What it guarantees besides what [`plan_setup`](crate::plan_setup) does: on every line of the stock, nothing that must not
+/// meets the material that is left at that moment by more than twice the tolerance.
+///
+/// # Errors
+/// As [`plan_setup`](crate::plan_setup); when the stock cannot be made lines of that are as far apart as asked.
+pub fn plan_job(
+    job: &Job,
+    settings: PlanSettings,
+    cell: Option<f64>,
+    stages: &dyn Stages,
+) -> Result<Vec<Planned>, Failure> {
+    if cell.is_some_and(|c| !(c > 0.0 && c.is_finite())) {
+        return Err(job.wrong("the distance of the stock's lines must be a length above 0 mm"));
+    }
+    let mut all: Vec<Planned> = Vec::new();
+    for index in 0..job.file.setups.len() {
+        let before = all.last().and_then(|planned| planned.rest.as_ref());
+        let stock = StockToCut { cell: cell.or(job.file.verification.stock_cell_mm), index, before };
+        all.push(planned_setup(job, index, settings, Some(&stock), stages)?);
+    }
+    Ok(all)
+}
+
+/// What the program of a setup cuts of the stock.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct PlannedStockReport {
+    /// Why the stock was not cut; `null` where it was.
+    pub not_cut_because: Option<String>,
+    /// What it began as: the setup's own stock, with why it is not the rest of the setup before, or that rest.
+    pub began_as: Option<String>,
+    /// What was cut; `null` where nothing was.
+    pub cut: Option<StockReport>,
+}
+
+impl PlannedStockReport {
+    /// Of stock that was not cut.
+    pub(crate) fn not_cut(why: impl Into<String>) -> Self {
+        Self { not_cut_because: Some(why.into()), began_as: None, cut: None }
+    }
+
+    /// Of a program whose positions and certificates alone were asked for.
+    pub(crate) fn not_asked(is_verified: bool) -> Self {
+        Self::not_cut(if is_verified { "it was not asked for" } else { "the program was not verified" })
+    }
+}
+
+/// The stock of a setup that is to be cut.
+pub(crate) struct StockToCut<'a> {
+    /// Distance of its lines where it is asked for, mm.
+    pub cell: Option<f64>,
+    /// Index of the setup.
+    pub index: usize,
+    /// What the program of the setup before has left.
+    pub before: Option<&'a DexelMap>,
+}
+
+/// What stock begins as that no program was run on before.
+pub(crate) const OWN_STOCK: &str = "the setup's stock";
+
+/// What is told of the cut stock, and what is left of it.
+pub(crate) type CutByPlan = (PlannedStockReport, Option<DexelMap>);
+
+impl StockToCut<'_> {
+    /// Cuts the stock by a program, and adds what meets it to what is found already. Findings of the same kind and body that the run
+    /// against the stock as it was at first has at the same place of the text are not told twice.
+    ///
+    /// # Errors
+    /// When the stock cannot be made lines of that are as far apart as asked, or the stages are cancelled.
+    pub(crate) fn cut(
+        &self,
+        program: &OwnProgram<'_>,
+        verification: &mut Verification,
+        stages: &dyn Stages,
+    ) -> Result<CutByPlan, Failure> {
+        let (job, setup) = (program.job, program.setup);
+        if !job.file.verification.cut_stock {
+            return Ok((PlannedStockReport::not_cut("the job says so (verification.cut_stock)"), None));
+        }
+        let tolerance = job.file.verification.stock_tolerance_mm;
+        let (stock, began_as) = match self.rest_before(job) {
+            Ok((rest, of)) => (rest.clone(), format!("the rest of setup \"{of}\"")),
+            Err(why) => match self.own(job, setup, tolerance)? {
+                Ok(stock) => (stock, why.map_or(OWN_STOCK.to_owned(), |why| format!("{OWN_STOCK}: {why}"))),
+                Err(why) => return Ok((PlannedStockReport::not_cut(why), None)),
+            },
+        };
+        let cell = stock.grid().cell();
+        let request = CutRequest { cell, tolerance, region: StockRegion::Whole, rest: Some(stock), deviation: None };
+        let done = program.cut_stock(&request, stages)?;
+        add_new(&mut verification.findings, done.run.findings);
+        let report = PlannedStockReport { not_cut_because: None, began_as: Some(began_as), cut: Some(done.report) };
+        Ok((report, Some(done.rest)))
+    }
+
+    /// What the setup before has left and its name; or why this setup does not begin with it, nothing where it is the first.
+    fn rest_before<'j>(&'j self, job: &'j Job) -> Result<(&'j DexelMap, &'j str), Option<String>> {
+        let Some(of) = self.index.checked_sub(1).map(|k| &job.file.setups[k]) else { return Err(None) };
+        follows(of, &job.file.setups[self.index]).map_err(Some)?;
+        let rest = self.before.ok_or_else(|| Some(format!("that of setup \"{}\" was not cut", of.name)))?;
+        Ok((rest, &of.name))
+    }
+
+    /// The setup's own stock as lines over what its operations cut, and those of the setups that go on with its rest; or why there
+    /// is none where nobody has asked for a distance of lines.
+    fn own(&self, job: &Job, setup: &Setup<'_>, tolerance: f64) -> Result<Result<DexelMap, String>, Failure> {
+        let setups = &job.file.setups;
+        let last = (self.index + 1..setups.len()).take_while(|&k| follows(&setups[k - 1], &setups[k]).is_ok()).last();
+        let going_on = self.index + 1..=last.unwrap_or(self.index);
+        let mut region = rectangle(job, setup, StockRegion::Operations);
+        for k in going_on.clone() {
+            let next = Setup::read(job, k)?;
+            region = region.zip(rectangle(job, &next, StockRegion::Operations)).map(|(a, b)| around(a, b));
+        }
+        let Some([low, high]) = region else { return Ok(Err("no operation cuts it".to_owned())) };
+        let clearance = going_on.map(|k| &setups[k]).chain([setup.file]).map(|s| s.rapid_clearance_mm);
+        let clearance = clearance.fold(f64::INFINITY, f64::min);
+        let meshes = StockMeshes::of(setup);
+        let part = StockRegion::Rectangle([low, high]);
+        if let Some(cell) = self.cell {
+            return meshes.map(job, setup, cell, part).map(Ok);
+        }
+        let of_stock = meshes.extents();
+        let lengths = [0, 1].map(|k| high[k].min(of_stock.max[k]) - low[k].max(of_stock.min[k]));
+        Ok(match default_cell(lengths, clearance, tolerance) {
+            Ok(cell) => meshes.map(job, setup, cell, part).map_err(|e| e.to_string()),
+            Err(why) => Err(why),
+        })
+    }
+}
+
+/// Lines along the longer side of what is cut, where nothing else is said; and at most, in time that a plan may take.
+const LINES: [f64; 2] = [200.0, 1000.0];
+
+/// Finest lines that are taken without being asked for, mm: stock is not known better than this before it is cut.
+const FINEST: f64 = 1.0;
+
+/// Share of the rapid clearance that rapids certainly keep: the control's way between two positions bends by a tenth of it at most. If
+/// larger, a rapid that is clean may be a finding; if smaller, lines are closer than they need be.
+const KEPT: f64 = 0.85;
+
+/// What distances of lines are whole multiples of, mm.
+const STEP: f64 = 0.01;
+
+/// Distance of lines that suits a rectangle, mm: 200 of them along its longer side, no less than 1 mm apart. Rapids are asked with half
+/// the diagonal of a cell around the cutter: that has to be within the rapid clearance, or every link would be a finding.
+///
+/// # Errors
+/// With what to do, where so many lines would be needed for that clearance that a plan has to be told to take the time.
+fn default_cell(lengths: [f64; 2], clearance: f64, tolerance: f64) -> Result<f64, String> {
+    let length = lengths[0].max(lengths[1]);
+    let within_clearance = std::f64::consts::SQRT_2 * (KEPT * clearance - 2.0 * tolerance);
+    let cell = (length / LINES[0]).max(FINEST).min(within_clearance);
+    if cell >= (length / LINES[1]).max(STEP) {
+        return Ok((cell / STEP).floor() * STEP);
+    }
+    Err(format!(
+        "lines less than {:.2} mm apart would be needed for rapid_clearance_mm {clearance}, more than {} along the stock; ask for them \
+         with verification.stock_cell_mm or --stock-cell-mm",
+        within_clearance.max(0.0),
+        LINES[1]
+    ))
+}
+
+/// Whether a setup begins with what another one leaves: both in one workpiece frame, with one stock stated for both.
+///
+/// # Errors
+/// With why it does not.
+fn follows(before: &SetupFile, setup: &SetupFile) -> Result<(), String> {
+    let apart = pose(&before.work_from_part).inverse() * pose(&setup.work_from_part);
+    if apart.translation.vector.norm() > SAME_FRAME[0] || apart.rotation.angle() > SAME_FRAME[1] {
+        return Err(format!("its workpiece frame is not that of setup \"{}\"", before.name));
+    }
+    let stated = |s: &SetupFile| serde_json::to_value(&s.stock).ok();
+    if stated(before) != stated(setup) {
+        return Err(format!("it is not stated as for setup \"{}\"", before.name));
+    }
+    Ok(())
+}
+
+/// What rounding may make of one frame that is written in two ways: mm, and rad.
+const SAME_FRAME: [f64; 2] = [1e-6, 1e-9];
+
+/// The rectangle around two.
+fn around(a: [[f64; 2]; 2], b: [[f64; 2]; 2]) -> [[f64; 2]; 2] {
+    [[0, 1].map(|k| a[0][k].min(b[0][k])), [0, 1].map(|k| a[1][k].max(b[1][k]))]
+}
+
+/// Adds findings that are not there yet, in the order of lines.
+fn add_new(findings: &mut Vec<Finding>, new: Vec<Finding>) {
+    let is_known = |f: &Finding| {
+        let same = |k: &&Finding| k.kind == f.kind && k.body == f.body;
+        findings.iter().filter(same).any(|k| (k.first_line..=k.last_line).contains(&f.worst_line))
+    };
+    let new: Vec<Finding> = new.into_iter().filter(|f| !is_known(f)).collect();
+    findings.extend(new);
+    findings.sort_by_key(|f| (f.first_line, f.kind));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn half_a_cell_is_within_the_rapid_clearance_and_lines_are_not_too_many() {
+        let tolerance = 0.05;
+        for length in [3.0, 80.0, 400.0, 3048.0, 9000.0] {
+            for clearance in [0.05, 0.3, 1.0, 5.0, 40.0] {
+                match default_cell([0.1 * length, length], clearance, tolerance) {
+                    Ok(cell) => {
+                        assert!(
+                            0.5 * cell.hypot(cell) + 2.0 * tolerance <= KEPT * clearance + 1e-9,
+                            "{length} {clearance} {cell}"
+                        );
+                        assert!(cell > 0.0 && length / cell <= LINES[1] + 1.0, "{length} {clearance} {cell}");
+                        // No finer than asked but for the clearance.
+                        let coarser = cell + 2.0 * STEP;
+                        let fits = 0.5 * coarser.hypot(coarser) + 2.0 * tolerance <= KEPT * clearance;
+                        assert!(!fits || coarser > FINEST.max(length / LINES[0]), "{length} {clearance} {cell}");
+                    }
+                    Err(why) => {
+                        let coarsest = std::f64::consts::SQRT_2 * (KEPT * clearance - 2.0 * tolerance);
+                        assert!(coarsest < (length / LINES[1]).max(STEP), "{length} {clearance}: {why}");
+                        assert!(why.contains("stock_cell_mm") && why.contains("rapid_clearance_mm"));
+                    }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,144 @@
+//! Plans that cut their own stock: what is told of it is what geometry and the text alone say.
+
+use std::path::Path;
+
+use facemill::nc_program::Dialect;
+use facemill::virtual_machine::FindingKind;
+use facemill::{
+    CutRequest, Job, PlanSettings, Planned, SilentStages, StockRegion, StockReport, VerifyRequest, plan_job,
+    verify_program,
+};
+use facemill_tests::jobs::{JobFolder, text_of};
+use facemill_tests::variants::{tiny_patch, variant};
+use serde_json::{Value, json};
+
+const SETTINGS: PlanSettings = PlanSettings { verify: true, certificates: false };
+
+fn plans(job: &JobFolder, cell: Option<f64>) -> Vec<Planned> {
+    let job = Job::read(&job.job()).unwrap_or_else(|e| panic!("{e}"));
+    plan_job(&job, SETTINGS, cell, &SilentStages).unwrap_or_else(|e| panic!("{e}"))
+}
+
+fn cut(planned: &Planned) -> &StockReport {
+    planned.report.stock.cut.as_ref().unwrap_or_else(|| panic!("not cut: {:?}", planned.report.stock))
+}
+
+/// The plan cuts what the text alone, run as a program from anywhere on the same lines, cuts. The patch is a layer of known
+/// thickness: under six passes beside each other all of it goes but the cusps, and nowhere more than all of it.
+#[test]
+fn a_plan_cuts_what_its_text_cuts() {
+    let job = tiny_patch();
+    let planned = plans(&job, None).remove(0);
+    assert!(planned.is_clean(), "{:?}", planned.report.findings);
+    let told = cut(&planned);
+    assert_eq!(planned.report.stock.began_as.as_deref(), Some("the setup's stock"));
+    assert_eq!((told.cell_mm, told.blocks_not_covered), (1.0, 0));
+
+    let text = text_of(&planned, "program.nc");
+    let whole = CutRequest { cell: 1.0, tolerance: 0.05, region: StockRegion::Whole, rest: None, deviation: None };
+    let request = VerifyRequest {
+        program: Path::new("program.nc"),
+        dialect: Dialect::Fanuc,
+        setup: 0,
+        gouge_limit: None,
+        certificates: false,
+        cut: Some(whole),
+    };
+    let read = Job::read(&job.job()).unwrap();
+    let run = verify_program(&read, text.as_bytes(), &request, &SilentStages).unwrap();
+    let own = run.file.stock.unwrap();
+    assert!((own.removed_mm3 - told.removed_mm3).abs() < 1e-6 * own.removed_mm3, "{own:?} {told:?}");
+    assert_eq!(own.blocks_in_air, told.blocks_in_air);
+    let rest = planned.rest.as_ref().unwrap().volume();
+    assert!((told.before_mm3 - told.removed_mm3 - rest).abs() < 1e-6 * told.before_mm3);
+
+    // The strip that six passes from y = -4 to 4 lie in, and what the cutter reaches beside it.
+    let (file, tool) = (job.json("job.json"), job.json("tool.json"));
+    let thickness = file["setups"][0]["stock"]["offset"]["allowance_mm"].as_f64().unwrap();
+    let [cusp, radius] =
+        [&file["operations"][0]["tolerances"]["cusp_mm"], &tool["radius_mm"]].map(|v| v.as_f64().unwrap());
+    let least = 60.0 * 8.0 * (thickness - cusp);
+    // The waves make the layer no more than a fifth longer than it is from above.
+    let most = 1.2 * (80.0 + 2.0 * thickness) * (8.0 + 4.0 * radius) * thickness;
+    assert!(told.removed_mm3 > least && told.removed_mm3 < most, "{least} {} {most}", told.removed_mm3);
+}
+
+/// Two setups, each of which cuts half of the passes, the second one as `change` says.
+fn in_two(change: impl Fn(&mut Value)) -> JobFolder {
+    let job = tiny_patch();
+    let file = job.json("job.json");
+    let mut second = file["setups"][0].clone();
+    second["name"] = json!("second");
+    second["work_offset"] = json!({ "register": "G55" });
+    change(&mut second);
+    let half = |setup: &Value, from: f64, to: f64| {
+        let mut operation = file["operations"][0].clone();
+        operation["setup"] = setup["name"].clone();
+        operation["name"] = json!(format!("from {from}"));
+        let planes = &mut operation["path"]["strategy"]["strategy"]["parallel_planes"];
+        (planes["from_mm"], planes["to_mm"]) = (json!(from), json!(to));
+        operation
+    };
+    let first = &file["setups"][0];
+    let operations = json!([half(first, -4.0, -1.0), half(&second, 1.0, 4.0)]);
+    job.set("job.json", &[("/setups", json!([first, second])), ("/operations", operations)]);
+    job
+}
+
+#[test]
+fn a_setup_in_the_same_frame_begins_with_what_the_one_before_has_left() {
+    let of_two = plans(&in_two(|_| {}), Some(2.0));
+    let [first, second] = [&of_two[0], &of_two[1]].map(cut);
+    let left = first.before_mm3 - first.removed_mm3;
+    assert!((second.before_mm3 - left).abs() < 1e-6 * left, "{first:?} {second:?}");
+    assert!(second.removed_mm3 > 0.0 && second.blocks_not_covered == 0);
+    let name = &of_two[0].report.setup;
+    assert_eq!(of_two[1].report.stock.began_as, Some(format!("the rest of setup \"{name}\"")));
+}
+
+#[test]
+fn a_setup_in_another_frame_or_with_other_stock_begins_with_its_own_and_says_why() {
+    let turned = |s: &mut Value| s["work_from_part"] = json!({ "rotation_axis": [0, 0, 1], "rotation_deg": 90 });
+    let thinner = |s: &mut Value| s["stock"]["offset"]["allowance_mm"] = json!(0.1);
+    for (change, why) in [(&turned as &dyn Fn(&mut Value), "workpiece frame"), (&thinner, "not stated as")] {
+        let of_two = plans(&in_two(change), Some(4.0));
+        let told = of_two[1].report.stock.began_as.as_ref().unwrap();
+        assert!(told.starts_with("the setup's stock: ") && told.contains(why), "{told}");
+        let own = cut(&of_two[1]);
+        assert!((own.before_mm3 - cut(&of_two[0]).before_mm3).abs() > 1e-3, "{own:?}");
+    }
+}
+
+/// Half of a cell's diagonal that is more than the rapid clearance makes a finding of every rapid beside stock: such a program is
+/// rejected, where one without cut stock is not.
+#[test]
+fn what_meets_the_cut_stock_rejects_the_program() {
+    let with = &plans(&tiny_patch(), Some(30.0))[0];
+    let met = with.report.findings.iter().filter(|f| f.obstacle.as_deref() == Some("stock"));
+    let all = &with.report.findings;
+    assert!(met.clone().count() > 0 && met.clone().all(|f| f.kind == FindingKind::RapidCollision), "{all:?}");
+    assert!(!with.is_clean() && with.report.verified);
+    assert!(with.files.iter().any(|(name, _)| name == "program.rejected.nc"));
+    let without = &plans(&variant(&[("/verification", json!({ "cut_stock": false }))]), Some(30.0))[0];
+    assert!(without.is_clean(), "{:?}", without.report.findings);
+    let why = without.report.stock.not_cut_because.as_ref().unwrap();
+    assert!(why.contains("verification.cut_stock") && without.rest.is_none(), "{why}");
+}
+
+/// Where nobody asks for a distance of lines, stock that cannot be cut is no fault of the program; where somebody does, it is
+/// one of the job.
+#[test]
+fn stock_that_cannot_be_cut_is_told() {
+    // The patch is an open mesh: without anything on it there is no solid.
+    let bare = variant(&[("/setups/0/stock/offset/allowance_mm", json!(0.0))]);
+    let planned = &plans(&bare, None)[0];
+    let why = planned.report.stock.not_cut_because.as_ref().unwrap();
+    assert!(planned.is_clean() && planned.report.verified && why.contains("not closed"), "{why}");
+    let read = Job::read(&bare.job()).unwrap();
+    let asked = plan_job(&read, SETTINGS, Some(1.0), &SilentStages).err().unwrap().to_string();
+    assert!(asked.contains("not closed") && asked.contains("job.json"), "{asked}");
+    let settings = PlanSettings { verify: false, ..SETTINGS };
+    let unverified = &plan_job(&read, settings, None, &SilentStages).unwrap()[0];
+    assert!(!unverified.report.verified && unverified.report.stock.cut.is_none());
+    assert_eq!(unverified.report.stock.not_cut_because.as_deref(), Some("the program was not verified"));
+}
