@@ -14,6 +14,7 @@ mod machine_commands;
 mod program_arguments;
 mod progress;
 mod rapids_command;
+mod stand_arguments;
 mod verify_command;
 
 fn main() -> ExitCode {

@@ -4,9 +4,10 @@ use std::path::PathBuf;
 
 use clap::Args;
 use facemill::nc_program::Dialect;
-use facemill::{Failure, Job, files};
+use facemill::{Failure, Job, STAND_GOUGE_LIMIT, files};
 
 use crate::feedrate_command::dialect;
+use crate::stand_arguments::StandArguments;
 
 #[derive(Args)]
 pub(crate) struct ProgramArguments {
@@ -14,7 +15,7 @@ pub(crate) struct ProgramArguments {
     pub(crate) program: PathBuf,
     /// Job file: machine, tool, mounting, work offset, part, fixtures and stock are taken from it
     #[arg(long, value_name = "FILE")]
-    job: PathBuf,
+    job: Option<PathBuf>,
     /// Name of the job's setup, or its number from 1; where it is not given, the job must have one
     #[arg(long, value_name = "SETUP")]
     setup: Option<String>,
@@ -39,7 +40,21 @@ pub(crate) struct ProgramOfJob {
 impl ProgramArguments {
     /// Reads the job, then the program.
     pub(crate) fn read(&self) -> Result<ProgramOfJob, Failure> {
-        let job = Job::read(&self.job)?;
+        match &self.job {
+            Some(job) => self.read_on(Job::read(job)?),
+            None => Err(Failure::input(&self.program, "needs --job: nothing else says what it is run on")),
+        }
+    }
+
+    /// Reads what the program is run on, a job or a stand, then the program; also the depth that is a finding.
+    pub(crate) fn read_with(&self, stand: &StandArguments) -> Result<(ProgramOfJob, Option<f64>), Failure> {
+        match stand.job(self.dialect.unwrap_or_default())? {
+            Some(job) => Ok((self.read_on(job)?, Some(self.gouge_mm.unwrap_or(STAND_GOUGE_LIMIT)))),
+            None => Ok((self.read()?, self.gouge_mm)),
+        }
+    }
+
+    fn read_on(&self, job: Job) -> Result<ProgramOfJob, Failure> {
         let setup = setup_of(&job, self.setup.as_deref())?;
         let text = files::read(&self.program)?;
         let dialect = self.dialect.unwrap_or_else(|| job.post.dialect());

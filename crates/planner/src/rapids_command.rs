@@ -16,7 +16,7 @@ const DIALECTS: &str =
     "Control that the program is for: fanuc, haas, mazak, linuxcnc, siemens_840d; the job's where it is not given";
 
 #[derive(Args)]
-#[command(mut_arg("dialect", |argument| argument.help(DIALECTS)))]
+#[command(mut_arg("dialect", |argument| argument.help(DIALECTS)), mut_arg("job", |argument| argument.required(true)))]
 pub(crate) struct RapidsArguments {
     #[command(flatten)]
     program: ProgramArguments,

@@ -15,11 +15,27 @@ use crate::cli::{Bars, say};
 use crate::deviation_command::{mesh_bytes, painted_mesh, rest_mesh, told_deviation};
 use crate::findings_table::findings_table;
 use crate::program_arguments::{ProgramArguments, ProgramOfJob};
+use crate::stand_arguments::StandArguments;
+
+/// Controls whose programs are read, and which one it is where nobody says.
+const DIALECTS: &str = "Control that the program is for: fanuc, haas, mazak, linuxcnc, siemens_840d, heidenhain; where it is not given \
+                        the job's, and fanuc with --part";
+
+/// What is a finding, and what that is where nobody says.
+const GOUGE: &str = "Depth of the cutter that is a finding; where it is not given the smallest that the setup's operations allow, \
+                     and 0.02 with --part";
 
 #[derive(Args)]
+#[command(
+    mut_arg("job", |argument| argument.required_unless_present("part")),
+    mut_arg("dialect", |argument| argument.help(DIALECTS)),
+    mut_arg("gouge_mm", |argument| argument.help(GOUGE))
+)]
 pub(crate) struct VerifyArguments {
     #[command(flatten)]
     program: ProgramArguments,
+    #[command(flatten)]
+    stand: StandArguments,
     /// Prove for every block what happens between its ends
     #[arg(long)]
     certificates: bool,
@@ -60,12 +76,12 @@ const TOLD: usize = 50;
 
 pub(crate) fn run(arguments: &VerifyArguments) -> Result<ExitCode, Failure> {
     crate::progress::watch_interrupts().map_err(Failure::Internal)?;
-    let ProgramOfJob { job, setup, dialect, text } = arguments.program.read()?;
+    let (ProgramOfJob { job, setup, dialect, text }, gouge_limit) = arguments.program.read_with(&arguments.stand)?;
     let request = VerifyRequest {
         program: &arguments.program.program,
         dialect,
         setup,
-        gouge_limit: arguments.program.gouge_mm,
+        gouge_limit,
         certificates: arguments.certificates,
         cut: cut_of(arguments)?,
     };
@@ -236,5 +252,27 @@ mod tests {
         let both = cut(&["--stock-cell-mm", "1", "--deviation", "a.glb", "--deviation-tolerance-mm", "0.1"]);
         let asked = both.expect("fine").and_then(|c| c.deviation);
         assert_eq!(asked, Some(DeviationRequest { tolerance: Some(0.1), painted: true }));
+    }
+
+    #[test]
+    fn a_job_or_part_stock_machine_and_tool_are_needed() {
+        let parsed = |options: &str| Command::try_parse_from(["verify", "a.nc"].into_iter().chain(options.split(' ')));
+        let all = "--part p.obj --stock box --machine m.json --tool t.json";
+        assert!(parsed(all).is_ok() && parsed("--job j.json").is_ok());
+        assert!(parsed(&format!("{all} --work-offset -1,0,2.5 --length-register 3 --mesh-unit inch")).is_ok());
+        let refused = |options: &str, of: &str| {
+            let why = parsed(options).err().unwrap_or_else(|| panic!("{options} is taken")).to_string();
+            assert!(why.contains(of), "{options}: {why}");
+        };
+        refused("--certificates", "--job");
+        refused(&format!("{all} --job j.json"), "--job");
+        refused(&format!("{all} --setup top"), "--setup");
+        refused("--job j.json --tool t.json", "--part");
+        for missing in ["--stock", "--machine", "--tool"] {
+            let words: Vec<&str> = all.split(' ').collect();
+            let others = words.chunks(2).filter(|pair| pair[0] != missing).flatten();
+            refused(&others.copied().collect::<Vec<_>>().join(" "), missing);
+        }
+        refused(&format!("{all} --mount 1,2"), "X,Y,Z");
     }
 }

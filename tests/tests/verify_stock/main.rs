@@ -3,6 +3,7 @@
 
 mod feeds;
 mod plans;
+mod stands;
 
 use std::fmt::Write as _;
 use std::path::Path;

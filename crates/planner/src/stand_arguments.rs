@@ -1,0 +1,130 @@
+//! Arguments that name what a program is run on one by one, in place of a job.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use facemill::job_file::{UnitFile, UpAxisFile};
+use facemill::nc_program::Dialect;
+use facemill::{Failure, Job, Stand, StandStock};
+
+#[derive(Args)]
+pub(crate) struct StandArguments {
+    /// Mesh of the part (.obj, .stl, .gltf, .glb), in place of a job: its frame is the workpiece frame
+    #[arg(long, value_name = "MESH", requires_all = ["stock", "machine", "tool"], conflicts_with_all = ["job", "setup"])]
+    part: Option<PathBuf>,
+    /// Material before the program: box (the smallest around the part), offset:MM (so much on the part), or a mesh
+    #[arg(long, value_name = "MESH|box|offset:MM", value_parser = stock, requires = "part")]
+    stock: Option<StandStock>,
+    /// Machine file
+    #[arg(long, value_name = "FILE", requires = "part")]
+    machine: Option<PathBuf>,
+    /// Tool file
+    #[arg(long, value_name = "FILE", requires = "part")]
+    tool: Option<PathBuf>,
+    /// Mesh that nothing may touch, such as a clamp; several can be given
+    #[arg(long, value_name = "MESH", requires = "part")]
+    fixture: Vec<PathBuf>,
+    /// Unit of all meshes: metre, centimetre, millimetre, inch; metre for glTF and millimetre for others where it is not given
+    #[arg(long, value_name = "UNIT", value_parser = unit, requires = "part")]
+    mesh_unit: Option<UnitFile>,
+    /// Up axis of all meshes: x, y, z; y for glTF and z for others where it is not given
+    #[arg(long, value_name = "AXIS", value_parser = up_axis, requires = "part")]
+    mesh_up: Option<UpAxisFile>,
+    /// Where the workpiece frame is on the machine's table, mm; 0,0,0 where it is not given
+    #[arg(long, value_name = "X,Y,Z", value_parser = place, allow_hyphen_values = true, requires = "part")]
+    mount: Option<[f64; 3]>,
+    /// Machine positions of X, Y and Z where the program's words are 0, mm; 0,0,0 where it is not given
+    #[arg(long, value_name = "X,Y,Z", value_parser = place, allow_hyphen_values = true, requires = "part")]
+    work_offset: Option<[f64; 3]>,
+    /// Register that holds the work offset; G54 where it is not given
+    #[arg(long, value_name = "NAME", requires = "part")]
+    work_register: Option<String>,
+    /// Register that holds the tool's length (H); the tool file's where it is not given
+    #[arg(long, value_name = "N", requires = "part")]
+    length_register: Option<u32>,
+}
+
+impl StandArguments {
+    /// The job that they stand for, for a program of this control; `None` where no part is named.
+    ///
+    /// # Errors
+    /// As [`Job::of_stand`].
+    pub(crate) fn job(&self, dialect: Dialect) -> Result<Option<Job>, Failure> {
+        // clap has seen to it that all four are there where one is.
+        let (Some(part), Some(stock), Some(machine), Some(tool)) = (&self.part, &self.stock, &self.machine, &self.tool)
+        else {
+            return Ok(None);
+        };
+        let stand = Stand {
+            part: part.clone(),
+            fixtures: self.fixture.clone(),
+            unit: self.mesh_unit,
+            up_axis: self.mesh_up,
+            stock: stock.clone(),
+            machine: machine.clone(),
+            tool: tool.clone(),
+            length_register: self.length_register,
+            dialect,
+            mount: self.mount.unwrap_or_default(),
+            work_offset: self.work_offset.unwrap_or_default(),
+            register: self.work_register.clone().unwrap_or_else(|| "G54".to_owned()),
+        };
+        Job::of_stand(&stand).map(Some)
+    }
+}
+
+fn stock(text: &str) -> Result<StandStock, String> {
+    if text == "box" {
+        return Ok(StandStock::Box);
+    }
+    let Some(allowance) = text.strip_prefix("offset:") else { return Ok(StandStock::Mesh(PathBuf::from(text))) };
+    match allowance.parse::<f64>() {
+        Ok(mm) if mm >= 0.0 && mm.is_finite() => Ok(StandStock::Offset(mm)),
+        _ => Err("behind offset: there must be a thickness in mm of at least 0, as in offset:2.5".to_owned()),
+    }
+}
+
+/// A place from three numbers, mm.
+fn place(text: &str) -> Result<[f64; 3], String> {
+    let numbers: Result<Vec<f64>, _> = text.split(',').map(|part| part.trim().parse::<f64>()).collect();
+    match numbers.as_deref() {
+        Ok(&[x, y, z]) if [x, y, z].iter().all(|v| v.is_finite()) => Ok([x, y, z]),
+        _ => Err("must be three numbers in mm with commas between, X,Y,Z".to_owned()),
+    }
+}
+
+fn unit(text: &str) -> Result<UnitFile, String> {
+    match text {
+        "metre" => Ok(UnitFile::Metre),
+        "centimetre" => Ok(UnitFile::Centimetre),
+        "millimetre" => Ok(UnitFile::Millimetre),
+        "inch" => Ok(UnitFile::Inch),
+        _ => Err("must be metre, centimetre, millimetre or inch".to_owned()),
+    }
+}
+
+fn up_axis(text: &str) -> Result<UpAxisFile, String> {
+    match text {
+        "x" => Ok(UpAxisFile::X),
+        "y" => Ok(UpAxisFile::Y),
+        "z" => Ok(UpAxisFile::Z),
+        _ => Err("must be x, y or z".to_owned()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn stock_is_a_box_a_thickness_or_a_file() {
+        assert_eq!(stock("box"), Ok(StandStock::Box));
+        assert_eq!(stock("offset:2.5"), Ok(StandStock::Offset(2.5)));
+        assert_eq!(stock("cast.stl"), Ok(StandStock::Mesh("cast.stl".into())));
+        for wrong in ["offset:", "offset:-1", "offset:nan", "offset:2mm"] {
+            assert!(stock(wrong).is_err_and(|why| why.contains("offset:2.5")), "{wrong}");
+        }
+        assert_eq!(place("1, -2,3.5"), Ok([1.0, -2.0, 3.5]));
+        assert!(["1,2", "1,2,3,4", "1,2,inf", "a,b,c"].iter().all(|text| place(text).is_err()));
+    }
+}

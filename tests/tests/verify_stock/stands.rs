@@ -1,0 +1,99 @@
+//! Part, stock, machine and tool named one by one mean what the same files mean in a job.
+
+use std::path::Path;
+
+use facemill::nc_program::Dialect;
+use facemill::{
+    CutRequest, Job, STAND_GOUGE_LIMIT, SilentStages, Stand, StandStock, StockRegion, VerificationFile, VerifyRequest,
+    verify_program,
+};
+use facemill_tests::jobs::JobFolder;
+use serde_json::json;
+
+use super::{ALLOWANCE, TABLE, plate, program};
+
+fn stand(job: &JobFolder) -> Stand {
+    Stand {
+        part: job.path("plate.obj"),
+        fixtures: Vec::new(),
+        unit: None,
+        up_axis: None,
+        stock: StandStock::Offset(ALLOWANCE),
+        machine: job.path("machine.json"),
+        tool: job.path("tool.json"),
+        length_register: None,
+        dialect: Dialect::Fanuc,
+        mount: [0.0, 0.0, TABLE],
+        work_offset: [0.0; 3],
+        register: "G54".to_owned(),
+    }
+}
+
+fn run(job: &Job, text: &str) -> VerificationFile {
+    let cut = CutRequest { cell: 1.0, tolerance: 0.01, region: StockRegion::Whole, rest: None, deviation: None };
+    let request = VerifyRequest {
+        program: Path::new("program.nc"),
+        dialect: Dialect::Fanuc,
+        setup: 0,
+        gouge_limit: Some(STAND_GOUGE_LIMIT),
+        certificates: false,
+        cut: Some(cut),
+    };
+    verify_program(job, text.as_bytes(), &request, &SilentStages).unwrap_or_else(|e| panic!("{e}")).file
+}
+
+#[test]
+fn a_program_has_the_same_findings_by_a_job_and_by_its_files() {
+    let job = plate();
+    // Paths of a job are beside it; those of a stand are the caller's.
+    let file = job.path("plate.obj").display().to_string();
+    job.set("job.json", &[("/setups/0/meshes", json!([{ "file": file, "role": "drive" }]))]);
+    // Too deep in one place, and beyond the stock at rapid rate in another.
+    let text = program(1, 0.15).replace("F2000.", "F1000.").replace("M30", "G0 X-30. Y0. Z-180.\nM30");
+    let by_job = run(&Job::read(&job.job()).unwrap(), &text);
+    let findings = |found: &VerificationFile| serde_json::to_value(&found.verification.findings).unwrap();
+    let all = findings(&by_job);
+    let kinds: Vec<&str> = all.as_array().unwrap().iter().filter_map(|f| f["kind"].as_str()).collect();
+    assert!(kinds.contains(&"gouge") && kinds.len() > 1, "{kinds:?}");
+
+    let by_files = run(&Job::of_stand(&stand(&job)).unwrap(), &text);
+    assert_eq!(findings(&by_files), all);
+    let stock = |found: &VerificationFile| serde_json::to_value(&found.stock).unwrap();
+    assert_eq!(stock(&by_files), stock(&by_job));
+
+    // What is said otherwise is found otherwise.
+    let other = |change: &dyn Fn(&mut Stand)| {
+        let mut stand = stand(&job);
+        change(&mut stand);
+        run(&Job::of_stand(&stand).unwrap(), &text)
+    };
+    assert_ne!(findings(&other(&|s| s.length_register = Some(7))), all);
+    assert_ne!(findings(&other(&|s| s.register = "G55".to_owned())), all);
+    assert_ne!(findings(&other(&|s| s.work_offset = [0.0, 0.0, -1.0])), all);
+    assert_ne!(findings(&other(&|s| s.mount = [0.0, 0.0, TABLE + 1.0])), all);
+    // The box is the plate of 30 x 30 x 6 mm itself.
+    let boxed = other(&|s| s.stock = StandStock::Box).stock.unwrap();
+    assert!((boxed.before_mm3 - 5400.0).abs() < 1e-6 * 5400.0, "{boxed:?}");
+    let meshed = other(&|s| s.stock = StandStock::Mesh(s.part.clone())).stock.unwrap();
+    assert!((meshed.before_mm3 - 5400.0).abs() < 1e-6 * 5400.0, "{meshed:?}");
+}
+
+#[test]
+fn what_is_wrong_with_a_stand_is_named() {
+    let job = plate();
+    let refused = |change: &dyn Fn(&mut Stand)| {
+        let mut stand = stand(&job);
+        change(&mut stand);
+        Job::of_stand(&stand).err().expect("it is wrong").to_string()
+    };
+    let missing = refused(&|s| s.machine = "missing.json".into());
+    assert!(missing.contains("cannot read missing.json"), "{missing}");
+    let register = refused(&|s| s.length_register = Some(0));
+    assert!(register.contains("tool.json") && register.contains("length_register"), "{register}");
+    let thin = refused(&|s| s.stock = StandStock::Offset(-1.0));
+    assert!(thin.contains("stock.offset.allowance_mm"), "{thin}");
+    let far = refused(&|s| s.mount = [f64::INFINITY, 0.0, 0.0]);
+    assert!(far.contains("mount") && far.contains("finite"), "{far}");
+    let high = refused(&|s| s.mount = [0.0, 0.0, 1e7]);
+    assert!(high.contains("table_from_work.translation_mm"), "{high}");
+}
