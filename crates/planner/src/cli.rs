@@ -80,7 +80,7 @@ enum Command {
     /// Gives an existing program new feeds: its tip moves at the programmed speed. All but F words is kept byte for byte
     Feedrate(FeedrateArguments),
     /// Runs a program from anywhere on the virtual machine as a job's setup stands, and says what it would do
-    Verify(VerifyArguments),
+    Verify(Box<VerifyArguments>),
     /// Gives an existing program faster links: each the fastest way that is free of stock, part, fixtures and machine
     Rapids(RapidsArguments),
     /// Says how short the lengths of the tool assembly may be for an existing program, and which block forces each
