@@ -98,7 +98,7 @@ pub struct VerificationFile {
 /// How the program was made does not matter; the operations of the job only say how deep the cutter may go. What it
 /// guarantees is what [`verify`] does: positions are tested exactly, and between them nothing is worse by more than it tells;
 /// certificates prove it with the control's tolerance.
-/// Where the stock is cut, what [`run_stock`] guarantees holds, too.
+/// Where the stock is cut, what [`run_stock`](facemill_virtual_machine::run_stock) guarantees holds, too.
 ///
 /// # Errors
 /// When a file of the job is wrong, the setup does not exist, the program is not understood (line, column and text), or the
@@ -345,7 +345,7 @@ impl Run<'_> {
 
 /// The largest removal rate of a setup's operations, where each has one. Entries and exits are not slowed down for it, so that
 /// up to their speed any rate is allowed.
-fn removal_of(job: &Job, setup: &SetupFile) -> Option<RemovalLimit> {
+pub(crate) fn removal_of(job: &Job, setup: &SetupFile) -> Option<RemovalLimit> {
     let of = |o: &OperationFile| {
         let removal = o.feeds.removal_rate.as_ref()?;
         let slowest = removal.min_mm_min.max(o.feeds.approach_mm_min);
