@@ -25,6 +25,7 @@ use crate::program_spec::program_spec;
 use crate::report::{CERTIFICATES_FORMAT, CertificatesFile};
 use crate::timing::{TimedText, Written, time_program, time_text};
 use crate::tip_feed::programmed_feed;
+use crate::verify_program::removal_of;
 use crate::verify_stock::{CutDone, CutRequest, Stand, cut_stock};
 use crate::{Failure, Stages};
 

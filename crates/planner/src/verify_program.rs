@@ -6,8 +6,8 @@ use std::path::Path;
 use facemill_inverse_kinematics::Machine;
 use facemill_nc_program::{Compensation, Dialect, ReadProgram, WordMap, read_program};
 use facemill_virtual_machine::{
-    Assumption, BlockCut, Certificates, RemovalLimit, Verification, VerifySettings, VirtualSetup, assumptions,
-    certify, place_findings, verify,
+    Assumption, BlockCut, Certificates, RemovalLimit, Verification, VerifySettings, VirtualSetup, assumptions, certify,
+    place_findings, verify,
 };
 use facemill_z_map::DexelMap;
 use nalgebra::Isometry3;
