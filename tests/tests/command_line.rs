@@ -45,6 +45,7 @@ fn crowded() -> JobFolder {
         &[
             ("/operations/0/tolerances/max_step_mm", json!(6.0)),
             ("/operations/0/search/mode", json!("smallest")),
+            ("/verification/cut_stock", json!(false)),
             ("/operations/0/path/strategy/strategy/cylindrical_sections/from_radius_mm", json!(60.0)),
             ("/operations/0/path/strategy/strategy/cylindrical_sections/to_radius_mm", json!(100.0)),
         ],

@@ -105,7 +105,7 @@ fn picture(tool: &ToolAssembly, found: &ClearLengths) -> String {
     let mut figure = Figure::new(760.0, 600.0, "Lengths of a tool assembly past two walls");
     figure.scale = [2.2, 2.2];
     for (k, (title, tool)) in [("as it is", tool), ("as short as it clears", &found.tool)].into_iter().enumerate() {
-        figure.origin = [170.0 + 370.0 * k as f64, 570.0];
+        figure.origin = [190.0 + 370.0 * k as f64, 570.0];
         for [low, high] in WALLS {
             figure.area(&rectangle([low[0], high[0]], [low[1], high[1]]), WALL);
         }
@@ -129,10 +129,11 @@ fn picture(tool: &ToolAssembly, found: &ClearLengths) -> String {
 /// Lines to the left of the tool with the lengths on them.
 fn dimensions(figure: &mut Figure, lengths: &[f64; 4], color: &str) {
     for (k, length) in lengths.iter().enumerate() {
-        let x = -34.0 - 6.0 * k as f64;
+        // The longest is next to the tool, so that no line crosses the text of another.
+        let x = -52.0 + 6.0 * k as f64;
         figure.arrow([x, TIP], [x, TIP + length], color);
         figure.curve(&[[x, TIP + length], [0.0, TIP + length]], color, 0.5, "2 2");
-        figure.text([x, TIP + length], [-22.0, -5.0], color, &format!("L{} {length:.1}", k + 1));
+        figure.text([x, TIP + length], [-64.0, 4.0], color, &format!("L{} {length:.1}", k + 1));
     }
 }
 
