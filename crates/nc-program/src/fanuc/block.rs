@@ -48,6 +48,7 @@ pub(super) fn interpret(
     };
     reading.modal.position.start_block();
     reading.g_words()?;
+    reading.cancelled_axes();
     reading.spindle_number()?;
     reading.m_words()?;
     reading.compensation_register()?;

@@ -1,7 +1,7 @@
 //! G codes that the relatives of FANUC have besides FANUC's own, or understand in their own way.
 
 use super::{
-    block::{AxisRole, BlockReading},
+    block::{AxisRole, BlockReading, axis_of},
     lexer::Word,
     variant::Variant,
 };
@@ -46,8 +46,10 @@ impl BlockReading<'_> {
                 self.keep_cycle(word);
             }
             1870 => self.keep_mode(word),
-            // Mirror off, look-ahead limit, axes to a screen.
-            1000 | 1020 | 1030 => self.has_parameters = true,
+            // Look-ahead limit.
+            1030 => self.has_parameters = true,
+            // Axes whose mirror is switched off, axes to a screen: their words are no targets.
+            1000 | 1020 => (self.role, self.has_parameters) = (AxisRole::Data, true),
             1100..=1290 if code.is_multiple_of(10) => self.set_offset(WorkOffset::new(code / 10 - 103)),
             1540 => self.additional_offset(word)?,
             1360 | 2540 | 2550 | 2690 => self.set_role(AxisRole::Data, MacroKind::Setting),
@@ -97,6 +99,26 @@ impl BlockReading<'_> {
             _ => return Ok(false),
         }
         Ok(true)
+    }
+
+    /// What axis words are beside a word that switches a mirror, a scale or a turn off. Those of G50.1 name the axes whose
+    /// mirror ends. G50, G50.2, G69 and G69.5 have none of their own: beside a word that moves they are its targets; else,
+    /// and where G50.1 stands beside a motion, whose they are is not told and the block is kept as it stands.
+    pub(super) fn cancelled_axes(&mut self) {
+        let tenths = |w: &Word| (w.value * 10.0).round() as u16;
+        let has = |wanted: fn(u16) -> bool| self.line.words.iter().any(|w| w.letter == b'G' && wanted(tenths(w)));
+        let ends_mirror = has(|code| code == 501);
+        let ends_frame = has(|code| matches!(code, 500 | 502 | 690 | 695));
+        let moves = self.role != AxisRole::Target || has(|code| matches!(code, 0 | 10 | 20 | 30 | 730..=890));
+        let has_axes = self.line.words.iter().any(|w| axis_of(w).is_some());
+        if self.role == AxisRole::Data || !has_axes {
+            return;
+        }
+        if ends_mirror && !moves && !ends_frame {
+            self.role = AxisRole::Data;
+        } else if ends_mirror || ends_frame && !moves {
+            self.set_role(AxisRole::Data, MacroKind::Setting);
+        }
     }
 
     /// A cycle that runs here with the words of the block: where it ends is not told.

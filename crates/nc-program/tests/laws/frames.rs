@@ -19,7 +19,7 @@ fn behind(dialect: Dialect, lines: &str) -> (bool, bool) {
     (is_set, motion.position.get(AxisLetter::X).is_some())
 }
 
-const SET: [(Dialect, &str); 33] = [
+const SET: [(Dialect, &str); 40] = [
     (Dialect::Fanuc, "G52 X10."),
     (Dialect::Fanuc, "G52 X0. Y1."),
     (Dialect::Fanuc, "G52 X#500"),
@@ -31,6 +31,13 @@ const SET: [(Dialect, &str); 33] = [
     (Dialect::Fanuc, "G54.2 P#500"),
     (Dialect::Fanuc, "G54.2 P0 X1."),
     (Dialect::Fanuc, "G54.2 P0 G52 X10."),
+    (Dialect::Fanuc, "G50 X10."),
+    (Dialect::Fanuc, "G69 X10. Y1."),
+    (Dialect::Fanuc, "G0 G50.1 X10."),
+    (Dialect::Fanuc, "G28 G50.1 X0."),
+    (Dialect::Fanuc, "G69 G50.1 X0."),
+    (Dialect::Mazak, "G69.5 X10."),
+    (Dialect::LinuxCnc, "G69 X10"),
     (Dialect::Mazak, "G54.4 P1"),
     (Dialect::Haas, "G52 Y3."),
     (Dialect::Mazak, "G52 Z-3."),
@@ -96,6 +103,29 @@ fn what_sets_a_frame_is_told_and_forgets_the_words() {
 fn what_switches_a_frame_off_is_silent_and_changes_nothing_where_none_was_set() {
     for (dialect, lines) in OFF {
         assert_eq!(behind(dialect, lines), (false, true), "{}: {lines}", dialect.name());
+    }
+}
+
+/// Axis words that name what is switched off, or are shown, move nothing, and those of a motion beside the same words do.
+#[test]
+fn axes_whose_mirror_ends_do_not_move() {
+    for (dialect, line, x) in [
+        (Dialect::Fanuc, "G50.1 X0. Y0.", 5.0),
+        (Dialect::Haas, "N5 G50.1 X0.", 5.0),
+        (Dialect::Mazak, "G50.1 X0. Y0. Z0.", 5.0),
+        (Dialect::Haas, "G100 X0. Y0.", 5.0),
+        (Dialect::Haas, "G102 X0. Y0.", 5.0),
+        (Dialect::Fanuc, "G0 G40 G50 G69 G90 X0. Y0.", 0.0),
+        (Dialect::Haas, "G69 G1 F9. X7.", 7.0),
+        (Dialect::Fanuc, "G69 G53 X3.", 3.0),
+    ] {
+        let text = format!("G90 G0 X5. Y1.\n{line}\nG0 Z2.\n");
+        let program = read_program(&text, dialect).unwrap_or_else(|e| panic!("{e}"));
+        let moved = if x == 5.0 { 2 } else { 3 };
+        assert_eq!(program.motions().count(), moved, "{}: {line}", dialect.name());
+        let (_, last) = program.motions().last().unwrap();
+        let at = last.position.get(AxisLetter::X);
+        assert!(at == Some(AxisAt::Word(x)) || at == Some(AxisAt::Machine(x)), "{}: {line}: {at:?}", dialect.name());
     }
 }
 
