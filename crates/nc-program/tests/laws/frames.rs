@@ -19,7 +19,7 @@ fn behind(dialect: Dialect, lines: &str) -> (bool, bool) {
     (is_set, motion.position.get(AxisLetter::X).is_some())
 }
 
-const SET: [(Dialect, &str); 40] = [
+const SET: [(Dialect, &str); 45] = [
     (Dialect::Fanuc, "G52 X10."),
     (Dialect::Fanuc, "G52 X0. Y1."),
     (Dialect::Fanuc, "G52 X#500"),
@@ -53,6 +53,11 @@ const SET: [(Dialect, &str); 40] = [
     (Dialect::Siemens840d, "MIRROR X0"),
     (Dialect::Siemens840d, "SCALE X2 Y2"),
     (Dialect::Siemens840d, "TOFRAME"),
+    (Dialect::Heidenhain, "CYCL DEF 7.0 DATUM SHIFT X+5"),
+    (Dialect::Heidenhain, "CYCL DEF 7.0 NULLPUNKT X +5"),
+    (Dialect::Heidenhain, "CYCL DEF 8.0 MIRROR IMAGE X"),
+    (Dialect::Heidenhain, "CYCL DEF 10.0 ROT+5"),
+    (Dialect::Heidenhain, "CYCL DEF 7.0 #3"),
     (Dialect::Heidenhain, "CYCL DEF 7.0 DATUM SHIFT\nCYCL DEF 7.1 X+10"),
     (Dialect::Heidenhain, "CYCL DEF 7.0 DATUM SHIFT\nCYCL DEF 7.1 #3"),
     (Dialect::Heidenhain, "CYCL DEF 8.0 MIRROR IMAGE\nCYCL DEF 8.1 X"),

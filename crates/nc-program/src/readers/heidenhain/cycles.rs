@@ -60,7 +60,7 @@ enum FrameStep {
 /// without axes. A tilt is never off here.
 fn frame_step(number: u32, arguments: &str) -> FrameStep {
     let (step, words) = arguments.split_once(' ').unwrap_or((arguments, ""));
-    if step == ".0" && number != 19 {
+    if step == ".0" && number != 19 && is_title(words) {
         return FrameStep::Title;
     }
     let text: String = words.split_whitespace().collect();
@@ -76,6 +76,14 @@ fn frame_step(number: u32, arguments: &str) -> FrameStep {
         _ => false,
     };
     if is_off { FrameStep::Off } else { FrameStep::On }
+}
+
+/// Whether what stands behind `.0` is a name alone: letters, as `AXIS-SPEC. SCALING` has them, no single one that would be an
+/// axis, and no number or parameter.
+fn is_title(words: &str) -> bool {
+    let is_name =
+        |word: &str| word.len() > 1 && word.bytes().all(|b| b.is_ascii_alphabetic() || matches!(b, b'-' | b'.'));
+    words.split_whitespace().all(is_name)
 }
 
 /// Names and numbers of a text without blanks (`X+0Y+0`); `None` where it is anything else.
