@@ -225,6 +225,11 @@ fn programs_that_cannot_be_trusted_are_refused_by_line() {
         ("FGROUP(X,Y,Z,B,C)\nG1 X1 F100\n", "FGREF"),
         ("G1 B5 F100\n", "rotary axes alone"),
         ("OVR=50\nG1 X1 F100\n", "changes feeds"),
+        ("FB=50\nG1 X1 F100\n", "line 4: FB=50 changes feeds"),
+        ("FZ=0.1\nG1 X1 F100\n", "changes feeds"),
+        ("LIMS=500\nG1 X1 F100\n", "the spindle's speed"),
+        ("OFFN=2\nG1 X1 F100\n", "OFFN=2"),
+        ("FXS[X]=1\nG1 X1 F100\n", "FXS[X]=1"),
         ("G70\nG1 X1 F100\n", "inches"),
     ] {
         let why = refused(&machine, Dialect::Siemens840d, &format!("{siemens}{rest}M30\n"));

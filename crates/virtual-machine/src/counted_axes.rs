@@ -43,8 +43,10 @@ impl CountedAxes {
             } else if let Some((axis, value)) = plain.strip_prefix("FGREF[").and_then(|rest| rest.split_once("]=")) {
                 let value = value.parse().map_err(|_| format!("{text}: its radius is not known"))?;
                 self.radii.insert(axis.to_owned(), value);
-            } else if ["OVR", "FCUB", "FLIN", "FPO", "FA["].iter().any(|word| plain.starts_with(word)) {
-                return Err(format!("{text} changes feeds; new ones would not be what they say"));
+            } else if changes_feeds(&plain) {
+                let what =
+                    "changes feeds, or the spindle's speed that they belong to; new ones would not be what they say";
+                return Err(format!("{text} {what}"));
             }
         }
         Ok(())
@@ -112,6 +114,35 @@ impl CountedAxes {
             )),
         }
     }
+}
+
+/// Whether a word of a Siemens control (upper case, no blanks) changes how fast a block goes at its F: overrides (OVR, OVRA,
+/// OVRRAP), feeds of one block (FB), tooth (FZ), hand wheel (FD), cutting speed (SVC), axis (FA, FMA, FL), corner (FRC, FRCM) or
+/// turn (FPR, FPRAON), and feeds that change along the path (FLIN, FCUB, FPO); LIMS lowers the spindle, whose speed F belongs to.
+fn changes_feeds(plain: &str) -> bool {
+    let name = plain.split(|c: char| !c.is_ascii_alphanumeric()).next().unwrap_or(plain);
+    matches!(
+        name,
+        "OVR"
+            | "OVRA"
+            | "OVRRAP"
+            | "FA"
+            | "FAD"
+            | "FB"
+            | "FCUB"
+            | "FD"
+            | "FL"
+            | "FLIN"
+            | "FMA"
+            | "FPO"
+            | "FPR"
+            | "FPRAON"
+            | "FRC"
+            | "FRCM"
+            | "FZ"
+            | "LIMS"
+            | "SVC"
+    )
 }
 
 /// Euclidean norm over all axes, mm and deg (FEED (1)).

@@ -327,8 +327,10 @@ fn blocks_take_the_time_of_the_axes_that_the_control_counts() {
         assert!((found.cutting_time_s - way).abs() < 1e-9, "{dialect:?} {group}: {} s", found.cutting_time_s);
         assert_eq!(found.findings, [], "{dialect:?} {group}");
     }
-    let not_known = [all("X,Y,Z,C"), "FGROUP(X,Y,Z,B,C)\n".to_owned(), "OVR=50\n".to_owned()];
-    for group in not_known {
+    let words =
+        ["OVR=50", "OVRRAP=50", "FB=50", "FD=1", "FZ=0.1", "SVC=90", "LIMS=500", "FMA[2,X]=5", "FRC=3", "FRCM=3"];
+    let words = words.map(|word| format!("{word}\n"));
+    for group in [all("X,Y,Z,C"), "FGROUP(X,Y,Z,B,C)\n".to_owned()].into_iter().chain(words) {
         let found = run(Dialect::Siemens840d, &group, "");
         let told = found.findings.iter().filter(|f| f.kind == FindingKind::NoFeed && !f.note.is_empty()).count();
         assert!(told == 1 && found.faults().count() > 0, "{group}: {:?}", found.findings);

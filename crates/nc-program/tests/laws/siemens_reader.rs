@@ -158,6 +158,34 @@ fn variables_are_evaluated_until_a_branch_or_a_call() {
     assert!(!read("G0 X=R1").is_evaluated());
 }
 
+/// Words of the control are no variables: those of feeds are kept as they stand, what is not followed is told, and names
+/// that the control does not have stay variables.
+#[test]
+fn words_of_the_control_are_no_variables() {
+    use MacroKind::{Assignment, Setting};
+    for word in
+        ["FB=50", "FD=1", "FZ=0.1", "SVC=90", "SVC[2]=90", "LIMS=500", "FMA[2,X]=5", "FRC=3", "FRCM=3", "OVRRAP=5"]
+    {
+        let text = format!("G1 X1 F5\nX2 {word}");
+        let last = read(&text).blocks.pop().unwrap();
+        assert_eq!(last.commands, [ReadCommand::Mode(word.to_owned())], "{word}");
+        assert_eq!(last.motion.map(|m| at(&m, "X")), Some(crate::kit::word(2.0)), "{word}");
+    }
+    for word in
+        ["OFFN=2", "FXS[X]=1", "FXST[X]=20", "STAT=1", "TU=2", "CUTMOD=1", "POLF[Z]=9", "SPP=2", "DISR=3", "fxs[x]=1"]
+    {
+        let text = format!("G0 X1 Y1\n{word}\nG0 Y2");
+        assert_eq!(kinds(&text), [Setting], "{word}");
+        assert_eq!(motions(&text).last().map(|m| at(m, "X")), Some(None), "{word}");
+        assert!(!read(&text).is_evaluated(), "{word}");
+    }
+    for word in ["R1=5", "_FB=5", "FBX=5", "LIMS_MAX=5", "OFFN_1=5", "TOUCH=5"] {
+        let text = format!("G0 X1 Y1\n{word}\nG0 Y2");
+        assert_eq!(kinds(&text), [Assignment], "{word}");
+        assert_eq!(motions(&text).last().map(|m| at(m, "X")), Some(crate::kit::word(1.0)), "{word}");
+    }
+}
+
 #[test]
 fn what_is_not_understood_is_refused_with_its_place() {
     for (text, expected) in [

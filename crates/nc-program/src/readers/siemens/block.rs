@@ -102,6 +102,7 @@ impl BlockReading<'_> {
             match names::meaning(&name) {
                 Some(meaning) => self.name(k, &item, meaning)?,
                 None if matches!(item.value, Value::None | Value::Arguments(_)) => self.call(&item, &name)?,
+                None if names::is_not_followed(&name) => self.setting(self.role),
                 None => return Err(self.fault(&item, ReadFault::UnknownWord)),
             }
         }

@@ -186,6 +186,7 @@ pub(super) fn is_assignment(item: &Item, code: &[u8]) -> bool {
     let text = str::from_utf8(name).unwrap_or_default();
     // Names begin with two letters, so that no address is one.
     let is_long = name.get(1).is_some_and(|b| b.is_ascii_alphabetic() || matches!(b, b'_' | b'$')) || name[0] == b'$';
-    let is_word = item.letter == 0 && is_long && names::meaning(text).is_none() && text.parse::<AxisLetter>().is_err();
+    let is_of_control = names::meaning(text).is_some() || names::is_not_followed(text);
+    let is_word = item.letter == 0 && is_long && !is_of_control && text.parse::<AxisLetter>().is_err();
     has_value && name.len() > 1 && (is_r && item.value_start > item.name.end || is_field || is_word)
 }
