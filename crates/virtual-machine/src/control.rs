@@ -7,7 +7,7 @@ use facemill_nc_program::{
 };
 use facemill_tool_model::SpindleRotation;
 
-use crate::{FindingKind, VirtualSetup, moves::TextFault, tool_vectors::not_unit};
+use crate::{FindingKind, VirtualSetup, counted_axes::is_of_feeds, moves::TextFault, tool_vectors::not_unit};
 
 /// What a program has set so far, and what is wrong with it.
 pub(crate) struct Control<'a> {
@@ -182,6 +182,7 @@ impl<'a> Control<'a> {
             ReadCommand::SpindleOff | ReadCommand::ToolChange | ReadCommand::Function(ORIENTATION) => {
                 spindle.turns = None;
             }
+            ReadCommand::Function(code) if is_of_feeds(self.dialect, *code) => {}
             ReadCommand::Function(code) => {
                 let note = format!("M{code} is the machine builder's: what it does is not simulated");
                 self.last(FindingKind::UnknownFunction, index, note);

@@ -30,10 +30,10 @@ impl CountedAxes {
             return Err("M428 switches the kinematics, and words are no longer those of the axes".to_owned());
         }
         for command in &block.commands {
-            if let ReadCommand::Function(code @ 430) = command
-                && dialect == Dialect::LinuxCnc
+            if let ReadCommand::Function(code) = command
+                && let Some(why) = changed_by(dialect, *code)
             {
-                return Err(format!("M{code} switches the kinematics, and words are no longer those of the axes"));
+                return Err(format!("M{code} {why}"));
             }
             let ReadCommand::Mode(text) = command else { continue };
             let plain: String = text.to_uppercase().split_whitespace().collect();
@@ -114,6 +114,27 @@ impl CountedAxes {
             )),
         }
     }
+}
+
+/// Why F is not followed behind an M function, where it changes what F counts or how fast a block goes at its F.
+fn changed_by(dialect: Dialect, code: u32) -> Option<&'static str> {
+    Some(match (dialect, code) {
+        (Dialect::LinuxCnc, 430) => "switches the kinematics, and words are no longer those of the axes",
+        (Dialect::Heidenhain, 103) => "lowers the feed of plunging; new feeds would not be what they say",
+        (Dialect::Heidenhain, 109 | 110) => {
+            "holds F at the cutting edge of arcs; feeds would not be what they say: M111 is how feeds are followed"
+        }
+        (Dialect::Heidenhain, 116) => {
+            "makes F of rotary axes mm/min; feeds would not be what they say: M117 is how feeds are followed"
+        }
+        _ => return None,
+    })
+}
+
+/// Whether an M function is the control's own and of feeds alone, so that it is no function of the machine's builder: those
+/// that [`CountedAxes`] tells of, and M111 and M117, which switch back.
+pub(crate) fn is_of_feeds(dialect: Dialect, code: u32) -> bool {
+    dialect == Dialect::Heidenhain && (changed_by(dialect, code).is_some() || matches!(code, 111 | 117))
 }
 
 /// Whether a word of a Siemens control (upper case, no blanks) changes how fast a block goes at its F: overrides (OVR, OVRA,

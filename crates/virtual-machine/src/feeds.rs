@@ -20,9 +20,10 @@ impl Feeds {
         Self { dialect, counted: CountedAxes::default(), changed: None, told: None }
     }
 
-    /// Takes note of what a block says of feeds. Functions that switch kinematics are told by others.
+    /// Takes note of what a block says of feeds. Functions that switch kinematics are told by others. What has changed feeds
+    /// once is not followed back.
     pub(crate) fn read(&mut self, block: &ReadBlock) {
-        if self.dialect == Dialect::Siemens840d
+        if matches!(self.dialect, Dialect::Siemens840d | Dialect::Heidenhain)
             && let Err(why) = self.counted.read(self.dialect, block)
         {
             self.changed = Some(why);

@@ -245,3 +245,30 @@ fn frames_are_told_where_they_are_set_and_nothing_where_they_are_off() {
         assert!(told.contains(&(FindingKind::UnknownBlock, line)), "{on}: {told:?}");
     }
 }
+
+/// M functions of Heidenhain that change what F gives are a fault at the next cut, and no function of the machine's builder;
+/// those that switch back are silent.
+#[test]
+fn functions_that_change_feeds_are_told_and_their_end_is_not() {
+    let found = |word: &str| -> Vec<(FindingKind, String)> {
+        let text = with(HEIDENHAIN, "8 M3\n", &format!("8 M3\n{word}"));
+        let shop = shop();
+        let program = read_program(&text, Dialect::Heidenhain).unwrap_or_else(|e| panic!("{e}\n{text}"));
+        let setup = VirtualSetup { length_register: shop.tool.number(), ..shop.setup() };
+        let v = verify(&program, &setup, &VerifySettings::default(), &Silent).unwrap();
+        v.findings.iter().map(|f| (f.kind, f.note.clone())).collect()
+    };
+    let kinds = |of: &[(FindingKind, String)], kind| of.iter().filter(|f| f.0 == kind).count();
+    let before = found("");
+    for silent in ["L M111\n", "L M117\n"] {
+        assert_eq!(found(silent), before, "{silent}");
+    }
+    for (word, code) in [("L M103 F0.5\n", "M103"), ("L M109\n", "M109"), ("L M110\n", "M110"), ("L M116\n", "M116")] {
+        let after = found(word);
+        let told = after.iter().filter(|f| f.0 == FindingKind::NoFeed && f.1.contains(code)).count();
+        assert_eq!(told, 1, "{word}: {after:?}");
+        assert_eq!(kinds(&after, FindingKind::UnknownFunction), kinds(&before, FindingKind::UnknownFunction), "{word}");
+    }
+    // Elsewhere these are the builder's.
+    assert_eq!(kinds(&found("L M88\n"), FindingKind::UnknownFunction), 1);
+}
