@@ -11,7 +11,7 @@ use serde::Serialize;
 use crate::Failure;
 use crate::follow::{FollowedCut, Follower, Surroundings, Way, legs};
 use crate::program::{letter, word_frame};
-use crate::refeed_checks::{Computed, Doubts, LAST_BITS, rounded_down};
+use crate::refeed_checks::{Computed, Doubts, LAST_BITS, check_vectors, rounded_down};
 use crate::refeed_law::{Law, Moves, RefeedLaw, RefeedLawTimes, blending, stands, timed};
 
 /// How fast the tip is to go.
@@ -253,6 +253,9 @@ impl<'s> Refeeder<'s> {
         let stands = stands(block);
         if stands {
             self.law.stop();
+        }
+        if let Some(motion) = &block.motion {
+            check_vectors(self.settings.dialect, motion).map_err(at_line)?;
         }
         let way = self.follower.block(block).map_err(at_line)?;
         let Some(motion) = &block.motion else {

@@ -1,6 +1,7 @@
 //! What of a program with F has to be looked at before it gets new ones, and how numbers of F are written.
 
-use facemill_nc_program::{Feed, FeedMode, MacroKind, NoteKind, ReadBlock, ReadCommand, ReadNote};
+use facemill_nc_program::{Dialect, Feed, FeedMode, MacroKind, NoteKind, ReadBlock, ReadCommand, ReadMotion, ReadNote};
+use facemill_virtual_machine::not_unit;
 
 use crate::follow::FollowedCut;
 
@@ -37,6 +38,13 @@ impl Doubts {
         for note in notes {
             match note.kind {
                 NoteKind::Branch => return Err(format!("line {}: {} {what}", note.line, note.text)),
+                NoteKind::NoDecimalPoint => {
+                    return Err(format!(
+                        "line {}: {} has a number without a decimal point, which controls may read as thousandths: \
+                         write 500. for 500",
+                        note.line, note.text
+                    ));
+                }
                 NoteKind::NotEvaluated if note.count > self.vectors => {
                     // The note tells the first line of all, which may be a vector's.
                     return Err(match self.first {
@@ -48,6 +56,19 @@ impl Doubts {
             }
         }
         Ok(())
+    }
+}
+
+/// Refuses vectors of a block that the control takes as they stand and that are not of length 1, as `verify` finds them: where
+/// they turn the axes, and so how far they go, is not known.
+///
+/// # Errors
+/// With which vector it is.
+pub(crate) fn check_vectors(dialect: Dialect, motion: &ReadMotion) -> Result<(), String> {
+    let tool = motion.tool.as_ref().filter(|_| dialect == Dialect::Heidenhain);
+    match tool.and_then(|tool| not_unit(tool).next()) {
+        Some(why) => Err(format!("its vector is not of length 1, {why}: write it with length 1")),
+        None => Ok(()),
     }
 }
 
@@ -129,7 +150,6 @@ pub(crate) const LAST_BITS: f64 = 1e-12;
 #[cfg(test)]
 mod tests {
     use facemill_inverse_kinematics::Machine;
-    use facemill_nc_program::Dialect;
 
     use super::*;
     use crate::refeed::{RefeedSettings, TipFeed, refeed};
@@ -164,6 +184,58 @@ mod tests {
             assert!(told.contains("line 3"), "{on}: {told}");
             if let Err(why) = run(off) {
                 panic!("{off}: {why}");
+            }
+        }
+    }
+
+    /// What F gives, how long a vector is, and what a number without a point is worth are refused with their line where they
+    /// are not what they seem; what is next to it is not.
+    #[test]
+    fn feeds_vectors_and_numbers_that_mean_something_else_are_refused_with_their_line() {
+        let machine = Machine::head_b_table_c().unwrap();
+        let run = |dialect: Dialect, line: &str| {
+            let head = match dialect {
+                Dialect::Heidenhain => "TOOL CALL 1 Z S100\nL X+0 Y+0 Z+100 B+0 C+0 R0 FMAX M128",
+                _ => "G90 G94\nG0 X0. Y0. Z100. B0. C0.",
+            };
+            let end = if dialect == Dialect::Heidenhain { "L X+20 F500" } else { "G1 X20. F500." };
+            let settings = RefeedSettings {
+                machine: &machine,
+                tool_length: 100.0,
+                tip_feed: TipFeed::Programmed,
+                work_offset: Vec::new(),
+                dialect,
+                time_law: None,
+            };
+            refeed(format!("{head}\n{line}\n{end}\n").as_bytes(), &settings).map(|_| ())
+        };
+        let vector = |z: f64| format!("LN X+5 Y+0 Z+100 NX+0 NY+0 NZ+1 TX+0 TY+0 TZ+{z} F500");
+        for (dialect, line, part) in [
+            (Dialect::Heidenhain, "L X+5 F500 M103 F0.5".to_owned(), "M103"),
+            (Dialect::Heidenhain, "L X+5 F500 M109".to_owned(), "M109"),
+            (Dialect::Heidenhain, "L X+5 F500 M110".to_owned(), "M110"),
+            (Dialect::Heidenhain, "L X+5 F500 M116".to_owned(), "M116"),
+            (Dialect::Heidenhain, vector(1.01), "length 1"),
+            (Dialect::Heidenhain, vector(0.998), "length 1"),
+            (Dialect::Fanuc, "G1 X10 F500.".to_owned(), "decimal point"),
+            (Dialect::Haas, "G1 X10. F500".to_owned(), "decimal point"),
+            (Dialect::Mazak, "G1 X10. B5 F500.".to_owned(), "decimal point"),
+        ] {
+            let told = run(dialect, &line).unwrap_err();
+            assert!(told.contains("line 3") && told.contains(part), "{line}: {told}");
+        }
+        // Within the rounding of programs it is refused for its pole alone.
+        let told = run(Dialect::Heidenhain, &vector(1.0005)).unwrap_err();
+        assert!(!told.contains("length 1"), "{told}");
+        for (dialect, line) in [
+            (Dialect::Heidenhain, "L X+5 F500 M111".to_owned()),
+            (Dialect::Heidenhain, "L X+5 F500 M117".to_owned()),
+            (Dialect::Fanuc, "G1 X10. B5. F500.".to_owned()),
+            (Dialect::Fanuc, "G4 P500".to_owned()),
+            (Dialect::LinuxCnc, "G1 X10 B5 F500".to_owned()),
+        ] {
+            if let Err(why) = run(dialect, &line) {
+                panic!("{line}: {why}");
             }
         }
     }

@@ -126,4 +126,5 @@ pub use links::{LinkHold, LinkSettings, LinkStage, ProgramLink, run_links};
 pub use setup::{GougeSection, ObstacleKind, RemovalLimit, VerifyError, VerifySettings, VirtualObstacle, VirtualSetup};
 pub use stock_cover::blocks_beyond;
 pub use stock_run::{BlockCut, StockRun, run_stock};
+pub use tool_vectors::not_unit;
 pub use verify::{place_findings, verify};
