@@ -7,19 +7,31 @@ use facemill_nc_program::Dialect;
 
 use crate::{Failure, REJECTED};
 
+pub use output_place::guard_inputs;
+use output_place::{folder_of, is_same_place, place_of};
+
+mod output_place;
+
 /// Reads a file that the user named.
 ///
 /// # Errors
 /// [`Failure::Read`].
 pub fn read(file: &Path) -> Result<Vec<u8>, Failure> {
-    std::fs::read(file).map_err(|source| Failure::Read { file: file.to_owned(), source })
+    read_beside(file).map_err(|source| Failure::Read { file: file.to_owned(), source })
+}
+
+/// Reads a file that another one names; it is an input as that one is.
+pub(crate) fn read_beside(file: &Path) -> std::io::Result<Vec<u8>> {
+    let bytes = std::fs::read(file)?;
+    output_place::note_input(file);
+    Ok(bytes)
 }
 
 /// Writes files into a folder, as [`write_each`] does; the folder is made where it is missing.
 ///
 /// # Errors
-/// [`Failure::Write`], naming the file; [`Failure::Internal`] when two files have one name, where case does not count, as
-/// it does not on some systems.
+/// As [`write_each`], and [`Failure::Internal`] when two files have one name, where case does not count, as it does not on
+/// some systems.
 pub fn write_all(folder: &Path, files: &[(String, Vec<u8>)]) -> Result<(), Failure> {
     for (k, (name, _)) in files.iter().enumerate() {
         if files[..k].iter().any(|(other, _)| other.eq_ignore_ascii_case(name)) {
@@ -33,18 +45,21 @@ pub fn write_all(folder: &Path, files: &[(String, Vec<u8>)]) -> Result<(), Failu
 
 /// Writes files that the user named, wherever they are, each to a temporary name beside it first; only when all are written
 /// are they renamed, so that an interruption leaves whole old files or whole new ones, and a file that cannot be written
-/// leaves all others as they were.
+/// leaves all others as they were. A symbolic link stays one: its target is written.
 ///
 /// # Errors
-/// [`Failure::Write`], naming the file; [`Failure::Input`] when a path names no file, or two are one and the same, where case
-/// does not count.
+/// [`Failure::Write`], naming the file; [`Failure::Input`] when a path names no file, or something else than a regular file
+/// (a device, a pipe), or an input ([`guard_inputs`]), or two are one and the same, where case does not count.
 pub fn write_each(files: &[(&Path, Vec<u8>)]) -> Result<(), Failure> {
-    for (k, (file, _)) in files.iter().enumerate() {
+    for (file, _) in files {
         if file.file_name().is_none() {
             return Err(Failure::input(file, "is no name of a file; give one to write to"));
         }
-        if files[..k].iter().any(|(other, _)| is_same_place(file, other)) {
-            return Err(Failure::input(file, "is named for two files; give each a name of its own"));
+    }
+    let places: Vec<PathBuf> = files.iter().map(|(file, _)| place_of(file)).collect::<Result<_, _>>()?;
+    for (k, place) in places.iter().enumerate() {
+        if places[..k].iter().any(|other| is_same_place(place, other)) {
+            return Err(Failure::input(files[k].0, "is named for two files; give each a name of its own"));
         }
     }
     for folder in files.iter().map(|(file, _)| folder_of(file)) {
@@ -62,39 +77,34 @@ pub fn write_one(file: &Path, bytes: Vec<u8>) -> Result<(), Failure> {
     write_each(&[(file, bytes)])
 }
 
-/// Writes files into folders that are there, all or none.
+/// Writes files into folders that are there, all or none. What is told of a fault names a file as it was named, not the
+/// temporary one or what a link leads to.
 fn put_in_place(files: &[(PathBuf, &[u8])]) -> Result<(), Failure> {
     let failed = |file: &Path| {
         let file = file.to_owned();
-        move |source: std::io::Error| Failure::Write { file, source }
+        move |source: std::io::Error| Failure::Write { file, source: without_temporary(source) }
     };
     let mut waiting = Vec::with_capacity(files.len());
     for (file, bytes) in files {
-        if file.is_dir() {
-            return Err(failed(file)(std::io::Error::from(std::io::ErrorKind::IsADirectory)));
-        }
-        let mut temporary = tempfile::NamedTempFile::new_in(folder_of(file)).map_err(failed(file))?;
+        let place = place_of(file)?;
+        let mut temporary = tempfile::NamedTempFile::new_in(folder_of(&place)).map_err(failed(file))?;
         temporary.write_all(bytes).map_err(failed(file))?;
         temporary.as_file().sync_all().map_err(failed(file))?;
-        waiting.push((file, temporary));
+        waiting.push((file, place, temporary));
     }
-    for (file, temporary) in waiting {
-        let written = temporary.persist(file).map_err(|e| failed(file)(e.error))?;
+    for (file, place, temporary) in waiting {
+        let written = temporary.persist(place).map_err(|e| failed(file)(e.error))?;
         make_readable(&written).map_err(failed(file))?;
     }
     Ok(())
 }
 
-/// Whether two paths are of one file, by their folders as the system knows them and their names without case.
-fn is_same_place(a: &Path, b: &Path) -> bool {
-    let folder = |file: &Path| folder_of(file).canonicalize().unwrap_or_else(|_| folder_of(file).to_owned());
-    let name = |file: &Path| file.file_name().map(|n| n.to_string_lossy().to_lowercase());
-    name(a) == name(b) && folder(a) == folder(b)
-}
-
-/// The folder that a file is in.
-fn folder_of(file: &Path) -> &Path {
-    file.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."))
+/// What the system said, without the path of the temporary file that `tempfile` puts behind it.
+fn without_temporary(said: std::io::Error) -> std::io::Error {
+    match said.to_string().rsplit_once(" at path ") {
+        Some((text, _)) => std::io::Error::new(said.kind(), text.to_owned()),
+        None => said,
+    }
 }
 
 /// Removes the programs that an earlier plan left in a folder and that the ones now written stand for: `program.nc` where
@@ -155,87 +165,4 @@ fn make_readable(_: &std::fs::File) -> std::io::Result<()> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn files_are_written_whole_and_replace_older_ones() {
-        let folder = tempfile::tempdir().unwrap();
-        let inner = folder.path().join("a/b");
-        write_all(&inner, &[("x.txt".into(), b"one".to_vec())]).unwrap();
-        write_all(&inner, &[("x.txt".into(), b"two".to_vec()), ("y.txt".into(), vec![])]).unwrap();
-        assert_eq!(std::fs::read(inner.join("x.txt")).unwrap(), b"two");
-        assert_eq!(std::fs::read_dir(&inner).unwrap().count(), 2);
-    }
-
-    #[test]
-    fn of_a_program_and_its_rejected_form_the_last_written_stays() {
-        let folder = tempfile::tempdir().unwrap();
-        let clean = vec![("program.nc".to_owned(), vec![1]), ("report.json".to_owned(), vec![1])];
-        let rejected = vec![("program.rejected.nc".to_owned(), vec![2]), ("report.json".to_owned(), vec![2])];
-        for (files, name) in [(&clean, "program.nc"), (&rejected, "program.rejected.nc"), (&clean, "program.nc")] {
-            write_all(folder.path(), files).unwrap();
-            remove_counterparts(folder.path(), files).unwrap();
-            assert_eq!(programs_in(folder.path()), [name]);
-            assert!(folder.path().join("report.json").exists());
-        }
-        assert!(programs_in(&folder.path().join("none")).is_empty());
-    }
-
-    #[test]
-    fn of_programs_for_several_controls_the_last_written_stays() {
-        let folder = tempfile::tempdir().unwrap();
-        let of = |names: &[&str]| names.iter().map(|n| ((*n).to_owned(), vec![1])).collect::<Vec<_>>();
-        let channels = ["program-channel-1.mpf", "program.apt", "program.nc"];
-        for names in [&["program.apt", "program.rejected.h"][..], &["program.apt", "program.ngc"], &channels] {
-            write_all(folder.path(), &of(names)).unwrap();
-            remove_counterparts(folder.path(), &of(names)).unwrap();
-            let programs: Vec<&str> = names.iter().copied().filter(|n| !n.ends_with(".apt")).collect();
-            assert_eq!(programs_in(folder.path()), programs);
-            assert!(folder.path().join("program.apt").exists());
-        }
-        let own = of(&["program.cnc"]);
-        write_all(folder.path(), &own).unwrap();
-        remove_counterparts(folder.path(), &own).unwrap();
-        assert_eq!(programs_in(folder.path()), ["program-channel-1.mpf", "program.cnc"]);
-    }
-
-    #[test]
-    fn two_files_of_one_name_are_refused_before_anything_is_written() {
-        let folder = tempfile::tempdir().unwrap();
-        let files = [("a.nc".to_owned(), vec![1]), ("A.nc".to_owned(), vec![2])];
-        assert!(write_all(folder.path(), &files).is_err());
-        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
-    }
-
-    #[test]
-    fn of_files_in_several_folders_all_are_written_or_none() {
-        let folder = tempfile::tempdir().unwrap();
-        let at = |name: &str| folder.path().join(name);
-        let (first, second, blocked) = (at("a/first.json"), at("b/second.stock"), at("c"));
-        std::fs::create_dir(&blocked).unwrap();
-        // A folder has the name of the last file.
-        let files = [(&first, b"1"), (&second, b"2"), (&blocked, b"3")].map(|(f, b)| (f.as_path(), b.to_vec()));
-        let why = write_each(&files).unwrap_err().to_string();
-        assert!(why.contains(blocked.to_str().unwrap()), "{why}");
-        assert!(!first.exists() && !second.exists());
-        for folder in ["a", "b", "c"] {
-            assert_eq!(std::fs::read_dir(at(folder)).unwrap().count(), 0, "{folder}");
-        }
-        write_each(&files[..2]).unwrap();
-        assert_eq!([&first, &second].map(|f| std::fs::read(f).unwrap()), [b"1", b"2"]);
-        // One place under two names.
-        let again = at("b/../a/FIRST.json");
-        let why = write_each(&[(&first, vec![3]), (&again, vec![4])]).unwrap_err().to_string();
-        assert!(why.contains("two files"), "{why}");
-        assert_eq!(std::fs::read(&first).unwrap(), b"1");
-        assert!(write_each(&[(Path::new(".."), vec![])]).is_err());
-    }
-
-    #[test]
-    fn a_folder_that_cannot_be_made_is_named() {
-        let file = tempfile::NamedTempFile::new().unwrap();
-        let e = write_all(&file.path().join("out"), &[]).unwrap_err();
-        assert!(e.to_string().contains("out"), "{e}");
-    }
-}
+mod laws;

@@ -507,9 +507,10 @@ pub fn read_mesh(path: &Path, unit: Option<UnitFile>, up: Option<UpAxisFile>) ->
     }
     let folder = path.parent().unwrap_or(Path::new("")).to_owned();
     let bytes = files::read(path)?;
-    let imported =
-        import_mesh(&path.display().to_string(), &bytes, format, &settings, &|name| std::fs::read(folder.join(name)))
-            .map_err(|e| Failure::input(path, e.fault))?;
+    let imported = import_mesh(&path.display().to_string(), &bytes, format, &settings, &|name| {
+        files::read_beside(&folder.join(name))
+    })
+    .map_err(|e| Failure::input(path, e.fault))?;
     let far = |p: &Point3<f64>| p.coords.amax() > FARTHEST;
     match imported.mesh.vertices().iter().position(far) {
         None => Ok(imported),
