@@ -82,6 +82,44 @@ impl<'a> Episode<'a> {
     }
 }
 
+/// What a finding says that is not of one S alone.
+const OTHERS: &str = "; other speeds up to the last line are not asked for either";
+
+/// The S in force of a spindle.
+struct InForce {
+    spindle: Option<u32>,
+    /// What is wrong with it.
+    finding: Option<Finding>,
+    has_cut: bool,
+    /// Index of the finding that the cut before it has, which another one goes on with.
+    open: Option<usize>,
+}
+
+impl InForce {
+    /// Tells what is wrong with it when it cuts first.
+    fn cut(&mut self, found: &mut Vec<Finding>) {
+        if std::mem::replace(&mut self.has_cut, true) {
+            return;
+        }
+        let Some(finding) = &self.finding else {
+            self.open = None;
+            return;
+        };
+        match self.open.map(|k| &mut found[k]) {
+            Some(open) => {
+                open.last_line = finding.first_line;
+                if !open.note.starts_with(&finding.note) && !open.note.ends_with(OTHERS) {
+                    open.note.push_str(OTHERS);
+                }
+            }
+            None => {
+                self.open = Some(found.len());
+                found.push(finding.clone());
+            }
+        }
+    }
+}
+
 /// Share by which the tip may be faster than the job asks for.
 const FASTER: f64 = 0.01;
 
@@ -235,26 +273,33 @@ impl Asked {
         at(&cut.from) + at(&cut.to)
     }
 
-    /// Findings where a program cuts with S at another speed than those of the job.
+    /// Findings where a program cuts with S at another speed than those of the job: one from the first such S to
+    /// the last before a cut at a speed that is asked for.
     pub(crate) fn other_speeds(&self, program: &ReadProgram) -> Vec<Finding> {
-        let mut found = Vec::new();
+        let mut found: Vec<Finding> = Vec::new();
         // The finding of the S in force of each spindle; it counts from the first cut on.
-        let mut in_force: Vec<(Option<u32>, Option<Finding>)> = Vec::new();
+        let mut in_force: Vec<InForce> = Vec::new();
         for block in &program.blocks {
             let mut spindle = None;
             for command in &block.commands {
                 match command {
                     ReadCommand::Spindle(number) => spindle = Some(*number),
                     ReadCommand::SpindleSpeed(speed) => {
-                        in_force.retain(|(other, _)| *other != spindle);
-                        in_force.push((spindle, self.other_speed(block, *speed)));
+                        let before = in_force.iter().position(|s| s.spindle == spindle);
+                        let before = before.map(|k| in_force.remove(k));
+                        in_force.push(InForce {
+                            spindle,
+                            finding: self.other_speed(block, *speed),
+                            has_cut: false,
+                            open: before.and_then(|s| s.open),
+                        });
                     }
                     _ => {}
                 }
             }
             let kind = block.motion.as_ref().map(|m| m.kind);
             if matches!(kind, Some(MotionKind::Linear | MotionKind::Arc { .. } | MotionKind::Cycle { .. })) {
-                found.extend(in_force.iter_mut().filter_map(|(_, finding)| finding.take()));
+                in_force.iter_mut().for_each(|s| s.cut(&mut found));
             }
         }
         found
@@ -274,4 +319,37 @@ impl Asked {
 
 fn of_block(kind: FindingKind, block: &ReadBlock, note: String) -> Finding {
     Finding::of_line(kind, block.line, block.number, &block.text, note)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use facemill_nc_program::{Dialect, read_program};
+
+    fn found(text: &str) -> Vec<([u32; 2], String)> {
+        let asked = Asked { cuts: 1000.0, all: 1000.0, speeds: vec![6000.0], rounding: [0.0; 2] };
+        let program = read_program(text, Dialect::Fanuc).unwrap();
+        let all = asked.other_speeds(&program);
+        all.into_iter().map(|f| ([f.first_line, f.last_line], f.note)).collect()
+    }
+
+    #[test]
+    fn other_spindle_speeds_that_follow_each_other_are_one_finding() {
+        let head = "G21 G90 G94\nG0 X0. Y0. Z0.\nS6000 M3\n";
+        let cuts = |speeds: &[u32]| -> String {
+            speeds.iter().enumerate().map(|(k, s)| format!("G1 X{k}. F100. S{s}\n")).collect()
+        };
+        let lines = |speeds: &[u32]| found(&(head.to_owned() + &cuts(speeds)));
+        let same = lines(&[100; 50]);
+        assert_eq!(same.len(), 1);
+        assert!(same[0].0 == [4, 53] && same[0].1.ends_with("6000 1/min"), "{same:?}");
+        let other = lines(&[100, 200, 100, 300]);
+        assert!(other.len() == 1 && other[0].0 == [4, 7] && other[0].1.ends_with(OTHERS), "{other:?}");
+        // A cut as it is asked for ends it; an S in the air does not, nor is it told.
+        let apart: Vec<[u32; 2]> = lines(&[100, 100, 6000, 100]).into_iter().map(|(lines, _)| lines).collect();
+        assert_eq!(apart, [[4, 5], [7, 7]]);
+        assert_eq!(found(&format!("{head}S100\nS6000\nG1 X1. F100.\n")), []);
+        let air = found(&format!("{head}G1 X1. F100. S100\nS6000\nS100\nG1 X2.\n"));
+        assert!(air.len() == 1 && air[0].0 == [4, 6], "{air:?}");
+    }
 }
