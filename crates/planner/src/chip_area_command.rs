@@ -12,7 +12,9 @@ use crate::cli::say;
 
 #[derive(Args)]
 pub(crate) struct ChipAreaArguments {
-    /// Cases as comma-separated values, a column for each option below (`radius_mm`, …); the areas are put behind them
+    /// Cases as comma-separated values, a column for each option below; the areas are put behind them. The first line names
+    /// the columns, in any order: radius_mm, corner_radius_mm, surface, depth_of_cut_mm, left and right are needed;
+    /// surface_radius_mm, left_mm, right_mm, lead_deg, lean_deg, neighbour_axis and name may be left out
     #[arg(long, value_name = "FILE", conflicts_with_all = ["radius_mm", "depth_of_cut_mm"])]
     table: Option<PathBuf>,
     /// File to write the table to; standard output where it is not given

@@ -42,9 +42,9 @@ pub(crate) struct VerifyArguments {
     /// Cut the stock on lines so far apart, and hold tool assembly and rapids against it as it is at every moment
     #[arg(long, value_name = "MM", allow_negative_numbers = true)]
     stock_cell_mm: Option<f64>,
-    /// How far from the truth what is cut may be
-    #[arg(long, value_name = "MM", default_value_t = 0.05, allow_negative_numbers = true)]
-    stock_tolerance_mm: f64,
+    /// How far from the truth what is cut may be [default: 0.05]
+    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
+    stock_tolerance_mm: Option<f64>,
     /// Which part of the stock to cut: whole, operations (the rectangle around what the job's operations cut, with the cutter's
     /// diameter around it), or X0,Y0,X1,Y1 in mm of the workpiece frame. What meets stock elsewhere is not seen
     #[arg(long, value_name = "PART", default_value = "whole", value_parser = region, allow_hyphen_values = true,
@@ -70,6 +70,9 @@ pub(crate) struct VerifyArguments {
     #[arg(short, long, value_name = "FILE")]
     out: Option<PathBuf>,
 }
+
+/// How far from the truth what is cut may be where nothing else is asked for, mm.
+const STOCK_TOLERANCE: f64 = 0.05;
 
 /// Findings that are told; the file has them all.
 const TOLD: usize = 50;
@@ -120,7 +123,7 @@ fn outputs(arguments: &VerifyArguments, verified: Verified) -> Result<Vec<(&Path
 
 /// What the options say of the stock.
 fn cut_of(arguments: &VerifyArguments) -> Result<Option<CutRequest>, Failure> {
-    let tolerance = arguments.stock_tolerance_mm;
+    let tolerance = arguments.stock_tolerance_mm.unwrap_or(STOCK_TOLERANCE);
     let asked = arguments.deviation.is_some() || arguments.deviation_tolerance_mm.is_some();
     let deviation = asked.then_some(DeviationRequest {
         tolerance: arguments.deviation_tolerance_mm,
@@ -139,6 +142,7 @@ fn cut_of(arguments: &VerifyArguments) -> Result<Option<CutRequest>, Failure> {
         ("--rest-mesh", arguments.rest_mesh.is_some()),
         ("--deviation", arguments.deviation.is_some()),
         ("--deviation-tolerance-mm", asked),
+        ("--stock-tolerance-mm", arguments.stock_tolerance_mm.is_some()),
     ];
     match needing.iter().find(|(_, is_there)| *is_there) {
         Some((option, _)) => {
@@ -242,11 +246,13 @@ mod tests {
             ["--rest-mesh", "a.obj"],
             ["--deviation", "a.glb"],
             ["--deviation-tolerance-mm", "0.1"],
+            ["--stock-tolerance-mm", "0.1"],
         ] {
             let why = cut(&option).expect_err("nothing is cut").to_string();
             assert!(why.contains(option[0]) && why.contains("--stock-cell-mm"), "{why}");
             let with = cut(&[&option[..], &["--stock-cell-mm", "1"]].concat()).expect("stock is cut").expect("a cell");
             assert_eq!(with.deviation.is_some(), option[0].starts_with("--deviation"));
+            assert_eq!(with.tolerance, if option[0] == "--stock-tolerance-mm" { 0.1 } else { STOCK_TOLERANCE });
         }
         assert!(cut(&[]).expect("nothing is asked").is_none());
         let both = cut(&["--stock-cell-mm", "1", "--deviation", "a.glb", "--deviation-tolerance-mm", "0.1"]);
