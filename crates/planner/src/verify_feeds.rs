@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use facemill_inverse_kinematics::{AxisValues, Machine};
 use facemill_nc_program::{FeedMode, MotionKind, ReadBlock, ReadCommand, ReadProgram};
-use facemill_virtual_machine::{Assumption, Finding, FindingKind, Measure, StockRun};
+use facemill_virtual_machine::{Assumption, BlockCut, Finding, FindingKind, Measure, StockRun};
 
 use crate::follow::{FollowedCut, Follower, Surroundings, Way};
 use crate::job_file::{FeedsFile, SetupFile};
@@ -43,18 +43,28 @@ pub(crate) struct KnownCuts {
     cuts: BTreeSet<u32>,
     /// Lines of those that take some stock and do not certainly cut.
     doubtful: BTreeSet<u32>,
+    /// Lines of those that take none on the stock's lines and are so near to it that they may take some between.
+    between_lines: BTreeSet<u32>,
     /// Lines of those that may reach stock which was not cut.
     not_covered: BTreeSet<u32>,
     /// Of the cut stock, mm.
     tolerance: f64,
+    /// Distance of the stock's lines, mm.
+    cell: f64,
 }
 
 impl KnownCuts {
     /// Of a run that was asked for the fast blocks, and the lines on which it does not see all stock.
-    pub(crate) fn of(run: &StockRun, not_covered: &[u32], tolerance: f64) -> Self {
-        let cuts = run.blocks.iter().filter(|b| b.is_certain).map(|b| b.line).collect();
-        let doubtful = run.blocks.iter().filter(|b| !b.is_certain && b.removed_mm3 > 0.0).map(|b| b.line).collect();
-        Self { cuts, doubtful, not_covered: not_covered.iter().copied().collect(), tolerance }
+    pub(crate) fn of(run: &StockRun, not_covered: &[u32], [tolerance, cell]: [f64; 2]) -> Self {
+        let lines = |is: &dyn Fn(&BlockCut) -> bool| run.blocks.iter().filter(|b| is(b)).map(|b| b.line).collect();
+        Self {
+            cuts: lines(&|b| b.is_certain),
+            doubtful: lines(&|b| !b.is_certain && b.removed_mm3 > 0.0),
+            between_lines: lines(&|b| !b.is_certain && b.removed_mm3 <= 0.0 && b.may_be_near),
+            not_covered: not_covered.iter().copied().collect(),
+            tolerance,
+            cell,
+        }
     }
 
     fn is_cut(&self, block: &FastBlock) -> bool {
@@ -235,9 +245,13 @@ impl Asked {
             "{held} no more stock is taken than a tolerance of {} mm explains: such blocks may be cuts",
             known.tolerance
         );
-        let not_covered = told(first(&|line| known.not_covered.contains(&line)), not_covered);
-        let doubtful = told(first(&|line| known.doubtful.contains(&line)), doubtful);
-        not_covered.into_iter().chain(doubtful).collect()
+        let between_lines = format!(
+            "{held} no stock is met on lines {} mm apart, and some is nearer than a cell's diagonal: such blocks may be cuts",
+            known.cell
+        );
+        let in_force =
+            [(&known.not_covered, not_covered), (&known.doubtful, doubtful), (&known.between_lines, between_lines)];
+        in_force.into_iter().filter_map(|(lines, text)| told(first(&|line| lines.contains(&line)), text)).collect()
     }
 
     /// Speed of the tip where it is more than a limit (mm/min) by more than rounding of words tells, mm/min.

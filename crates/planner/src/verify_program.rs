@@ -239,7 +239,7 @@ impl Run<'_> {
             let (report, painted) = deviation_of(on.job, on.setup, &held, asked, self.stages)?;
             (found.deviation, found.painted) = (Some(report), painted);
         }
-        let known = KnownCuts::of(&done.run, &done.not_covered, cut.tolerance);
+        let known = KnownCuts::of(&done.run, &done.not_covered, [done.report.tolerance_mm, done.report.cell_mm]);
         found.verification.findings.extend(done.run.findings);
         (found.stock, found.rest, found.cuts) = (Some(done.report), Some(done.rest), done.run.blocks);
         Ok(known)

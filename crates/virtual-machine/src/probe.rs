@@ -1,39 +1,74 @@
-//! Whether a block certainly cuts: a cutter that is smaller by all that motion and stock may be off still meets material.
+//! Whether a block certainly cuts, or certainly does not: a cutter that is smaller by all that motion and stock may be off
+//! still meets material, and one that is larger by that, and by what lies between the lines, meets none.
 
 use std::collections::BTreeSet;
+use std::f64::consts::SQRT_2;
 
 use facemill_cl_data::ClPoint;
 use facemill_nc_program::ReadProgram;
 use facemill_tool_model::Cutter;
-use facemill_z_map::{Step, Sweep, TurnedBody};
+use facemill_z_map::{RoundRing, Step, Sweep, TurnedBody};
 
-use crate::{VerifySettings, moves::Move, segments::Segment};
+use crate::{VerifySettings, moves::Move, segments::Segment, stock_run::Purpose};
 
-/// A smaller cutter that is asked on some blocks before they are cut.
+/// A smaller and a larger cutter that are asked on some blocks before they are cut.
 pub(crate) struct Probe {
     /// Indices of the blocks in the program.
     blocks: BTreeSet<usize>,
     /// The cutter, eroded; `None` where nothing would be left of it: then no block is known to cut.
     cutter: Option<TurnedBody>,
+    /// The cutter with the diagonal of a cell around it, and twice `depth`: ways and stock may each be off by that.
+    around: TurnedBody,
     /// How much it is smaller on all sides, and how much of a line's material is more than the ways may be off, mm.
     pub(crate) depth: f64,
 }
 
 impl Probe {
-    /// For the lines that the settings name; `tolerance` is that of the cut stock, mm.
-    pub(crate) fn new(program: &ReadProgram, settings: &VerifySettings, cutter: &Cutter, tolerance: f64) -> Self {
+    /// For the lines that the settings name; `tolerance` is that of the cut stock, `cell` the distance of its lines, mm.
+    pub(crate) fn new(
+        program: &ReadProgram,
+        settings: &VerifySettings,
+        cutter: &Cutter,
+        [tolerance, cell]: [f64; 2],
+    ) -> Self {
         let lines: BTreeSet<u32> = settings.probed_lines.iter().copied().collect();
         let is_asked = |k: &usize| lines.contains(&program.blocks[*k].line);
         let depth = 2.0 * tolerance;
-        Self { blocks: (0..program.blocks.len()).filter(is_asked).collect(), cutter: eroded(cutter, depth), depth }
+        let around = dilated(cutter, cell * SQRT_2 + 2.0 * depth);
+        let blocks = (0..program.blocks.len()).filter(is_asked).collect();
+        Self { blocks, cutter: eroded(cutter, depth), around, depth }
     }
 
-    /// The question on a segment of a move; `None` where none is asked.
-    pub(crate) fn step(&self, m: &Move, segment: &Segment) -> Option<Step<'_>> {
-        let body = self.cutter.as_ref().filter(|_| !m.is_rapid && self.blocks.contains(&m.block))?;
-        let raised = |cl: &ClPoint| ClPoint { tip: cl.tip + cl.axis.into_inner() * self.depth, axis: cl.axis };
-        Some(Step::Ask(Sweep { body, from: raised(&segment.from), to: raised(&segment.to) }))
+    /// Whether a move is asked about.
+    pub(crate) fn is_asked(&self, m: &Move) -> bool {
+        !m.is_rapid && self.blocks.contains(&m.block)
     }
+
+    /// What is asked on a segment of a move, in any order; nothing where it is not asked about.
+    pub(crate) fn steps(&self, m: &Move, segment: &Segment) -> impl Iterator<Item = (Purpose, Step<'_>)> {
+        let is_asked = self.is_asked(m);
+        let around = Sweep { body: &self.around, from: segment.from, to: segment.to };
+        let around = is_asked.then_some((Purpose::Around, Step::Ask(around)));
+        let inner = self.smaller(segment).filter(|_| is_asked).map(|sweep| (Purpose::Probe, Step::Ask(sweep)));
+        around.into_iter().chain(inner)
+    }
+
+    /// The smaller cutter's sweep on a segment.
+    fn smaller(&self, segment: &Segment) -> Option<Sweep<'_>> {
+        let body = self.cutter.as_ref()?;
+        let raised = |cl: &ClPoint| ClPoint { tip: cl.tip + cl.axis.into_inner() * self.depth, axis: cl.axis };
+        Some(Sweep { body, from: raised(&segment.from), to: raised(&segment.to) })
+    }
+}
+
+/// All that is within `around` (mm) of a cutter.
+pub(crate) fn dilated(cutter: &Cutter, around: f64) -> TurnedBody {
+    let (r, rim) = (cutter.corner_radius(), cutter.rim_radius());
+    let rings = [
+        RoundRing { radius: rim, height: r, rounding: r + around },
+        RoundRing { radius: cutter.radius(), height: cutter.flute_length(), rounding: around },
+    ];
+    TurnedBody::new(&rings).unwrap_or_else(|_| TurnedBody::of_cutter(cutter))
 }
 
 /// All of a cutter that is `depth` (mm) below its surface, but for the end of its flute where that is not above the corner;

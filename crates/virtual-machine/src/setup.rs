@@ -98,7 +98,8 @@ pub struct VerifySettings {
     /// Bodies of the machine still are.
     pub stock_is_cut: bool,
     /// Lines of the blocks of which [`run_stock`](crate::run_stock) is to tell whether they certainly cut
-    /// ([`BlockCut::is_certain`](crate::BlockCut::is_certain)), in any order: each takes the time of one more sweep.
+    /// ([`BlockCut::is_certain`](crate::BlockCut::is_certain)) or may be near stock
+    /// ([`BlockCut::may_be_near`](crate::BlockCut::may_be_near)), in any order: each takes the time of two more sweeps.
     pub probed_lines: Vec<u32>,
     /// Whether the text is a whole program, which has to say where it ends.
     pub is_whole: bool,

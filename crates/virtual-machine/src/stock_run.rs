@@ -3,7 +3,7 @@
 use facemill_cl_data::{Cancelled, Monitor, Solid};
 use facemill_nc_program::ReadProgram;
 use facemill_tool_model::ToolAssembly;
-use facemill_z_map::{DexelMap, RoundRing, Step, StepResult, Sweep, TurnedBody};
+use facemill_z_map::{DexelMap, Step, StepResult, Sweep, TurnedBody};
 use rayon::prelude::*;
 
 use crate::{
@@ -11,7 +11,7 @@ use crate::{
     engagement::{Engagement, Part},
     episodes::{Contact, Episodes, Key},
     moves::{Move, resolve},
-    probe::Probe,
+    probe::{Probe, dilated},
     ramp::{Descent, RAMP_ROUNDING},
     report::Report,
     scene::Scene,
@@ -44,6 +44,10 @@ pub struct BlockCut {
     /// the tolerance of a line's material. Asked on [`VerifySettings::probed_lines`] alone, `false` elsewhere. A block
     /// that goes on by less than that, or between two lines, may cut without being told.
     pub is_certain: bool,
+    /// Whether it may come near stock, so that what it takes between the lines is not seen: a cutter with the diagonal of a
+    /// cell around it, and four times the tolerance, meets material of a line, or the way is not known. Asked on the same
+    /// lines, `false` elsewhere. Stock that has no line at all, thinner than a cell, is not seen by this either.
+    pub may_be_near: bool,
 }
 
 /// Cuts the stock as a program that was read from NC text does, and reports what met it that may not: bodies of the tool
@@ -83,8 +87,8 @@ pub fn run_stock(
     let scene = Scene::new(setup, settings)?;
     let bodies = Bodies::new(setup.tool, settings.clearance_slack, stock.grid().cell());
     let coarse = Coarseness { tolerance, reach: setup.tool.gauge_length(), max_way: bodies.max_way };
-    let probe = Probe::new(program, settings, setup.tool.cutter(), tolerance);
     let (radius, cell) = (setup.tool.cutter().radius(), stock.grid().cell());
+    let probe = Probe::new(program, settings, setup.tool.cutter(), [tolerance, cell]);
     let engagement = settings.removal.map(|limit| Engagement::new(limit, settings.removal_slack, radius, cell));
     let mut run = Run { scene: &scene, bodies: &bodies, probe: &probe, coarse, stock, engagement, out: Out::default() };
     for (k, batch) in resolved.moves.chunks(MOVES_PER_BATCH).enumerate() {
@@ -128,12 +132,6 @@ pub(crate) struct Bodies {
 impl Bodies {
     pub(crate) fn new(tool: &ToolAssembly, slack: f64, cell: f64) -> Self {
         let cutter = tool.cutter();
-        let around = cell * std::f64::consts::FRAC_1_SQRT_2;
-        let (r, rim) = (cutter.corner_radius(), cutter.rim_radius());
-        let rings = [
-            RoundRing { radius: rim, height: r, rounding: r + around },
-            RoundRing { radius: cutter.radius(), height: cutter.flute_length(), rounding: around },
-        ];
         let mut widest = 0.0_f64;
         let mut sections = Vec::new();
         for (k, body) in tool.collision_bodies().into_iter().enumerate() {
@@ -147,7 +145,7 @@ impl Bodies {
         }
         Self {
             cutter: TurnedBody::of_cutter(cutter),
-            cutter_in_rapid: TurnedBody::new(&rings).unwrap_or_else(|_| TurnedBody::of_cutter(cutter)),
+            cutter_in_rapid: dilated(cutter, cell * std::f64::consts::FRAC_1_SQRT_2),
             core: core(tool),
             sections,
             max_way: (cutter.radius() - widest.max(tool.dead_core_radius())).clamp(WAYS[0], WAYS[1]),
@@ -183,6 +181,7 @@ fn core(tool: &ToolAssembly) -> Option<TurnedBody> {
 pub(crate) enum Purpose {
     Cut,
     Probe,
+    Around,
     Core,
     Rapid,
     Body(usize),
@@ -220,16 +219,23 @@ impl Run<'_, '_> {
         let mut steps = Vec::new();
         let mut about = Vec::new();
         for (k, (m, segments)) in moves.iter().zip(&of_moves).enumerate() {
-            self.out.taken.push(BlockCut { line: 0, removed_mm3: 0.0, way_mm: 0.0, is_certain: false });
+            self.out.taken.push(BlockCut {
+                line: 0,
+                removed_mm3: 0.0,
+                way_mm: 0.0,
+                is_certain: false,
+                may_be_near: false,
+            });
             let Some(segments) = segments else {
+                self.out.taken[first + k].may_be_near = self.probe.is_asked(m);
                 self.lost(first + k, m);
                 continue;
             };
             for segment in segments {
                 self.out.taken[first + k].way_mm += (segment.to.tip - segment.from.tip).norm();
-                if let Some(step) = self.probe.step(m, segment) {
+                for (purpose, step) in self.probe.steps(m, segment) {
                     steps.push(step);
-                    about.push((k, Purpose::Probe, segment));
+                    about.push((k, purpose, segment));
                 }
                 for (purpose, step) in bodies.steps(m, segment) {
                     steps.push(step);
@@ -257,6 +263,7 @@ impl Run<'_, '_> {
                 let is_met = result.deepest.is_some_and(|d| d.depth > self.probe.depth);
                 return self.out.taken[index].is_certain |= is_met;
             }
+            Purpose::Around => return self.out.taken[index].may_be_near |= result.deepest.is_some(),
             Purpose::Core => Key::of_cutter(FindingKind::DeadCore, stock),
             Purpose::Rapid => {
                 self.engagement.iter_mut().for_each(Engagement::lift);

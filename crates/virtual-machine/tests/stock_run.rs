@@ -182,3 +182,29 @@ fn blocks_that_cut_deeper_than_the_tolerance_are_certain() {
     let run = run_stock(&program, &shop.setup(), &settings, &mut block(height, 4.0), RADIUS, &Silent).unwrap();
     assert!(run.removed_mm3 > 0.0 && run.blocks.iter().all(|b| !b.is_certain), "{:?}", run.blocks);
 }
+
+/// Along the side of a block, whose outermost lines are half a cell inside: what is milled off outside of them is not seen by
+/// the lines, and is told to be near; so is the air above it as far as a cell's diagonal, and none beyond.
+#[test]
+fn blocks_that_may_take_stock_between_the_lines_are_near_it() {
+    let (shop, cell) = (Shop::new(), 4.0);
+    let diagonal = cell * std::f64::consts::SQRT_2;
+    let near = |x: f64, z: f64, is_asked: bool| {
+        let text = Text::new(&shop).rapid([x, -300.0, 200.0]).rapid([x, -300.0, z]).cut([x, 300.0, z]).text;
+        let program = read_program(&text, Dialect::Fanuc).unwrap();
+        let probed_lines = if is_asked { vec![HEAD + 3] } else { Vec::new() };
+        let settings = VerifySettings { probed_lines, ..VerifySettings::default() };
+        let run = run_stock(&program, &shop.setup(), &settings, &mut block(20.0, cell), TOLERANCE, &Silent).unwrap();
+        let [taken] = run.blocks[..] else { panic!("one cut: {:?}", run.blocks) };
+        assert!(taken.removed_mm3 == 0.0 && !taken.is_certain, "{taken:?}");
+        taken.may_be_near
+    };
+    let beside = |depth: f64| depth - 200.0 - RADIUS;
+    for (depth, is_near) in [(0.45 * cell, true), (0.0, true), (-0.5 * cell, true), (-diagonal, false)] {
+        assert_eq!(near(beside(depth), 5.0, true), is_near, "{depth} mm deep");
+    }
+    for (gap, is_near) in [(0.1, true), (0.98 * diagonal, true), (diagonal + 4.0 * TOLERANCE + 0.01, false)] {
+        assert_eq!(near(0.0, 20.0 + gap, true), is_near, "{gap} mm above");
+    }
+    assert!(!near(0.0, 20.1, false));
+}

@@ -22,6 +22,9 @@ const HALF: f64 = 15.5;
 /// By how much the edge of the disc lags behind its foremost point where it is as high as the stock, mm: 0.5/sin 10°.
 const LAG: f64 = 2.9;
 
+/// By how much farther it is until the edge is above the stock by more than is near to it: 1.5/sin 10°, mm.
+const CLEAR: f64 = 8.7;
+
 /// A block of a pass.
 struct Block {
     pass: i32,
@@ -37,9 +40,9 @@ impl Block {
         self.to > -HALF + 1.0 && self.from < HALF
     }
 
-    /// Whether it is beside the stock, before or behind it.
+    /// Whether it is beside the stock, before or behind it, and farther from it than a cell's diagonal.
     fn is_in_air(&self) -> bool {
-        self.to < -HALF - 0.1 || self.from > HALF + LAG
+        self.to < -HALF - 2.0 || self.from > HALF + LAG + CLEAR
     }
 }
 
@@ -50,13 +53,13 @@ fn passes(feed: impl Fn(&Block) -> f64) -> (String, Vec<Block>) {
     for pass in -2..=2 {
         let y = STEP * f64::from(pass);
         let _ = writeln!(text, "G0 {}\nG1 {} F{ENTRIES:.1}", words([-30.0, y, 40.0]), words([-30.0, y, 0.0]));
-        for to in (-25..=35).step_by(5).map(f64::from) {
+        for to in (-25..=45).step_by(5).map(f64::from) {
             let line = u32::try_from(text.lines().count()).expect("few lines") + 1;
             let block = Block { pass, from: to - 5.0, to, line };
             let _ = writeln!(text, "G1 {} F{:.1}", words([to, y, 0.0]), feed(&block));
             blocks.push(block);
         }
-        let _ = writeln!(text, "G0 {}", words([35.0, y, 40.0]));
+        let _ = writeln!(text, "G0 {}", words([45.0, y, 40.0]));
     }
     (text + "M30\n", blocks)
 }
@@ -127,9 +130,10 @@ fn where_cuts_are_not_told_from_entries_that_is_an_assumption() {
     // All of it is thinner than what the tolerance explains.
     let file = run(&job, &text, cut(0.2, StockRegion::Whole));
     assert!(feeds_of(&file).is_empty());
-    let [(first, why)] = rests_on(&file)[..] else { panic!("{:?}", rests_on(&file)) };
-    let doubtful = line(&|b| raised(b) == 1.5 * CUTS);
-    assert!(first == doubtful && why.contains("than a tolerance of 0.2 mm explains"), "{why} {first:?}");
+    let all = rests_on(&file);
+    let first =
+        all.iter().find(|(_, why)| why.contains("than a tolerance of 0.2 mm explains")).map(|(first, _)| *first);
+    assert_eq!(first, Some(line(&|b| raised(b) == 1.5 * CUTS)), "{all:?}");
     // Half of it has lines.
     let half = StockRegion::Rectangle([[-20.0, -20.0], [0.0, 20.0]]);
     let file = run(&job, &text, cut(0.002, half));
@@ -149,6 +153,18 @@ fn where_cuts_are_not_told_from_entries_that_is_an_assumption() {
         let found = feeds_of(&file);
         assert!(found.len() == 10 && found.iter().all(|f| f.note.ends_with("at most 2000 mm/min")), "{found:?}");
     }
+}
+
+/// Behind the stock the edge is not above it by a cell's diagonal at first, and lines so far apart do not tell whether it cuts.
+#[test]
+fn fast_blocks_near_stock_on_no_line_are_an_assumption() {
+    let job = plate();
+    let is_near = |b: &Block| b.from > HALF + LAG && b.from < HALF + LAG + 5.0;
+    let (text, blocks) = passes(|b| if is_near(b) { ENTRIES } else { as_asked(b) });
+    let file = run(&job, &text, cut(0.002, StockRegion::Whole));
+    let [(first, why)] = rests_on(&file)[..] else { panic!("{:?}", rests_on(&file)) };
+    assert!(feeds_of(&file).is_empty() && why.contains("on lines 0.5 mm apart"), "{why}");
+    assert_eq!(first, blocks.iter().find(|b| is_near(b)).map(|b| b.line));
 }
 
 /// The plan's own program has cuts, entries and air at feeds of their own, and none is found; with its cuts raised they are.
