@@ -201,7 +201,7 @@ mod tests {
     use super::*;
 
     fn cut(line: u32, removed_mm3: f64, way_mm: f64) -> BlockCut {
-        BlockCut { line, removed_mm3, way_mm, is_certain: false }
+        BlockCut { line, removed_mm3, way_mm, is_certain: false, may_be_near: false }
     }
 
     #[test]
