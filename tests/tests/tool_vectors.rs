@@ -204,6 +204,7 @@ fn a_shop_changes_what_programs_look_like_in_a_file_of_its_own() {
         ("/program/extension", json!("eia")),
         ("/words/rapid", json!("G00")),
         ("/words/linear", json!("G01")),
+        ("/words/absolute", json!("G90 G17 G40 G64")),
         ("/comments/characters", json!("+-/=.")),
     ]);
     let [built_in, own] = [&built_in, &own].map(|job| plan(job, false));
@@ -235,6 +236,19 @@ fn a_dialect_file_that_is_not_read_as_it_is_meant_is_refused_before_planning() {
         (("/program/extension", json!("apt")), &["shop.json", "program.extension"]),
         (("/lines/max_length", json!(7)), &["shop.json", "lines.max_length"]),
         (("/feeds/g94", Value::Null), &["post.feed_mode", "g94"]),
+        // What a key adds to every block, and what to only the first.
+        (
+            ("/words/linear_end", json!("S100")),
+            &["shop.json, words.linear_end: `S100`", "S100 F432.5`", "post.template"],
+        ),
+        (("/words/linear_end", json!("M0")), &["shop.json, words.linear_end: `M0`"]),
+        (("/words/linear_end", json!("M9")), &["shop.json, words.linear_end: `M9`"]),
+        (("/words/linear_end", json!("D1")), &["shop.json, words.linear_end: `D1`"]),
+        (("/words/linear_end", json!("G9")), &["shop.json, words.linear_end: `G9`"]),
+        (("/words/rapid", json!("G0 M5")), &["shop.json, words.rapid: `G0 M5`"]),
+        (("/words/absolute", json!("G90 M9")), &["shop.json, words.absolute: `G90 M9`"]),
+        (("/words/absolute", json!("G90 G49")), &["shop.json, words.absolute: `G90 G49`"]),
+        (("/lines/max_length", json!(80)), &["post.max_line_length is 120", "lines.max_length of shop.json"]),
         // What the template says, a key cannot change.
         (("/words/length/code", json!("G43.1")), &["shop.json, words.length: is `G43.1", "post.template"]),
         (("/words/end", json!(["M2"])), &["shop.json, words.end: is `M2`", "post.template"]),
@@ -242,6 +256,20 @@ fn a_dialect_file_that_is_not_read_as_it_is_meant_is_refused_before_planning() {
         let job = with_shop_file(std::slice::from_ref(&changes));
         let told = job.try_plan().err().unwrap_or_else(|| panic!("{changes:?}")).to_string();
         assert!(wanted.iter().all(|w| told.contains(w)), "{changes:?}: {told}");
+    }
+    // The same words in the files of other controls; two keys that add one word are told by the first.
+    for (dialect, changes, wanted) in [
+        ("heidenhain", &[("/words/rapid_end", json!("R0 FMAX M9"))][..], "words.rapid_end: `R0 FMAX M9`"),
+        (
+            "siemens_840d",
+            &[("/words/rapid_end", json!("D1")), ("/words/linear_end", json!("D1"))],
+            "words.rapid_end: `D1`",
+        ),
+    ] {
+        let job = with_vectors(dialect, "tip_linear_vector_turned");
+        job.set("shop.json", changes);
+        let told = job.try_plan().err().unwrap_or_else(|| panic!("{dialect}")).to_string();
+        assert!(told.contains(wanted), "{dialect}: {told}");
     }
     // Neither the file of another control nor another word for RTCP is passed in silence.
     let foreign = variant(&[("/post/dialect_file", json!("shop.json"))]);

@@ -19,6 +19,8 @@ pub enum StateWord {
     FeedMode,
     /// The program goes back to whoever called it (M99 of FANUC and its relatives, M17, RET).
     Return,
+    /// A register of the tool's radius is named (D of FANUC and its relatives).
+    RadiusRegister,
 }
 
 /// The state words that a text says: what [`ReadMotion`](crate::ReadMotion) holds where nothing is said is only what

@@ -19,7 +19,7 @@ use crate::load::{Job, ObstacleRole, Setup};
 use crate::mending::CutBlock;
 use crate::moves::MoveKind;
 use crate::operation::PlannedOperation;
-use crate::post_load::probe;
+use crate::post_probe::probe;
 use crate::program::{BlockWriter, Timed, rtcp_frame, table_from_rtcp_words};
 use crate::program_spec::program_spec;
 use crate::report::{CERTIFICATES_FORMAT, CertificatesFile};

@@ -89,6 +89,7 @@ impl Smoothing {
     fn fanuc(&mut self, dialect: Dialect, text: &str) {
         for word in text.split_whitespace() {
             match (dialect, word) {
+                (_, "G9") => self.stops_here = true,
                 (_, "G61") | (Dialect::LinuxCnc, "G61.1" | "G64") => self.is_said = true,
                 (Dialect::Fanuc | Dialect::Haas | Dialect::Mazak, "G61.1" | "G62" | "G64") => self.is_said = false,
                 (Dialect::Haas, "G187") => self.is_said = text.contains(" E"),

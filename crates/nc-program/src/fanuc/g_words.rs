@@ -42,9 +42,11 @@ impl BlockReading<'_> {
             50 | 51 => self.look_ahead(word)?,
             // Look-ahead, exact stop, path modes: they change how exactly a path is kept, not where it goes.
             80 | 610 | 611 | 620 | 640 => self.keep_mode(word),
-            // States that are off: exact stop once, polar words, polar interpolation, scaling, mirror, rotation, stroke check.
+            // Exact stop of this block, without words of its own.
+            90 => self.block.commands.push(ReadCommand::Mode("G9".to_owned())),
+            // States that are off: polar words, polar interpolation, scaling, mirror, rotation, stroke check.
             400 => self.say(StateWord::RadiusOff),
-            90 | 110 | 131 | 150 | 230 | 500 | 501 | 690 | 970 | 980 | 990 => {}
+            110 | 131 | 150 | 230 | 500 | 501 | 690 | 970 | 980 | 990 => {}
             520 => self.local_frame(),
             100 | 920 => self.set_role(AxisRole::Data, MacroKind::Setting),
             170 => modal.plane = Plane::Xy,
@@ -220,7 +222,9 @@ impl BlockReading<'_> {
     /// H, in a block with G43 or alone. H0 has no length: it is as G49.
     pub(super) fn compensation_register(&mut self) -> Result<(), ReadError> {
         // Of the tool radius; without a radius compensation it has no effect.
-        self.take(b'D');
+        if self.take(b'D').is_some() {
+            self.say(StateWord::RadiusRegister);
+        }
         let named = self.take(b'H');
         if let Some(word) = named {
             self.modal.length_register = Some(self.whole(&word)?);

@@ -15,12 +15,14 @@ fn state_words_are_told_where_they_stand() {
         StateWord::Distance,
         StateWord::FeedMode,
         StateWord::Return,
+        StateWord::RadiusRegister,
     ];
-    let [offset, register, length, rtcp, radius, unit, distance, feed, back] = all;
+    let [offset, register, length, rtcp, radius, unit, distance, feed, back, radius_register] = all;
     for (dialect, line, said) in [
         (Dialect::Fanuc, "G17 G21 G40 G49 G80 G90 G94", &[length, rtcp, radius, unit, distance, feed][..]),
         (Dialect::Fanuc, "G54 G0 G43 X1. H7", &[offset, register]),
         (Dialect::Fanuc, "G54.1 P3", &[offset]),
+        (Dialect::Fanuc, "G1 X1. F100. D2", &[radius_register]),
         (Dialect::Mazak, "M99", &[back]),
         (Dialect::Haas, "G0 X1. Y2. (G54 G40)", &[]),
         (Dialect::LinuxCnc, "G49 G59.1", &[length, offset]),
@@ -48,6 +50,7 @@ fn modes_of_fanuc_and_its_relatives_are_kept() {
         (Dialect::LinuxCnc, "G17 G64 P0.01 Q.001", "G64 P0.01 Q.001"),
         (Dialect::LinuxCnc, "g64", "G64"),
         (Dialect::LinuxCnc, "G61.1 G0 X1.", "G61.1"),
+        (Dialect::Fanuc, "G9 G1 X1. F100.", "G9"),
         (Dialect::Fanuc, "N7 G5.1 Q1", "G5.1 Q1"),
         (Dialect::Fanuc, "G5 P10000", "G5 P10000"),
         (Dialect::Haas, "G187 P3 E0.02", "G187 P3 E0.02"),
