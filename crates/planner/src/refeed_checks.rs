@@ -154,6 +154,17 @@ mod tests {
     use super::*;
     use crate::refeed::{RefeedSettings, TipFeed, refeed};
 
+    fn settings(machine: &Machine, dialect: Dialect) -> RefeedSettings<'_> {
+        RefeedSettings {
+            machine,
+            tool_length: 100.0,
+            tip_feed: TipFeed::Programmed,
+            work_offset: Vec::new(),
+            dialect,
+            time_law: None,
+        }
+    }
+
     /// Speeds in a frame that is not followed are not known; words that switch one off change nothing.
     #[test]
     fn frames_are_refused_with_their_line_and_their_end_is_not() {
@@ -171,14 +182,7 @@ mod tests {
             (Dialect::Heidenhain, klartext, "CYCL DEF 8.1 X", "CYCL DEF 8.1"),
             (Dialect::Heidenhain, klartext, "CYCL DEF 26.1 X2", "CYCL DEF 26.1 X1"),
         ] {
-            let settings = RefeedSettings {
-                machine: &machine,
-                tool_length: 100.0,
-                tip_feed: TipFeed::Programmed,
-                work_offset: Vec::new(),
-                dialect,
-                time_law: None,
-            };
+            let settings = settings(&machine, dialect);
             let run = |line: &str| refeed(format!("{head}\n{line}\n{cut}\n").as_bytes(), &settings);
             let told = run(on).unwrap_err();
             assert!(told.contains("line 3"), "{on}: {told}");
@@ -199,15 +203,7 @@ mod tests {
                 _ => "G90 G94\nG0 X0. Y0. Z100. B0. C0.",
             };
             let end = if dialect == Dialect::Heidenhain { "L X+20 F500" } else { "G1 X20. F500." };
-            let settings = RefeedSettings {
-                machine: &machine,
-                tool_length: 100.0,
-                tip_feed: TipFeed::Programmed,
-                work_offset: Vec::new(),
-                dialect,
-                time_law: None,
-            };
-            refeed(format!("{head}\n{line}\n{end}\n").as_bytes(), &settings).map(|_| ())
+            refeed(format!("{head}\n{line}\n{end}\n").as_bytes(), &settings(&machine, dialect)).map(|_| ())
         };
         let vector = |z: f64| format!("LN X+5 Y+0 Z+100 NX+0 NY+0 NZ+1 TX+0 TY+0 TZ+{z} F500");
         for (dialect, line, part) in [
