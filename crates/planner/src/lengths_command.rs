@@ -6,29 +6,18 @@ use std::process::ExitCode;
 use clap::Args;
 use facemill::file_format::to_json;
 use facemill::lengths::{LengthsRequest, lengths_of_program};
-use facemill::nc_program::Dialect;
 use facemill::tool_model::HolderLibrary;
 use facemill::z_map::DexelMap;
-use facemill::{CutRequest, Failure, Job, StockRegion, files};
+use facemill::{CutRequest, Failure, StockRegion, files};
 
 use crate::cli::{Bars, say};
-use crate::feedrate_command::dialect;
-use crate::program_arguments::setup_of;
+use crate::program_arguments::{ProgramArguments, ProgramOfJob};
 
 #[derive(Args)]
+#[command(mut_arg("job", |argument| argument.required(true)))]
 pub(crate) struct LengthsArguments {
-    /// NC program, from anywhere
-    program: PathBuf,
-    /// Job file: machine, tool, mounting, work offset, part, fixtures and stock are taken from it
-    #[arg(long, value_name = "FILE")]
-    job: PathBuf,
-    /// Name of the job's setup, or its number from 1; where it is not given, the job must have one
-    #[arg(long, value_name = "SETUP")]
-    setup: Option<String>,
-    /// Control that the program is for: fanuc, haas, mazak, linuxcnc, siemens_840d, heidenhain; the job's where it is
-    /// not given
-    #[arg(long, value_name = "NAME", value_parser = dialect)]
-    dialect: Option<Dialect>,
+    #[command(flatten)]
+    program: ProgramArguments,
     /// What every length that is forced has above the least that is free
     #[arg(long, value_name = "MM", default_value_t = 0.5, allow_negative_numbers = true)]
     margin_mm: f64,
@@ -81,12 +70,10 @@ pub(crate) fn run(arguments: &LengthsArguments) -> Result<ExitCode, Failure> {
         Some(path) => Some(HolderLibrary::from_json(&files::read(path)?).map_err(|e| Failure::input(path, e))?),
         None => None,
     };
-    let job = Job::read(&arguments.job)?;
-    let setup = setup_of(&job, arguments.setup.as_deref())?;
-    let text = files::read(&arguments.program)?;
+    let ProgramOfJob { job, setup, dialect, text } = arguments.program.read()?;
     let request = LengthsRequest {
-        program: &arguments.program,
-        dialect: arguments.dialect.unwrap_or_else(|| job.post.dialect()),
+        program: &arguments.program.program,
+        dialect,
         setup,
         margin: arguments.margin_mm,
         longest: arguments.longest_mm,

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use facemill::nc_program::Dialect;
-use facemill::{Failure, Job, STAND_GOUGE_LIMIT, files};
+use facemill::{Failure, Job, files};
 
 use crate::feedrate_command::dialect;
 use crate::stand_arguments::StandArguments;
@@ -22,9 +22,6 @@ pub(crate) struct ProgramArguments {
     /// Control that the program is for: fanuc, haas, mazak, linuxcnc, siemens_840d, heidenhain; the job's where it is not given
     #[arg(long, value_name = "NAME", value_parser = dialect)]
     dialect: Option<Dialect>,
-    /// Depth of the cutter that is a finding; where it is not given the smallest that the setup's operations allow
-    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
-    pub(crate) gouge_mm: Option<f64>,
 }
 
 /// What the arguments name.
@@ -46,11 +43,11 @@ impl ProgramArguments {
         }
     }
 
-    /// Reads what the program is run on, a job or a stand, then the program; also the depth that is a finding.
-    pub(crate) fn read_with(&self, stand: &StandArguments) -> Result<(ProgramOfJob, Option<f64>), Failure> {
+    /// Reads what the program is run on, a job or a stand, then the program.
+    pub(crate) fn read_with(&self, stand: &StandArguments) -> Result<ProgramOfJob, Failure> {
         match stand.job(self.dialect.unwrap_or_default())? {
-            Some(job) => Ok((self.read_on(job)?, Some(self.gouge_mm.unwrap_or(STAND_GOUGE_LIMIT)))),
-            None => Ok((self.read()?, self.gouge_mm)),
+            Some(job) => self.read_on(job),
+            None => self.read(),
         }
     }
 
@@ -63,7 +60,7 @@ impl ProgramArguments {
 }
 
 /// Index of the setup of this name or number.
-pub(crate) fn setup_of(job: &Job, asked: Option<&str>) -> Result<usize, Failure> {
+fn setup_of(job: &Job, asked: Option<&str>) -> Result<usize, Failure> {
     let setups = &job.file.setups;
     let names: Vec<&str> = setups.iter().map(|s| s.name.as_str()).collect();
     let Some(asked) = asked else {

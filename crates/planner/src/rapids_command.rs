@@ -20,6 +20,9 @@ const DIALECTS: &str =
 pub(crate) struct RapidsArguments {
     #[command(flatten)]
     program: ProgramArguments,
+    /// Depth of the cutter that is a finding; where it is not given the smallest that the setup's operations allow
+    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
+    gouge_mm: Option<f64>,
     /// Cut the stock on lines so far apart
     #[arg(long, value_name = "MM", default_value_t = 1.0, allow_negative_numbers = true)]
     stock_cell_mm: f64,
@@ -73,7 +76,7 @@ pub(crate) fn run(arguments: &RapidsArguments) -> Result<ExitCode, Failure> {
         program,
         dialect,
         setup,
-        gouge_limit: arguments.program.gouge_mm,
+        gouge_limit: arguments.gouge_mm,
         cut: cut_of(arguments)?,
         clearance: arguments.clearance_mm,
     };

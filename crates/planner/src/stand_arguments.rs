@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use facemill::job_file::{UnitFile, UpAxisFile};
 use facemill::nc_program::Dialect;
-use facemill::{Failure, Job, Stand, StandStock};
+use facemill::{Failure, Job, STAND_GOUGE_LIMIT, Stand, StandStock};
 
 #[derive(Args)]
 pub(crate) struct StandArguments {
@@ -45,6 +45,11 @@ pub(crate) struct StandArguments {
 }
 
 impl StandArguments {
+    /// Depth of the cutter that is a finding where nobody says it, mm; `None` where no part is named, where the job says it.
+    pub(crate) fn gouge_limit(&self) -> Option<f64> {
+        self.part.as_ref().map(|_| STAND_GOUGE_LIMIT)
+    }
+
     /// The job that they stand for, for a program of this control; `None` where no part is named.
     ///
     /// # Errors

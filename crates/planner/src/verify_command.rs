@@ -21,21 +21,20 @@ use crate::stand_arguments::StandArguments;
 const DIALECTS: &str = "Control that the program is for: fanuc, haas, mazak, linuxcnc, siemens_840d, heidenhain; where it is not given \
                         the job's, and fanuc with --part";
 
-/// What is a finding, and what that is where nobody says.
-const GOUGE: &str = "Depth of the cutter that is a finding; where it is not given the smallest that the setup's operations allow, \
-                     and 0.02 with --part";
-
 #[derive(Args)]
 #[command(
     mut_arg("job", |argument| argument.required_unless_present("part")),
-    mut_arg("dialect", |argument| argument.help(DIALECTS)),
-    mut_arg("gouge_mm", |argument| argument.help(GOUGE))
+    mut_arg("dialect", |argument| argument.help(DIALECTS))
 )]
 pub(crate) struct VerifyArguments {
     #[command(flatten)]
     program: ProgramArguments,
     #[command(flatten)]
     stand: StandArguments,
+    /// Depth of the cutter that is a finding; where it is not given the smallest that the setup's operations allow, and 0.02 with
+    /// --part
+    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
+    gouge_mm: Option<f64>,
     /// Prove for every block what happens between its ends
     #[arg(long)]
     certificates: bool,
@@ -79,12 +78,12 @@ const TOLD: usize = 50;
 
 pub(crate) fn run(arguments: &VerifyArguments) -> Result<ExitCode, Failure> {
     crate::progress::watch_interrupts().map_err(Failure::Internal)?;
-    let (ProgramOfJob { job, setup, dialect, text }, gouge_limit) = arguments.program.read_with(&arguments.stand)?;
+    let ProgramOfJob { job, setup, dialect, text } = arguments.program.read_with(&arguments.stand)?;
     let request = VerifyRequest {
         program: &arguments.program.program,
         dialect,
         setup,
-        gouge_limit,
+        gouge_limit: arguments.gouge_mm.or_else(|| arguments.stand.gouge_limit()),
         certificates: arguments.certificates,
         cut: cut_of(arguments)?,
     };
