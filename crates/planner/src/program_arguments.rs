@@ -21,7 +21,7 @@ pub(crate) struct ProgramArguments {
     setup: Option<String>,
     /// Control that the program is for: fanuc, haas, mazak, linuxcnc, siemens_840d, heidenhain; the job's where it is not given
     #[arg(long, value_name = "NAME", value_parser = dialect)]
-    dialect: Option<Dialect>,
+    pub(crate) dialect: Option<Dialect>,
 }
 
 /// What the arguments name.

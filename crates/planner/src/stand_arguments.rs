@@ -5,7 +5,12 @@ use std::path::PathBuf;
 use clap::Args;
 use facemill::job_file::{UnitFile, UpAxisFile};
 use facemill::nc_program::Dialect;
+use facemill::surface_model::MeshFormat;
+use facemill::virtual_machine::Assumption;
 use facemill::{Failure, Job, STAND_GOUGE_LIMIT, Stand, StandStock};
+
+/// Register that holds the work offset where nobody says it.
+const WORK_REGISTER: &str = "G54";
 
 #[derive(Args)]
 pub(crate) struct StandArguments {
@@ -45,6 +50,41 @@ pub(crate) struct StandArguments {
 }
 
 impl StandArguments {
+    /// What is taken where nobody says it, and what is found depends on; none where no part is named. `dialect` is what is said of
+    /// the control.
+    pub(crate) fn assumptions(&self, dialect: Option<Dialect>) -> Vec<Assumption> {
+        let (Some(part), Some(tool)) = (&self.part, &self.tool) else { return Vec::new() };
+        let control = dialect.unwrap_or_default();
+        let has_registers = !matches!(control, Dialect::Siemens840d | Dialect::Heidenhain);
+        let unit_and_up = match MeshFormat::from_extension(part.extension().and_then(|e| e.to_str()).unwrap_or("")) {
+            Some(MeshFormat::Gltf) => ("metres", "y"),
+            _ => ("millimetres", "z"),
+        };
+        let taken = [
+            (dialect.is_none(), format!("no --dialect: the program is read as one for {}", control.name())),
+            (self.mount.is_none(), "no --mount: the workpiece frame is taken to be that of the table".to_owned()),
+            (
+                self.work_offset.is_none(),
+                "no --work-offset: the program's X, Y and Z are taken to be 0 where those of the machine are"
+                    .to_owned(),
+            ),
+            (
+                self.work_register.is_none(),
+                format!("no --work-register: the work offset is taken to be in {WORK_REGISTER}"),
+            ),
+            (
+                self.length_register.is_none() && has_registers,
+                format!("no --length-register: the tool's length is taken to be where {} says", tool.display()),
+            ),
+            (self.mesh_unit.is_none(), format!("no --mesh-unit: {} is taken in {}", part.display(), unit_and_up.0)),
+            (
+                self.mesh_up.is_none(),
+                format!("no --mesh-up: {} of {} is taken to be up", unit_and_up.1, part.display()),
+            ),
+        ];
+        taken.into_iter().filter(|(is_taken, _)| *is_taken).map(|(_, text)| Assumption { line: None, text }).collect()
+    }
+
     /// Depth of the cutter that is a finding where nobody says it, mm; `None` where no part is named, where the job says it.
     pub(crate) fn gouge_limit(&self) -> Option<f64> {
         self.part.as_ref().map(|_| STAND_GOUGE_LIMIT)
@@ -72,7 +112,7 @@ impl StandArguments {
             dialect,
             mount: self.mount.unwrap_or_default(),
             work_offset: self.work_offset.unwrap_or_default(),
-            register: self.work_register.clone().unwrap_or_else(|| "G54".to_owned()),
+            register: self.work_register.clone().unwrap_or_else(|| WORK_REGISTER.to_owned()),
         };
         Job::of_stand(&stand).map(Some)
     }
@@ -120,6 +160,49 @@ fn up_axis(text: &str) -> Result<UpAxisFile, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::program_arguments::ProgramArguments;
+
+    #[derive(clap::Parser)]
+    struct Command {
+        #[command(flatten)]
+        program: ProgramArguments,
+        #[command(flatten)]
+        stand: StandArguments,
+    }
+
+    fn taken(options: &str) -> Vec<String> {
+        let words = ["verify", "a.nc"].into_iter().chain(options.split_whitespace());
+        let command = <Command as clap::Parser>::try_parse_from(words).unwrap_or_else(|e| panic!("{options}: {e}"));
+        command.stand.assumptions(command.program.dialect).into_iter().map(|a| a.text).collect()
+    }
+
+    /// Each option that is given takes its own assumption away, and no other one.
+    #[test]
+    fn what_is_not_said_of_a_stand_is_told() {
+        const STAND: &str = "--part p.stl --stock box --machine m.json --tool t.json";
+        let all = taken(STAND);
+        let options = [
+            ("--mount", "0,0,0"),
+            ("--work-offset", "0,0,0"),
+            ("--work-register", "G55"),
+            ("--length-register", "3"),
+            ("--mesh-unit", "inch"),
+            ("--mesh-up", "z"),
+        ];
+        assert_eq!(all.len(), options.len() + 1);
+        for (option, value) in options {
+            let text = all.iter().find(|text| text.starts_with(&format!("no {option}:"))).expect(option);
+            let left = taken(&format!("{STAND} {option} {value}"));
+            assert_eq!(left, all.iter().filter(|other| *other != text).cloned().collect::<Vec<_>>());
+        }
+        let siemens = taken(&format!("{STAND} --dialect siemens_840d"));
+        assert!(!siemens.iter().any(|text| text.contains("--dialect") || text.contains("--length-register")));
+        assert!(all.iter().any(|text| text == "no --dialect: the program is read as one for fanuc"), "{all:?}");
+        assert!(all.iter().any(|text| text.ends_with("p.stl is taken in millimetres")), "{all:?}");
+        let gltf = taken(&STAND.replace("p.stl", "p.glb"));
+        assert!(gltf.iter().any(|text| text.ends_with("p.glb is taken in metres")), "{gltf:?}");
+        assert_eq!(taken(""), Vec::<String>::new());
+    }
 
     #[test]
     fn stock_is_a_box_a_thickness_or_a_file() {

@@ -87,7 +87,9 @@ pub(crate) fn run(arguments: &VerifyArguments) -> Result<ExitCode, Failure> {
         certificates: arguments.certificates,
         cut: cut_of(arguments)?,
     };
-    let verified = verify_program(&job, &text, &request, &Bars)?;
+    let mut verified = verify_program(&job, &text, &request, &Bars)?;
+    verified.file.assumptions.extend(arguments.stand.assumptions(arguments.program.dialect));
+    verified.file.assumptions.sort();
     let file = &verified.file;
     let gouged = file.deviation.as_ref().is_some_and(|d| d.exceeds_gouge_limit);
     let clean = file.verification.faults().next().is_none() && !gouged;

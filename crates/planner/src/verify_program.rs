@@ -78,8 +78,8 @@ pub struct VerificationFile {
     /// What the run showed.
     #[serde(flatten)]
     pub verification: Verification,
-    /// What the run rests on because the program does not say it, and what its feeds are held against where cuts are not told
-    /// from other feed moves.
+    /// What the run rests on because neither the program nor the command line says it, what its feeds are held against where cuts
+    /// are not told from other feed moves, and that the program reaches no stock.
     pub assumptions: Vec<Assumption>,
     /// What was cut; absent where the stock was not.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -241,6 +241,7 @@ impl Run<'_> {
         }
         let known = KnownCuts::of(&done.run, &done.not_covered, [done.report.tolerance_mm, done.report.cell_mm]);
         found.verification.findings.extend(done.run.findings);
+        found.assumptions.extend(cuts_nothing(&done.report, &done.run.blocks));
         (found.stock, found.rest, found.cuts) = (Some(done.report), Some(done.rest), done.run.blocks);
         Ok(known)
     }
@@ -341,6 +342,13 @@ impl Run<'_> {
         let certificates = certificates.transpose()?;
         Ok(Found::of(verification, certificates))
     }
+}
+
+/// That no cut meets the stock, where all of it is seen: what is found rests on it that this is meant.
+fn cuts_nothing(report: &StockReport, blocks: &[BlockCut]) -> Option<Assumption> {
+    let in_air = !blocks.is_empty() && report.removed_mm3 == 0.0 && report.blocks_not_covered == 0;
+    let text = "no block of the program reaches the stock: check mounting, work offset, tool length and the unit of the meshes";
+    in_air.then(|| Assumption { line: None, text: text.to_owned() })
 }
 
 /// The largest removal rate of a setup's operations, where each has one. Entries and exits are not slowed down for it, so that
