@@ -1,9 +1,10 @@
 //! Programs that name the tool's axis, and the surface's normal, as vectors; and a shop's own dialect file.
 
 use facemill::inverse_kinematics::{AxisValues, Machine};
+use facemill::nc_program::Dialect;
 use facemill::surface_model::{Surface, SurfaceSettings};
 use facemill::virtual_machine::FindingKind;
-use facemill::{Job, PlanSettings, Planned, SilentStages, plan_setup};
+use facemill::{Job, PlanSettings, Planned, RefeedLaw, RefeedSettings, SilentStages, TipFeed, plan_setup, refeed};
 use facemill_tests::jobs::{JobFolder, text_of};
 use facemill_tests::variants::{CUTTING, variant};
 use nalgebra::{Isometry3, Point3, Translation3, Unit, UnitQuaternion, Vector3};
@@ -286,10 +287,43 @@ fn a_dialect_file_that_is_not_read_as_it_is_meant_is_refused_before_planning() {
     assert!(missing.contains("none.json"), "{missing}");
 }
 
+/// What the control makes of rounded vectors is the same where they are written and where they are read: feeds that a plan has
+/// lowered to what the axes reach are not lowered again, even where few decimals make a staircase of the vectors.
+#[test]
+fn feeds_of_a_plan_with_vectors_are_those_that_its_own_text_reaches() {
+    let job = with_vectors("siemens_840d", "tip_linear_vector_turned");
+    own_dialect(&job, "siemens_840d", &[("/numbers/vector_decimals", json!(3))]);
+    job.set("job.json", &[("/feeds_within", json!("acceleration"))]);
+    let tolerance = json!({ "path_mm": 0.01, "orientation_deg": 0.05 });
+    job.set("machine.json", &[("/motion/control_tolerance", tolerance)]);
+    let read = Job::read(&job.job()).unwrap_or_else(|e| panic!("{e}"));
+    let settings = PlanSettings { verify: false, certificates: false };
+    let planned = plan_setup(&read, 0, settings, &SilentStages).unwrap_or_else(|e| panic!("{e}"));
+    let law = planned.report.time_law.as_ref().unwrap();
+    assert!(law.lowered_blocks > 20 && !law.stops_at_corners, "{law:?}");
+    let text = text_with(&planned, ".mpf");
+    let offset = ["X", "Y", "Z"].into_iter().zip(OFFSET);
+    let settings = RefeedSettings {
+        machine: &read.machine,
+        tool_length: read.tool.gauge_length(),
+        tip_feed: TipFeed::Keep,
+        work_offset: offset.map(|(axis, value)| (axis.to_owned(), value)).collect(),
+        dialect: Dialect::Siemens840d,
+        time_law: Some(RefeedLaw::default()),
+    };
+    let refed = refeed(text.as_bytes(), &settings).unwrap_or_else(|e| panic!("{e}"));
+    let after = String::from_utf8(refed.text).unwrap();
+    let [before, after] = [&text, &after].map(|text| motion_lines(text, ["A3=", "B3=", "C3="]));
+    assert_eq!(before.len(), after.len());
+    let pairs = before.iter().zip(&after).filter(|(line, _)| !line.is_rapid);
+    let lowered: Vec<_> = pairs.filter(|(a, b)| (b.feed / a.feed - 1.0).abs() > 0.01).collect();
+    assert!(lowered.is_empty(), "{} of {}, {:?}", lowered.len(), before.len(), lowered[0]);
+}
+
 /// A template that forgets to switch RTCP off on the way home, and to end.
 #[test]
 fn a_template_that_leaves_rtcp_on_and_does_not_end_is_told() {
-    let template = facemill::nc_program::Dialect::Fanuc.template().text;
+    let template = Dialect::Fanuc.template().text;
     let (head, end) = template.rsplit_once("{% endif %}\nG49\n").unwrap();
     let own = format!("{head}{{% endif %}}\n{}", end.replace("M30\n", ""));
     let job = variant(&[("/post/feed_mode", json!("rtcp")), ("/post/template", json!("shop.j2"))]);

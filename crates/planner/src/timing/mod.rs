@@ -7,10 +7,11 @@ mod vectors;
 
 use std::collections::BTreeMap;
 
+use facemill_cl_data::ClPoint;
 use facemill_feedrate::{FeedLimit, MotionLimit, ProgramBlock};
 use facemill_inverse_kinematics::{AxisValues, Machine};
 use facemill_nc_program::{AxisWords, Block, FeedMode, WordMap};
-use nalgebra::Isometry3;
+use nalgebra::{Isometry3, Unit, Vector3};
 use rayon::prelude::*;
 
 pub(crate) use run::{Run, RunLaw, Timer, missing_limits};
@@ -56,6 +57,17 @@ pub(crate) struct TimedMove {
     pub limit: Option<FeedLimit>,
 }
 
+/// How the text of a block turns the tool.
+#[derive(Clone, Copy, PartialEq)]
+enum Turn {
+    /// By rotary words.
+    Words,
+    /// By this vector, frame of the words.
+    Vector([f64; 3]),
+    /// Not: its vector is the one of the block before, and is not said again.
+    Stays,
+}
+
 /// How axis values are written.
 pub(crate) struct Written<'a> {
     pub job: &'a Job,
@@ -64,9 +76,9 @@ pub(crate) struct Written<'a> {
 }
 
 impl Written<'_> {
-    /// Axis values of the rounded words: where the control goes. Where a block says a vector (`by_vector`) the rotary axes are as
-    /// planned: one of the positions that its text leaves open.
-    fn values(&self, axes: &AxisValues, by_vector: bool) -> Option<AxisValues> {
+    /// Axis values of the rounded words: where the control goes from `before`. Where the block says a tool vector, the control
+    /// finds the rotary axes by it.
+    fn values(&self, before: &AxisValues, axes: &AxisValues, turn: Turn) -> Option<AxisValues> {
         let (machine, length) = (&self.job.machine, self.job.tool.gauge_length());
         if self.job.post.feed_mode() != FeedMode::Rtcp {
             let words = self.rounded(&self.words.words(axes.as_slice()).ok()?)?;
@@ -80,8 +92,29 @@ impl Written<'_> {
                 tip[k] = word.value;
             }
         }
-        let turned = if by_vector { *axes } else { AxisValues::from_slice(&self.words.joints(&words).ok()?)? };
-        machine.with_tip_at(&turned, &(self.table_from_rtcp_words * tip), length)
+        let tip = self.table_from_rtcp_words * tip;
+        match turn {
+            Turn::Words => {
+                let turned = AxisValues::from_slice(&self.words.joints(&words).ok()?)?;
+                machine.with_tip_at(&turned, &tip, length)
+            }
+            Turn::Stays => machine.with_tip_at(before, &tip, length),
+            Turn::Vector(vector) => {
+                let axis = self.table_from_rtcp_words * Unit::new_normalize(Vector3::from(vector));
+                machine.control_choice(before, &ClPoint { tip, axis }, length).ok()
+            }
+        }
+    }
+
+    /// How a block turns the tool behind one that says, or keeps, the vector `said`; takes note of its own.
+    fn turn(&self, block: &Block, said: &mut Option<[f64; 3]>) -> Turn {
+        let (Block::LinearVectors { vectors, .. }, Some(rule)) = (block, self.job.post.vector_rule()) else {
+            *said = None;
+            return Turn::Words;
+        };
+        let vector = self.job.post.vector_in_text(&vectors.tool_axis).into();
+        let is_same = said.replace(vector) == Some(vector);
+        if is_same && !rule.complete { Turn::Stays } else { Turn::Vector(vector) }
     }
 
     fn rounded(&self, words: &AxisWords) -> Option<AxisWords> {
@@ -114,6 +147,7 @@ pub(crate) fn time_program(views: &[View<'_>], written: &Written<'_>, timed: &mu
         return Ok(slower);
     };
     let runs = runs(machine, written, timed);
+    let timer = timer.with_rounded_vectors(vector_rounding(written, &runs));
     let laws: Result<Vec<RunLaw>, String> = runs.par_iter().map(|run| timer.time(run)).collect();
     let laws = laws.map_err(|e| Failure::Internal(format!("time law: {e}")))?;
     let mut told = TimeLawReport { stops_at_corners: stops_at_corners(tolerance), ..TimeLawReport::default() };
@@ -168,14 +202,25 @@ fn without_chips(
     Ok(())
 }
 
+/// What the text of these runs leaves open of its tool vectors.
+fn vector_rounding(written: &Written<'_>, runs: &[Run]) -> Option<VectorRounding> {
+    let mut decimals = VectorDecimals::default();
+    let mut vectors = runs.iter().flat_map(|run| run.vectors.iter().flatten()).peekable();
+    vectors.peek()?;
+    vectors.for_each(|vector| decimals.read(vector));
+    Some(VectorRounding { table_from_words: written.table_from_rtcp_words, half: decimals.half() })
+}
+
 /// The runs of a program: moves of one kind with nothing between them that the axes stand for. The first move of the program
 /// is in the first run, without a way: it is not known where it starts.
 fn runs(machine: &Machine, written: &Written<'_>, timed: &Timed) -> Vec<Run> {
     let mut runs: Vec<Run> = Vec::new();
     let mut before: Option<(usize, AxisValues)> = None;
+    let mut said = None;
     for m in &timed.moves {
-        let by_vector = matches!(timed.program.blocks[m.block], Block::LinearVectors { .. });
-        let end = written.values(&m.axes, by_vector).unwrap_or(m.axes);
+        let turn = written.turn(&timed.program.blocks[m.block], &mut said);
+        let at = before.map_or(m.axes, |(_, at)| at);
+        let end = written.values(&at, &m.axes, turn).unwrap_or(m.axes);
         let (from, start) = before.map_or((m.block, end), |(block, at)| (block + 1, at));
         let stops = timed.program.blocks[from..m.block].iter().any(|b| !matches!(b, Block::Comment(_)));
         let is_rapid = m.kind == MoveKind::Rapid;
@@ -187,6 +232,7 @@ fn runs(machine: &Machine, written: &Written<'_>, timed: &Timed) -> Vec<Run> {
         let tip_time = if capped { m.time } else { 0.0 };
         if let Some(run) = runs.last_mut() {
             run.blocks.push(ProgramBlock { end, tip_time, exact_stop: false });
+            run.vectors.push(if let Turn::Vector(vector) = turn { Some(vector) } else { None });
         }
         before = Some((m.block, end));
     }
