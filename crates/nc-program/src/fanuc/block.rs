@@ -146,8 +146,13 @@ impl BlockReading<'_> {
     }
 
     fn feed_and_speed(&mut self) -> Result<(), ReadError> {
-        self.tools()?;
-        if let Some(word) = self.take(b'S').filter(|w| w.is_known) {
+        // S and T of a macro call are its arguments, and S of G92 is the largest speed that there may be.
+        let is_macro = self.has_code(65.0) || self.has_code(66.0);
+        if !is_macro {
+            self.tools()?;
+        }
+        let speed = if is_macro || self.has_code(92.0) { None } else { self.take(b'S') };
+        if let Some(word) = speed.filter(|w| w.is_known) {
             self.block.commands.push(ReadCommand::SpindleSpeed(word.value));
         }
         // Of a call it is an argument.

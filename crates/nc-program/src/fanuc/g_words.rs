@@ -269,7 +269,7 @@ impl BlockReading<'_> {
         }
     }
 
-    fn has_code(&self, code: f64) -> bool {
+    pub(super) fn has_code(&self, code: f64) -> bool {
         self.line.words.iter().any(|w| w.letter == b'G' && w.value == code)
     }
 

@@ -34,8 +34,13 @@ impl BlockReading<'_> {
         Ok(())
     }
 
-    /// A full circle names its centre only.
+    /// A full circle names its centre only. A reference return without axes takes all of them there on Haas and LinuxCNC, and
+    /// which those are the text does not tell.
     fn motion_without_axes(&mut self) -> Result<(), ReadError> {
+        if matches!((self.role, self.variant), (AxisRole::Reference(_), Variant::Haas | Variant::LinuxCnc)) {
+            self.skip();
+            return Ok(());
+        }
         let is_arc = matches!(self.modal.motion, Some(MotionCode::Arc { .. })) && self.modal.cycle.is_none();
         let has_centre = self.line.words.iter().any(|w| matches!(w.letter, b'I' | b'J' | b'K'));
         if let (AxisRole::Target, true, true, Some(MotionCode::Arc { clockwise })) =

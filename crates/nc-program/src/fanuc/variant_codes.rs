@@ -101,14 +101,16 @@ impl BlockReading<'_> {
         Ok(true)
     }
 
-    /// What axis words are beside a word that switches a mirror, a scale or a turn off. Those of G50.1 name the axes whose
-    /// mirror ends. G50, G50.2, G69 and G69.5 have none of their own: beside a word that moves they are its targets; else,
-    /// and where G50.1 stands beside a motion, whose they are is not told and the block is kept as it stands.
+    /// What axis words are beside a word that switches something off. Those of G50.1 name the axes whose mirror ends. Data
+    /// (G11), polar interpolation (G13.1), polar words (G15), stroke limits (G23), scale (G50, G50.2) and turn (G69, G69.5) end
+    /// without any of their own: beside a word that moves they are its targets; else, and where G50.1 stands beside a motion,
+    /// whose they are is not told and the block is kept as it stands. States that stay (G40, G80, G97, G98, G99) have no such
+    /// doubt: words beside them go on with the motion in force.
     pub(super) fn cancelled_axes(&mut self) {
         let tenths = |w: &Word| (w.value * 10.0).round() as u16;
         let has = |wanted: fn(u16) -> bool| self.line.words.iter().any(|w| w.letter == b'G' && wanted(tenths(w)));
         let ends_mirror = has(|code| code == 501);
-        let ends_frame = has(|code| matches!(code, 500 | 502 | 690 | 695));
+        let ends_frame = has(|code| matches!(code, 110 | 131 | 150 | 230 | 500 | 502 | 690 | 695));
         let moves = self.role != AxisRole::Target || has(|code| matches!(code, 0 | 10 | 20 | 30 | 730..=890));
         let has_axes = self.line.words.iter().any(|w| axis_of(w).is_some());
         if self.role == AxisRole::Data || !has_axes {
@@ -141,8 +143,8 @@ impl BlockReading<'_> {
         self.block.commands.push(ReadCommand::Call(Box::new(call)));
     }
 
-    /// A move that a probe ends.
-    fn skip(&mut self) {
+    /// A move that ends where the text does not tell, such as one that a probe ends.
+    pub(super) fn skip(&mut self) {
         self.role = AxisRole::Data;
         self.has_parameters = true;
         self.modal.position.forget_all();

@@ -19,7 +19,7 @@ fn behind(dialect: Dialect, lines: &str) -> (bool, bool) {
     (is_set, motion.position.get(AxisLetter::X).is_some())
 }
 
-const SET: [(Dialect, &str); 45] = [
+const SET: [(Dialect, &str); 50] = [
     (Dialect::Fanuc, "G52 X10."),
     (Dialect::Fanuc, "G52 X0. Y1."),
     (Dialect::Fanuc, "G52 X#500"),
@@ -33,6 +33,11 @@ const SET: [(Dialect, &str); 45] = [
     (Dialect::Fanuc, "G54.2 P0 G52 X10."),
     (Dialect::Fanuc, "G50 X10."),
     (Dialect::Fanuc, "G69 X10. Y1."),
+    (Dialect::Fanuc, "G11 X10."),
+    (Dialect::Fanuc, "G13.1 X10."),
+    (Dialect::Fanuc, "G15 X10. Y3."),
+    (Dialect::Mazak, "G23 X10."),
+    (Dialect::Fanuc, "G10 L2 P1 X10."),
     (Dialect::Fanuc, "G0 G50.1 X10."),
     (Dialect::Fanuc, "G28 G50.1 X0."),
     (Dialect::Fanuc, "G69 G50.1 X0."),
@@ -67,11 +72,15 @@ const SET: [(Dialect, &str); 45] = [
     (Dialect::Heidenhain, "TRANS DATUM AXIS X+10"),
 ];
 
-const OFF: [(Dialect, &str); 26] = [
+const OFF: [(Dialect, &str); 30] = [
     (Dialect::Fanuc, "G52 X0. Y0. Z0."),
     (Dialect::Fanuc, "G69"),
     (Dialect::Fanuc, "G50"),
     (Dialect::Fanuc, "G50.1"),
+    (Dialect::Fanuc, "G11"),
+    (Dialect::Fanuc, "G13.1"),
+    (Dialect::Fanuc, "G15 G80"),
+    (Dialect::Mazak, "G23"),
     (Dialect::Fanuc, "G54.2 P0"),
     (Dialect::Fanuc, "N5 G54.4 P0 (OFF)"),
     (Dialect::Mazak, "G54.2 P0"),
@@ -123,6 +132,12 @@ fn axes_whose_mirror_ends_do_not_move() {
         (Dialect::Fanuc, "G0 G40 G50 G69 G90 X0. Y0.", 0.0),
         (Dialect::Haas, "G69 G1 F9. X7.", 7.0),
         (Dialect::Fanuc, "G69 G53 X3.", 3.0),
+        (Dialect::Fanuc, "G22 X9. Y9. Z9. I-9. J-9. K-9.", 5.0),
+        (Dialect::Fanuc, "G15 G0 X7.", 7.0),
+        (Dialect::Haas, "G40 G80 X7.", 7.0),
+        (Dialect::Fanuc, "G97 S900 X7.", 7.0),
+        (Dialect::Mazak, "G98 X7.", 7.0),
+        (Dialect::LinuxCnc, "G99 X7.", 7.0),
     ] {
         let text = format!("G90 G0 X5. Y1.\n{line}\nG0 Z2.\n");
         let program = read_program(&text, dialect).unwrap_or_else(|e| panic!("{e}"));
@@ -131,6 +146,37 @@ fn axes_whose_mirror_ends_do_not_move() {
         let (_, last) = program.motions().last().unwrap();
         let at = last.position.get(AxisLetter::X);
         assert!(at == Some(AxisAt::Word(x)) || at == Some(AxisAt::Machine(x)), "{}: {line}: {at:?}", dialect.name());
+    }
+}
+
+/// Speeds and tools of calls and settings are none of the spindle's.
+#[test]
+fn s_of_a_setting_and_words_of_a_macro_are_no_commands() {
+    for (dialect, line, commands) in [
+        (Dialect::Fanuc, "G97 S900", vec![ReadCommand::SpindleSpeed(900.0)]),
+        (Dialect::Fanuc, "G92 S900", vec![]),
+        (Dialect::Haas, "G65 P9010 S900 T5", vec![]),
+        (Dialect::Fanuc, "G66 P9010 S900 T5", vec![]),
+        (Dialect::Mazak, "M98 P9010 S900", vec![ReadCommand::SpindleSpeed(900.0)]),
+    ] {
+        let read = read_program(line, dialect).unwrap_or_else(|e| panic!("{line}: {e}"));
+        let is_spindle_or_tool = |c: &&ReadCommand| matches!(c, ReadCommand::SpindleSpeed(_) | ReadCommand::Tool(_));
+        let found: Vec<ReadCommand> = read.blocks[0].commands.iter().filter(is_spindle_or_tool).cloned().collect();
+        assert_eq!(found, commands, "{line}");
+    }
+}
+
+/// A return to the reference without axes takes all of them there, wherever that is, or none.
+#[test]
+fn a_reference_return_without_axes_leaves_no_place_known_where_it_moves_all() {
+    for (dialect, line, is_known) in [
+        (Dialect::Haas, "G28", false),
+        (Dialect::Haas, "G91 G28", false),
+        (Dialect::LinuxCnc, "G30", false),
+        (Dialect::Fanuc, "G28", true),
+        (Dialect::Haas, "G91 G28 Z0.\nG90", true),
+    ] {
+        assert_eq!(behind(dialect, line).1, is_known, "{}: {line}", dialect.name());
     }
 }
 
