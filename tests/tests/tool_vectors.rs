@@ -4,7 +4,9 @@ use facemill::inverse_kinematics::{AxisValues, Machine};
 use facemill::nc_program::Dialect;
 use facemill::surface_model::{Surface, SurfaceSettings};
 use facemill::virtual_machine::FindingKind;
-use facemill::{Job, PlanSettings, Planned, RefeedLaw, RefeedSettings, SilentStages, TipFeed, plan_setup, refeed};
+use facemill::{
+    Job, PlanSettings, Planned, RefeedLaw, RefeedSettings, SilentStages, TipFeed, plan_setup, refeed, summary,
+};
 use facemill_tests::jobs::{JobFolder, text_of};
 use facemill_tests::variants::{CUTTING, variant};
 use nalgebra::{Isometry3, Point3, Translation3, Unit, UnitQuaternion, Vector3};
@@ -297,8 +299,7 @@ fn feeds_of_a_plan_with_vectors_are_those_that_its_own_text_reaches() {
     let tolerance = json!({ "path_mm": 0.01, "orientation_deg": 0.05 });
     job.set("machine.json", &[("/motion/control_tolerance", tolerance)]);
     let read = Job::read(&job.job()).unwrap_or_else(|e| panic!("{e}"));
-    let settings = PlanSettings { verify: false, certificates: false };
-    let planned = plan_setup(&read, 0, settings, &SilentStages).unwrap_or_else(|e| panic!("{e}"));
+    let planned = plan_unverified(&job);
     let law = planned.report.time_law.as_ref().unwrap();
     assert!(law.lowered_blocks > 20 && !law.stops_at_corners, "{law:?}");
     let text = text_with(&planned, ".mpf");
@@ -318,6 +319,23 @@ fn feeds_of_a_plan_with_vectors_are_those_that_its_own_text_reaches() {
     let pairs = before.iter().zip(&after).filter(|(line, _)| !line.is_rapid);
     let lowered: Vec<_> = pairs.filter(|(a, b)| (b.feed / a.feed - 1.0).abs() > 0.01).collect();
     assert!(lowered.is_empty(), "{} of {}, {:?}", lowered.len(), before.len(), lowered[0]);
+
+    // What the decimals cost is told: about as much as rotary words, which turn the axes evenly, save.
+    let told = law.tool_vectors.unwrap();
+    assert!(told.decimals == 3 && (told.turn_deg - 0.0496).abs() < 1e-4, "{told:?}");
+    assert!(summary(&planned.report).contains("tool vectors      of 3 decimals"), "{}", summary(&planned.report));
+    job.set("job.json", &[("/post/orientation", json!("rotary"))]);
+    let by_words = plan_unverified(&job).report.time_law.unwrap();
+    assert_eq!(by_words.tool_vectors, None);
+    let [cuts, by_words] = [law, &by_words].map(|law| law.cutting_time_s + law.approach_time_s);
+    let saved = cuts - by_words;
+    assert!((saved - told.added_time_s).abs() < 0.1 * saved, "{told:?}, {cuts} s and {by_words} s");
+}
+
+fn plan_unverified(job: &JobFolder) -> Planned {
+    let job = Job::read(&job.job()).unwrap_or_else(|e| panic!("{e}"));
+    let settings = PlanSettings { verify: false, certificates: false };
+    plan_setup(&job, 0, settings, &SilentStages).unwrap_or_else(|e| panic!("{e}"))
 }
 
 /// A template that forgets to switch RTCP off on the way home, and to end.

@@ -181,6 +181,20 @@ pub struct TimeLawReport {
     pub lowered_blocks: usize,
     /// What holds the passes back, the largest share of their time first.
     pub held_back_by: Vec<HeldBackReport>,
+    /// What the rounding of tool vectors does; absent where the program has none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tool_vectors: Option<VectorTimeReport>,
+}
+
+/// What the decimals of tool vectors cost.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct VectorTimeReport {
+    /// Decimals of their components.
+    pub decimals: u8,
+    /// By how much the rounding turns the tool at the most, deg.
+    pub turn_deg: f64,
+    /// How much longer feed moves take than with exact vectors, at the feeds that were asked for, s; 0 where they do not.
+    pub added_time_s: f64,
 }
 
 /// A limit that is used most in some of the blocks.

@@ -3,7 +3,9 @@
 use facemill_virtual_machine::Assumption;
 
 use crate::plan_stock::OWN_STOCK;
-use crate::report::{CertifiedReport, ChipsReport, HeldBackReport, PosturesReport, Report, SpreadReport};
+use crate::report::{
+    CertifiedReport, ChipsReport, HeldBackReport, PosturesReport, Report, SpreadReport, VectorTimeReport,
+};
 use crate::{PairReport, PlannedStockReport, StockReport};
 
 /// A few lines for a person.
@@ -127,6 +129,14 @@ fn times(report: &Report) -> Vec<String> {
     if law.stops_at_corners {
         lines.push("  stops             at every corner: motion.control_tolerance of the machine file is 0".to_owned());
     }
+    let slow = |v: &&VectorTimeReport| v.added_time_s >= TOLD_SHARE * (law.cutting_time_s + law.approach_time_s);
+    lines.extend(law.tool_vectors.iter().filter(slow).map(|v| {
+        format!(
+            "  tool vectors      of {} decimals turn the tool by up to {:.1e} deg beside its way, and the axes take {:.1} s longer for it: \
+             more decimals are numbers.vector_decimals of the dialect file",
+            v.decimals, v.turn_deg, v.added_time_s
+        )
+    }));
     if law.lowered_blocks > 0 {
         lines.push(format!("  lowered feeds     {} blocks, to what the axes reach in them", law.lowered_blocks));
     }

@@ -24,7 +24,7 @@ use crate::job_file::FeedsWithin;
 use crate::load::Job;
 use crate::moves::MoveKind;
 use crate::program::Timed;
-use crate::report::{HeldBackReport, TimeLawReport};
+use crate::report::{HeldBackReport, TimeLawReport, VectorTimeReport};
 use crate::tip_feed::FeedLaw;
 
 /// Feeds that ask for more than so many times the largest speed of a block are lowered. In dense programs the law holds a block to the
@@ -159,9 +159,45 @@ pub(crate) fn time_program(views: &[View<'_>], written: &Written<'_>, timed: &mu
             told.lowered_blocks += usize::from(slower[at] > 1.0);
         }
     }
+    told.tool_vectors = tool_vectors(&timer, job, &runs, &laws, &timed.moves)
+        .map_err(|e| Failure::Internal(format!("time law: {e}")))?;
     timed.time_law = Some(told);
     without_chips(&timer, job, runs, &laws, timed).map_err(|e| Failure::Internal(format!("time law: {e}")))?;
     Ok(slower)
+}
+
+/// What the rounding of tool vectors costs: the times of the runs that say some against those through the planned positions;
+/// `None` without vectors.
+fn tool_vectors(
+    timer: &Timer<'_>,
+    job: &Job,
+    runs: &[Run],
+    laws: &[RunLaw],
+    moves: &[TimedMove],
+) -> Result<Option<VectorTimeReport>, String> {
+    let mut before = moves.first().map(|m| m.axes);
+    let mut moves = moves.iter();
+    let mut exact: Vec<(Run, f64)> = Vec::new();
+    for (run, law) in runs.iter().zip(laws) {
+        let start = before.unwrap_or(run.start);
+        let planned = run.blocks.iter().zip(&mut moves);
+        let blocks: Vec<_> = planned.map(|(block, m)| ProgramBlock { end: m.axes, ..*block }).collect();
+        before = blocks.last().map(|block| block.end).or(before);
+        if run.vectors.iter().any(Option::is_some) {
+            let run = Run { start, blocks, is_rapid: run.is_rapid, vectors: Vec::new() };
+            exact.push((run, law.times.iter().sum()));
+        }
+    }
+    if exact.is_empty() {
+        return Ok(None);
+    }
+    let added = |(run, time): &(Run, f64)| Ok(time - timer.time(run)?.times.iter().sum::<f64>());
+    let added: Result<Vec<f64>, String> = exact.par_iter().map(added).collect();
+    Ok(Some(VectorTimeReport {
+        decimals: job.post.rules().numbers.vector_decimals,
+        turn_deg: job.post.rounding_bound().vector.to_degrees(),
+        added_time_s: added?.iter().sum::<f64>().max(0.0),
+    }))
 }
 
 /// Where chips have changed feeds, what the job's own feeds would have reached by the law, and how long it would have taken.
