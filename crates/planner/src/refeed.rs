@@ -11,7 +11,7 @@ use serde::Serialize;
 use crate::Failure;
 use crate::follow::{FollowedCut, Follower, Surroundings, Way, legs};
 use crate::program::{letter, word_frame};
-use crate::refeed_checks::{Computed, Doubts, LAST_BITS, check_vectors, rounded_down};
+use crate::refeed_checks::{Computed, Doubts, LAST_BITS, check_vectors, not_raised, rounded_down};
 use crate::refeed_law::{Law, Moves, RefeedLaw, RefeedLawTimes, blending, stands, timed};
 
 /// How fast the tip is to go.
@@ -347,9 +347,13 @@ impl<'s> Refeeder<'s> {
             (range.min, range.max) = (0.0, f64::INFINITY);
         }
         let (way, asked) = self.asked(cut, motion.feed)?;
-        let asked = if cut.is_norm { asked } else { within_range(asked, cut, &machine.feed_range()) };
+        let given = if cut.is_norm { asked } else { within_range(asked, cut, &machine.feed_range()) };
         let mut fed =
-            feed_for_block(machine.axes(), &cut.from, &cut.to, way, asked, &range).map_err(|e| e.to_string())?;
+            feed_for_block(machine.axes(), &cut.from, &cut.to, way, given, &range).map_err(|e| e.to_string())?;
+        let faster = if cut.is_norm { 60.0 * way / (asked * fed.time) } else { given / asked };
+        if fed.limit == FeedLimit::ControlMin || !cut.is_norm {
+            not_raised(faster, machine.feed_range().min)?;
+        }
         if fed.limit == FeedLimit::NoMotion {
             return self.keep(block, motion);
         }

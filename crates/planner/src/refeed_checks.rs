@@ -134,11 +134,26 @@ pub(crate) fn rounded_down(
     Ok((text, number))
 }
 
+/// Sees to it that the control's smallest F does not make a block faster than it is to be, by this factor.
+///
+/// # Errors
+/// When it does, by more than is lost to decimals at the most.
+pub(crate) fn not_raised(faster: f64, least: f64) -> Result<(), String> {
+    if faster <= 1.0 + MOST_LOST {
+        return Ok(());
+    }
+    Err(format!(
+        "it needs F{:.4}, and the smallest that the machine knows is {least}, {faster:.1} times as fast: let the tip go faster, or \
+         give feed.min_mm_min of the machine file if its control takes less",
+        least / faster
+    ))
+}
+
 /// Share by which what F counts may differ from the tip's way where F is its speed.
 const SAME_WAY: f64 = 1e-3;
 
-/// Share of a feed that may be lost because its control takes few decimals. Larger: blocks are slower than asked, and nobody is
-/// told; smaller: feeds of which a control takes two digits are refused.
+/// Share by which a feed may differ because its control takes few decimals, or knows none so small. Larger: blocks are slower or
+/// faster than asked, and nobody is told; smaller: feeds of which a control takes two digits are refused.
 const MOST_LOST: f64 = 0.01;
 
 /// Cutting blocks behind another one from which on something can be said of how F was made.
