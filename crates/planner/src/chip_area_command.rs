@@ -121,20 +121,38 @@ const LARGE: f64 = 1e12;
 /// Areas below this have exponents, mm²: they would be rows of zeros.
 const SMALL: f64 = 1e-4;
 
-/// Fewest digits of an area that are told, the leading one included.
+/// Digits of an area that are told at the most where it is small, the leading one included.
 const DIGITS: i32 = 6;
 
-/// An area to six decimals and to six digits at least. One below 0 by no more than it may be off is 0.
+/// Decimals that are told at the most where these are more digits.
+const DECIMALS: i32 = 6;
+
+/// An area to six decimals or six digits, whichever are more, and no finer than it may be off: a unit of the last digit is at
+/// least the bound. One that is 0 to these digits, or below 0 by no more than it may be off, is 0.
 fn rounded(area: f64, error_bound: f64) -> String {
     let size = area.abs();
     if size == 0.0 || area < 0.0 && size <= error_bound {
         return "0".to_owned();
     }
-    if !(SMALL..LARGE).contains(&size) {
-        return format!("{area:.5e}");
-    }
     let leading = size.log10().floor() as i32;
-    let decimals = usize::try_from(DIGITS - 1 - leading).unwrap_or(0).max(6);
+    // Place of the finest digit that means something, as a power of ten.
+    let finest = if error_bound > 0.0 { error_bound.log10().ceil() as i32 } else { i32::MIN };
+    // Of an area below that digit's unit one unit is told, or none.
+    let unit = 10f64.powi(finest);
+    if finest > leading && 2.0 * size < unit {
+        return "0".to_owned();
+    }
+    let (area, leading) = if finest > leading { (unit.copysign(area), finest) } else { (area, leading) };
+    if !(SMALL..LARGE).contains(&area.abs()) {
+        let digits = leading.saturating_sub(finest).clamp(0, DIGITS - 1) as usize;
+        return format!("{area:.digits$e}");
+    }
+    let last = (leading + 1 - DIGITS).min(-DECIMALS).max(finest);
+    if last > 0 {
+        let unit = 10f64.powi(last);
+        return format!("{:.0}", (area / unit).round() * unit);
+    }
+    let decimals = last.unsigned_abs() as usize;
     format!("{area:.decimals$}")
 }
 
@@ -153,6 +171,44 @@ mod tests {
                 assert!((told - area).abs() <= 5.1e-6 * area, "{area:e}: {text}");
                 assert!(text.len() <= 20, "{area:e}: {text}");
             }
+        }
+    }
+
+    /// Whatever the bound, what is told is off by it and half a unit of the last digit at the most, and that unit is no finer
+    /// than the bound.
+    #[test]
+    fn no_digit_is_told_that_the_bound_does_not_hold() {
+        for (area, error_bound, told) in [
+            (12.345_678_9, 1e-12, "12.345679"),
+            (12.345_678_9, 3e-4, "12.346"),
+            (12.345_678_9, 1e-3, "12.346"),
+            (12.345_678_9, 0.4, "12"),
+            (1234.567, 30.0, "1200"),
+            (2.5e-5, 1e-6, "2.5e-5"),
+            (2.5e-5, 1e-4, "0"),
+            (0.07, 0.09, "0.1"),
+            (3.0, 40.0, "0"),
+            (7.654_321e13, 1e10, "7.654e13"),
+        ] {
+            assert_eq!(rounded(area, error_bound), told, "{area} {error_bound}");
+        }
+        for k in 0..2000 {
+            let spread = |factor: f64, decades: f64| (f64::from(k) * factor).fract() * decades;
+            let area = 10f64.powf(spread(0.618_033_988_75, 20.0) - 8.0);
+            let error_bound = area * 10f64.powf(spread(0.414_213_562_37, 12.0) - 11.0);
+            let text = rounded(area, error_bound);
+            let found: f64 = text.parse().unwrap();
+            let unit = 10f64.powf(error_bound.log10().ceil());
+            assert!(
+                (found - area).abs() <= 0.51 * unit.max(1e-5 * area).max(1e-16 * area),
+                "{area:e} {error_bound:e}: {text}"
+            );
+            // The last digit stands for a multiple of the unit.
+            let multiple = found / unit;
+            assert!(
+                (multiple - multiple.round()).abs() <= 1e-6 * multiple.max(1.0),
+                "{area:e} {error_bound:e}: {text}"
+            );
         }
     }
 
