@@ -10,7 +10,7 @@ use facemill_feedrate::{
 use facemill_inverse_kinematics::AxisValues;
 use rustix::time::{ClockId, clock_gettime};
 
-#[path = "../../crates/feedrate/tests/time_law/spline_path.rs"]
+#[path = "../../crates/feedrate/tests/laws/time_law/spline_path.rs"]
 #[expect(dead_code, reason = "the tests of the same path need more of it")]
 mod spline_path;
 

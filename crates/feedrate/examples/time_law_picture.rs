@@ -6,7 +6,7 @@ use std::fmt::Write;
 
 use facemill_feedrate::{AxisMotion, TimeLawSettings, minimum_time_law};
 
-#[path = "../tests/time_law/spline_path.rs"]
+#[path = "../tests/laws/time_law/spline_path.rs"]
 #[expect(dead_code, reason = "the tests of the same path need more of it")]
 mod spline_path;
 

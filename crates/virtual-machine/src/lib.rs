@@ -79,7 +79,7 @@ mod episodes;
 mod feeds;
 mod finding;
 #[cfg(test)]
-#[path = "../tests/kit/mod.rs"]
+#[path = "../tests/laws/kit/mod.rs"]
 mod kit;
 mod lengths;
 #[cfg(test)]

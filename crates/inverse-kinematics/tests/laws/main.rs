@@ -1,0 +1,21 @@
+//! Laws of machines: their files, forward and inverse solutions, ways between positions, branches and windings.
+
+#[path = "../common/mod.rs"]
+mod common;
+mod meant;
+
+mod axis_lines;
+mod axis_ranges;
+mod deviation;
+mod family;
+mod heads;
+mod import;
+mod inverse;
+mod linearise;
+mod linearise_poles;
+mod machine_file;
+mod motion;
+mod path;
+mod published;
+mod three_rotaries;
+mod windings;

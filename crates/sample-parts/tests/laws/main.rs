@@ -1,0 +1,8 @@
+//! Laws of parts made from tables and closed forms.
+
+mod kit;
+
+mod analytic_laws;
+mod blade_laws;
+mod rotor37_laws;
+mod vp1304_reference;

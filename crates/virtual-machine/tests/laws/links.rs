@@ -1,0 +1,92 @@
+//! Links of a program against the stock as it is there: what is free above uncut stock, in a slot once it is cut, and over a
+//! fixture, by heights that the scene tells.
+
+use crate::kit::{Shop, Text};
+use facemill_cl_data::Silent;
+use facemill_inverse_kinematics::AxisValues;
+use facemill_nc_program::{Dialect, read_program};
+use facemill_virtual_machine::{LinkHold, LinkSettings, VerifySettings, run_links, run_stock};
+use facemill_z_map::DexelMap;
+use nalgebra::Isometry3;
+
+const UP: [f64; 3] = [0.0, 0.0, 1.0];
+
+const KEEP: LinkSettings = LinkSettings { clearance: 3.0, tolerance: 0.01 };
+
+/// What way is kept above material whose lines are 2 mm apart, with 0.1 mm to spare.
+const ABOVE: f64 = 3.0 + 2.0 * std::f64::consts::FRAC_1_SQRT_2 + 0.1;
+
+/// A block on the plate in front of the wall, 20 mm high.
+fn block() -> DexelMap {
+    DexelMap::of_box(&Isometry3::identity(), [-200.0, -200.0, 0.0], [140.0, 200.0, 20.0], 2.0).unwrap()
+}
+
+/// Two slots side by side, 90 mm wide together, and a link behind each of them.
+fn two_slots(shop: &Shop) -> String {
+    let slot = |text: Text<'_>, y: f64| {
+        let begun = Text { shop, ..text }.rapid([-260.0, y, 100.0]).rapid([-260.0, y, 40.0]).cut([-260.0, y, 10.0]);
+        begun.cut([100.0, y, 10.0]).cut([100.0, y, 40.0]).rapid([100.0, y, 100.0]).text
+    };
+    let first = slot(Text::new(shop), -20.0);
+    let both = slot(Text { shop, text: first }, 20.0);
+    Text { shop, text: both }.rapid([-260.0, 0.0, 40.0]).cut([-260.0, 0.0, 30.0]).rapid([-260.0, 0.0, 100.0]).text
+}
+
+#[test]
+fn a_way_is_free_by_the_stock_at_that_moment_and_the_heights_of_the_scene() {
+    let shop = Shop::new();
+    let program = read_program(two_slots(&shop), Dialect::Fanuc).unwrap();
+    let over = |ways: &[[f64; 3]]| -> Vec<AxisValues> { ways.iter().map(|tip| shop.axes_at(*tip, UP)).collect() };
+    let across = |h: f64| over(&[[100.0, 100.0, h], [-260.0, 100.0, h]]);
+    let in_slot = |z: f64| over(&[[90.0, 0.0, z + 12.0], [80.0, 0.0, z], [-260.0, 0.0, z]]);
+    let beyond_wall = |h: f64| over(&[[100.0, 0.0, h], [240.0, 0.0, h]]);
+    let (mut seen, mut rest) = (Vec::new(), block());
+    let settings = VerifySettings::default();
+    let mut visit = |link: &facemill_virtual_machine::ProgramLink,
+                     stage: &facemill_virtual_machine::LinkStage<'_, '_>| {
+        seen.push(link.hold.clone());
+        if link.hold.is_some() {
+            return;
+        }
+        let is_second = seen.len() == 3;
+        assert!(stage.is_free(link, &link.ends), "the program's own way");
+        assert!(stage.is_free(link, &across(20.0 + ABOVE)) && !stage.is_free(link, &across(20.0 + ABOVE - 0.2)));
+        // Before the second slot is cut half of the cutter would be in its stock.
+        assert_eq!(stage.is_free(link, &in_slot(10.0 + ABOVE)), is_second);
+        assert!(!stage.is_free(link, &in_slot(10.0 + ABOVE - 0.2)));
+        assert!(stage.is_free(link, &beyond_wall(63.1)) && !stage.is_free(link, &beyond_wall(62.9)));
+        // Into the plate, and beyond the machine's travel.
+        assert!(!stage.is_free(link, &over(&[[-260.0, 0.0, -5.0], [-100.0, 0.0, -5.0]])));
+        let mut far = link.start;
+        far[2] += 1e5;
+        assert!(!stage.is_free(link, &[far]));
+    };
+    run_links(&program, &shop.setup(), (&settings, &KEEP), &mut rest, &mut visit, &Silent).unwrap();
+    assert_eq!(seen, [Some(LinkHold::WayIn), None, None, Some(LinkHold::WayOut)]);
+    // What is left is what the run of the stock leaves.
+    let mut expected = block();
+    let run = run_stock(&program, &shop.setup(), &settings, &mut expected, KEEP.tolerance, &Silent).unwrap();
+    assert!(run.findings.is_empty(), "{:?}", run.findings);
+    assert_eq!(rest, expected);
+}
+
+#[test]
+fn links_behind_a_fault_of_the_text_are_held() {
+    let shop = Shop::new();
+    let text = two_slots(&shop);
+    // A call that may move any axis, before the second slot.
+    let at = text.match_indices("G1").nth(3).unwrap().0;
+    let text = format!("{}M98 P1\n{}", &text[..at], &text[at..]);
+    let program = read_program(text, Dialect::Fanuc).unwrap();
+    let mut held = Vec::new();
+    let mut visit = |link: &facemill_virtual_machine::ProgramLink, _: &facemill_virtual_machine::LinkStage<'_, '_>| {
+        held.push(link.hold.clone());
+    };
+    let settings = VerifySettings::default();
+    run_links(&program, &shop.setup(), (&settings, &KEEP), &mut block(), &mut visit, &Silent).unwrap();
+    assert!(held[2..].iter().any(|h| matches!(h, Some(LinkHold::Doubt(_)))), "{held:?}");
+    assert!(held.iter().skip(2).all(Option::is_some), "{held:?}");
+    let bad = LinkSettings { clearance: -1.0, ..KEEP };
+    let why = run_links(&program, &shop.setup(), (&settings, &bad), &mut block(), &mut |_, _| {}, &Silent);
+    assert!(why.unwrap_err().to_string().contains("clearance is -1"));
+}

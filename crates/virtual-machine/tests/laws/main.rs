@@ -1,0 +1,15 @@
+//! Programs as text on the virtual machine: planted faults and their twins, certificates, and the stock as it is cut.
+
+mod kit;
+
+mod certificate_scenes;
+mod certificates;
+mod control;
+mod dead_core;
+mod links;
+mod machine_bodies;
+mod mesh_bodies;
+mod planted_faults;
+mod stock_run;
+mod tool_vectors;
+mod two_heads;

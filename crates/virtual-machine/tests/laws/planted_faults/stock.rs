@@ -1,0 +1,124 @@
+//! The stock as it is when something meets it.
+
+use facemill_cl_data::Silent;
+use facemill_nc_program::{Dialect, read_program};
+use facemill_tool_model::ToolAssembly;
+use facemill_virtual_machine::{FindingKind, RemovalLimit, VerifySettings, VirtualSetup, run_stock};
+use facemill_z_map::DexelMap;
+use nalgebra::Isometry3;
+
+use super::pairs::{Outcome, Row, ran, row};
+use crate::kit::{HEAD, Shop, Text};
+
+pub(crate) fn rows() -> Vec<Row> {
+    use FindingKind::{DeadCore, HolderCollision, OverEngagement, RampTooSteep, RapidCollision};
+    vec![
+        row("rapid where nothing has been cut yet", RapidCollision, too_early),
+        row("rapid through what a pass has left", RapidCollision, left_over),
+        row("shank in a slot deeper than the flute", HolderCollision, deep_slot),
+        row("way up through an overhang of the stock", RapidCollision, under_stock),
+        row("plunge into cut stock", RampTooSteep, plunge),
+        row("core of the cutter in stock", DeadCore, core).with(&[RampTooSteep]),
+        row("too much at a time", OverEngagement, load),
+    ]
+}
+
+/// Runs a text in a small block, cut on lines 1 mm apart.
+fn cut(shop: &Shop, text: &Text<'_>, high: [f64; 3], settings: &VerifySettings, line: u32) -> Outcome {
+    cut_with(shop.setup(), text, high, settings, line)
+}
+
+fn cut_with(setup: VirtualSetup<'_>, text: &Text<'_>, high: [f64; 3], settings: &VerifySettings, line: u32) -> Outcome {
+    let low = [-high[0], -high[1], 0.0];
+    let mut stock = DexelMap::of_box(&Isometry3::identity(), low, high, 1.0).unwrap();
+    let program = read_program(&text.text, Dialect::Fanuc).unwrap();
+    let settings = VerifySettings { stock_is_cut: true, ..settings.clone() };
+    let run = run_stock(&program, &setup, &settings, &mut stock, 0.01, &Silent).unwrap();
+    Outcome { findings: run.findings, line }
+}
+
+/// A pass at z = 15 through a block narrower than the cutter, and a rapid the same way a mm above: before it, and behind it.
+fn too_early(scale: f64) -> Outcome {
+    let shop = Shop::new();
+    let rapid = |t: Text<'_>| Text { shop: &shop, ..t }.rapid([-90.0, 0.0, 16.0]).rapid([90.0, 0.0, 16.0]).text;
+    let pass = |t: Text<'_>| {
+        Text { shop: &shop, ..t }.rapid([-90.0, 0.0, 15.0]).cut([90.0, 0.0, 15.0]).rapid([90.0, 0.0, 200.0])
+    };
+    let start = Text::new(&shop).rapid([-90.0, 0.0, 200.0]);
+    let text = if scale > 1.0 {
+        let text = Text { text: rapid(start), shop: &shop }.rapid([90.0, 0.0, 200.0]).rapid([-90.0, 0.0, 200.0]).text;
+        pass(Text { text, shop: &shop }).text
+    } else {
+        let text = pass(start).rapid([-90.0, 0.0, 200.0]).text;
+        rapid(Text { text, shop: &shop })
+    };
+    cut(&shop, &Text { text, shop: &shop }, [50.0, 20.0, 20.0], &VerifySettings::default(), HEAD + 3)
+}
+
+/// A pass that leaves all above its height, and a rapid behind it a tenth of a mm below and above that.
+fn left_over(scale: f64) -> Outcome {
+    let shop = Shop::new();
+    // A rapid keeps half the diagonal of a cell.
+    let z = if scale > 1.0 { 15.0 - (scale - 1.0) } else { 15.75 - (scale - 1.0) };
+    let text = Text::new(&shop).rapid([-90.0, 0.0, 200.0]).rapid([-90.0, 0.0, 15.0]).cut([90.0, 0.0, 15.0]);
+    let text = text.rapid([90.0, 0.0, z]).rapid([-90.0, 0.0, z]);
+    cut(&shop, &text, [50.0, 20.0, 20.0], &VerifySettings::default(), HEAD + 5)
+}
+
+/// The flute is 12 mm high.
+fn deep_slot(scale: f64) -> Outcome {
+    let shop = Shop::new();
+    let z = 20.0 - 12.0 - (scale - 1.0);
+    let text = Text::new(&shop).rapid([-110.0, 0.0, 220.0]).rapid([-110.0, 0.0, z]).cut([110.0, 0.0, z]);
+    cut(&shop, &text.rapid([110.0, 0.0, 220.0]), [50.0, 40.0, 20.0], &VerifySettings::default(), HEAD + 3)
+}
+
+/// A cutter with a thin shank cuts a groove into the side of a block, and goes up in it, or beside the block.
+fn under_stock(scale: f64) -> Outcome {
+    let file = Shop::new().tool.to_file();
+    let mut thin = file;
+    for section in &mut thin.body.sections {
+        (section.diameter_low_mm, section.diameter_high_mm) = (20.0, 20.0);
+    }
+    let tool = ToolAssembly::new(thin).unwrap();
+    let shop = Shop::new();
+    let setup = VirtualSetup { tool: &tool, ..shop.setup() };
+    // The block's side is y = −20: the cutter is 10 mm in it.
+    let text = Text::new(&shop).rapid([-90.0, -35.0, 200.0]).rapid([-90.0, -35.0, 4.0]).cut([0.0, -35.0, 4.0]);
+    let text = if scale > 1.0 { text } else { text.cut([0.0, -60.0, 4.0]) };
+    let y = if scale > 1.0 { -35.0 } else { -60.0 };
+    cut_with(setup, &text.rapid([0.0, y, 200.0]), [50.0, 20.0, 30.0], &VerifySettings::default(), HEAD + 4)
+}
+
+/// 3 degrees are allowed, and a tenth more is not told.
+fn plunge(scale: f64) -> Outcome {
+    let shop = Shop::new();
+    let way = 5.5 / (3.0 + 0.1 * scale).to_radians().tan();
+    let text = Text::new(&shop).rapid([-20.0, 0.0, 200.0]).rapid([-20.0, 0.0, 21.0]);
+    let text = text.cut([-20.0 + way, 0.0, 15.5]).cut([-20.0 + way, 0.0, 60.0]);
+    cut(&shop, &text, [100.0, 30.0, 20.0], &VerifySettings::default(), HEAD + 3)
+}
+
+/// A core of radius 15 that is recessed by 2·15·tan 3°, deeper than that in stock by what is not told, a tenth of a mm.
+fn core(scale: f64) -> Outcome {
+    let mut file = Shop::new().tool.to_file();
+    file.dead_core_radius_mm = 15.0;
+    let tool = ToolAssembly::new(file).unwrap();
+    let shop = Shop::new();
+    let mut setup = VirtualSetup { tool: &tool, ..shop.setup() };
+    setup.obstacles.truncate(1);
+    setup.obstacles[0].stock = 3.0;
+    let z = 3.0 - 30.0 * 3f64.to_radians().tan() - 0.1 * scale;
+    let text = Text::new(&shop).rapid([0.0, 0.0, 300.0]).cut([0.0, 0.0, z]).cut([0.0, 0.0, 60.0]);
+    ran(&text, &setup, HEAD + 2)
+}
+
+/// A slot as wide as the block, 40 mm, and 5 mm deep, at 2000 mm/min: 400 cm³/min. What is allowed, with the slack of a tenth, is
+/// that over the number.
+fn load(scale: f64) -> Outcome {
+    let shop = Shop::new();
+    let limit = RemovalLimit { largest: 40.0 * 5.0 * 2000.0 / 1.1 / scale, slowest: 200.0 };
+    let text = Text::new(&shop).rapid([-90.0, 0.0, 200.0]).rapid([-90.0, 0.0, 15.0]).cut([90.0, 0.0, 15.0]);
+    let settings = VerifySettings { removal: Some(limit), ..VerifySettings::default() };
+    cut(&shop, &text.rapid([90.0, 0.0, 200.0]), [50.0, 20.0, 20.0], &settings, HEAD + 3)
+}

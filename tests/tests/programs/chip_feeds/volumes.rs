@@ -1,0 +1,88 @@
+//! Chip areas on trial: area × way of the CC point against what the written program takes out of the stock, block by block.
+
+use facemill::StockRegion;
+use facemill::surface_model::{NamedNode, TriMesh, write_obj};
+use facemill_tests::chip_trial::{PieceTrial, Volumes, plan_and_cut, request, summary, trial};
+use facemill_tests::jobs::JobFolder;
+use facemill_tests::variants::with_long_flute;
+use nalgebra::{Isometry3, Point3};
+use serde_json::json;
+
+use super::{STOCK, plate};
+
+/// Distance of the lines, mm.
+const CELL: f64 = 0.08;
+
+/// Of the cut stock, mm.
+const TOLERANCE: f64 = 0.0005;
+
+/// From the ends of a pass, mm: there the cutter comes and goes.
+const MARGIN: f64 = 5.0;
+
+/// Plans a job and cuts lines within these x, and all y that its passes reach.
+fn pieces(job: &JobFolder, half_length: f64) -> Vec<PieceTrial> {
+    let region = StockRegion::Rectangle([[-half_length, -10.0], [half_length, 10.0]]);
+    let (table, verified) = plan_and_cut(&job.job(), request(CELL, TOLERANCE, region));
+    verified.rest.expect("the stock was cut").check_invariants().expect("the map is sound");
+    let pieces = trial(&table, &verified.cuts);
+    println!("{}", summary(&pieces, MARGIN));
+    pieces
+}
+
+/// Over every pass, and over all of them, the stock loses chip area × way times a factor.
+fn assert_volumes(pieces: &[PieceTrial], factor: f64) {
+    let of_passes: Vec<Volumes> = pieces.iter().map(|p| Volumes::of(p.inner(MARGIN))).collect();
+    assert!(of_passes.len() >= 4 && of_passes.iter().all(|v| v.way > 3.0), "{of_passes:?}");
+    for v in &of_passes {
+        assert!((v.ratio() / factor - 1.0).abs() < 0.01, "{} for {factor}: {v:?}", v.ratio());
+    }
+    let all = of_passes.into_iter().reduce(Volumes::with).expect("passes");
+    assert!((all.ratio() / factor - 1.0).abs() < 0.003, "{} for {factor}: {all:?}", all.ratio());
+    // Block by block, lines beside each other count by whole cells: half a cell at both ends of each.
+    for s in pieces.iter().flat_map(|p| p.inner(MARGIN)) {
+        let allowed = 0.02 + CELL / s.way;
+        assert!((s.removed / (s.area * s.way) / factor - 1.0).abs() < allowed, "{factor}: {s:?}");
+    }
+}
+
+#[test]
+fn a_plate_loses_chip_area_times_way() {
+    assert_volumes(&pieces(&plate(&[]), 41.0), 1.0);
+}
+
+/// Radius of the arch, mm.
+const ARCH: f64 = 20.0;
+
+/// Half the angle of the arch, rad.
+const HALF_ANGLE: f64 = 0.4;
+
+/// A part of a cylinder about a line along y, its top line at z = 0.
+fn arch() -> TriMesh {
+    let (n, half_width) = (160_u32, 8.0);
+    let corner = |k: u32, y: f64| {
+        let (sin, cos) = (HALF_ANGLE * (2.0 * f64::from(k) / f64::from(n) - 1.0)).sin_cos();
+        Point3::new(ARCH * sin, y, ARCH * (cos - 1.0))
+    };
+    let vertices = (0..=n).flat_map(|k| [corner(k, -half_width), corner(k, half_width)]).collect();
+    let strip = |k: u32| [[2 * k, 2 * k + 2, 2 * k + 3], [2 * k, 2 * k + 3, 2 * k + 1]];
+    TriMesh::new(vertices, (0..n).flat_map(strip).collect()).expect("indices are in range")
+}
+
+/// Along an arc the centroid of the section goes farther than the CC point (Pappus and Guldin): the section is a slanted strip
+/// as high as the stock all over, with its centroid at half of that but for cusps.
+#[test]
+fn an_arch_loses_chip_area_times_the_way_of_the_sections_centroid() {
+    let thickness = 0.5;
+    let job = plate(&[
+        ("/operations/0/search/mode", json!({ "fixed": { "lead_deg": 32.0, "lean_deg": 4.0 } })),
+        // Between two blocks the tool is lower than on the arc, by this.
+        ("/operations/0/tolerances/linearisation_mm", json!(0.001)),
+        ("/operations/0/tolerances/max_step_mm", json!(0.25)),
+        ("/setups/0/stock", json!({ "offset": { "allowance_mm": thickness } })),
+    ]);
+    let nodes = [NamedNode { name: "arch", mesh: 0, transform: Isometry3::identity() }];
+    job.write("patch.obj", &write_obj(&[&arch()], &nodes).expect("a mesh"));
+    with_long_flute(&job, 3.0);
+    assert!(thickness > STOCK);
+    assert_volumes(&pieces(&job, 12.0), 1.0 + 0.5 * thickness / ARCH);
+}
