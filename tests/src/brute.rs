@@ -144,15 +144,7 @@ impl Bins {
             let (rho, z) = in_tool(tip, axis, p);
             cutter.signed_distance(rho, z)
         };
-        let mut nearest = at_most;
-        for k in self.near(&center, reach) {
-            let (c, extent) = &self.centers[k];
-            // No point of the triangle is farther from its middle than its extent.
-            if signed(c) - extent < nearest {
-                nearest = nearest.min(smallest_over(&self.triangles[k], &signed));
-            }
-        }
-        nearest
+        self.smallest(self.near(&center, reach), &signed, at_most)
     }
 
     /// Distance of a frustum from the mesh, searched up to `at_most`.
@@ -164,15 +156,39 @@ impl Bins {
             let (rho, z) = in_tool(tip, axis, p);
             body.distance(rho, z)
         };
+        self.smallest(self.near(&center, reach), &outside, at_most)
+    }
+
+    /// Smallest value of a distance over these triangles, searched up to `at_most`: lowest bounds first.
+    fn smallest(&self, near: impl Iterator<Item = usize>, f: &dyn Fn(&Point3<f64>) -> f64, at_most: f64) -> f64 {
+        // No point of a triangle is farther from its middle than its extent.
+        let bound = |k: usize| f(&self.centers[k].0) - self.centers[k].1;
+        let mut bounds: Vec<(f64, usize)> = near.map(|k| (bound(k), k)).filter(|b| b.0 < at_most).collect();
+        bounds.sort_by(|a, b| a.0.total_cmp(&b.0));
         let mut nearest = at_most;
-        for k in self.near(&center, reach) {
-            let (c, extent) = &self.centers[k];
-            if outside(c) - extent < nearest {
-                nearest = nearest.min(smallest_over(&self.triangles[k], &outside));
+        for (bound, k) in bounds {
+            if bound >= nearest {
+                break;
+            }
+            if may_be_below(&self.triangles[k], f, nearest, 3) {
+                nearest = nearest.min(smallest_over(&self.triangles[k], f));
             }
         }
         nearest
     }
+}
+
+/// Whether a distance may be less than `limit` on a triangle: not where it is more on the middles of its quarters, of their
+/// quarters and so on, than these are large.
+fn may_be_below(t: &[Point3<f64>; 3], f: &dyn Fn(&Point3<f64>) -> f64, limit: f64, splits: u32) -> bool {
+    let (c, extent) = middle(t);
+    if f(&c) - extent >= limit {
+        return false;
+    }
+    let [a, b, c] = *t;
+    let [ab, bc, ca] = [(a, b), (b, c), (c, a)].map(|(p, q)| nalgebra::center(&p, &q));
+    let quarters = [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]];
+    splits == 0 || quarters.iter().any(|t| may_be_below(t, f, limit, splits - 1))
 }
 
 fn middle(t: &[Point3<f64>; 3]) -> (Point3<f64>, f64) {
@@ -243,6 +259,37 @@ mod tests {
                 assert!((d.abs() - to_outline).abs() < 1e-2, "{c:?} ({rho}, {z}): {d} and {to_outline}");
                 // Far inside a ball the axis is inside, too.
                 assert!(d >= 0.0 || (rho < c.radius && z > 0.0 && z < c.height));
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_left_out_is_never_the_nearest() {
+        let mut random = Random::new(17);
+        let vertices: Vec<Point3<f64>> =
+            (0..90).map(|_| Point3::from([0; 3].map(|_| random.between(-12.0, 12.0)))).collect();
+        let mesh = TriMesh::new(vertices, (0..30).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]).collect()).unwrap();
+        let bins = Bins::new(&mesh, 3.0);
+        let cutter = RoundedCylinder { radius: 4.0, corner: 1.0, height: 5.0 };
+        let body = Frustum { low: 5.0, high: 11.0, radius_low: 1.0, radius_high: 3.0 };
+        let least = |f: &dyn Fn(&Point3<f64>) -> f64, at_most: f64| {
+            (0..30).map(|k| smallest_over(&mesh.corners(k), f)).fold(at_most, f64::min)
+        };
+        for _ in 0..40 {
+            let (tip, axis) = (Point3::from([0; 3].map(|_| random.between(-15.0, 15.0))), random.direction());
+            for at_most in [0.0, 2.0, 40.0] {
+                let signed = |p: &Point3<f64>| {
+                    let (rho, z) = in_tool(&tip, &axis, p);
+                    cutter.signed_distance(rho, z)
+                };
+                let outside = |p: &Point3<f64>| {
+                    let (rho, z) = in_tool(&tip, &axis, p);
+                    body.distance(rho, z)
+                };
+                let [gap, all] = [bins.gap(&cutter, &tip, &axis, at_most), least(&signed, at_most)];
+                assert!((gap - all).abs() < 1e-12, "{gap} of {all} up to {at_most}");
+                let [gap, all] = [bins.distance(&body, &tip, &axis, at_most), least(&outside, at_most)];
+                assert!((gap - all).abs() < 1e-12, "{gap} of {all} up to {at_most}");
             }
         }
     }
