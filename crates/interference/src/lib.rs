@@ -44,15 +44,9 @@ mod certify;
 mod closed;
 mod deepest;
 mod depth;
-#[cfg(test)]
-mod depth_laws;
 mod edge;
 mod facet;
-#[cfg(test)]
-mod hull_laws;
 mod lanes;
-#[cfg(test)]
-mod laws;
 mod lift;
 mod mesh_tree;
 mod parry_mesh;
@@ -60,6 +54,7 @@ mod query;
 mod rise;
 mod solid_mesh;
 #[cfg(test)]
+#[path = "../tests/laws/kit.rs"]
 mod test_kit;
 mod tree_build;
 mod turn;

@@ -186,12 +186,6 @@ impl Interference for MeshTree {
 }
 
 impl MeshTree {
-    /// Whether a body that touches nothing of the surface is inside a closed component.
-    #[cfg(test)]
-    pub(crate) fn closed_contains(&self, solid: &Solid, pose: &Isometry3<f64>) -> bool {
-        self.way_out(solid, pose, &(pose * Vector3::z())).is_some()
-    }
-
     /// Where the half line from inside the body along a unit vector leaves a closed component that it starts in.
     pub(crate) fn way_out(
         &self,

@@ -1,12 +1,12 @@
 //! Laws that hold for every [`Interference`], and between them.
 
 use facemill_cl_data::{RoundFrustum, Solid};
+use facemill_interference::{Interference, MeshTree, ParryMesh, Verdict, lift_to_free};
 use facemill_surface_model::TriMesh;
 use nalgebra::{Isometry3, Point3, Translation3, Unit, UnitQuaternion, Vector3};
 
-use crate::lift::stepped_lift;
-use crate::test_kit::{Lcg, brute_distance, cube, frustum, patch, sample_solids, soup, square};
-use crate::{Interference, MeshTree, ParryMesh, Verdict, lift_to_free};
+use crate::kit::{Lcg, brute_distance, cube, frustum, patch, sample_solids, soup, square};
+use crate::reference::{Stepped, closed_contains};
 
 /// Open and wavy, closed and axis-parallel, a soup of awkward triangles.
 fn meshes() -> Vec<TriMesh> {
@@ -41,7 +41,7 @@ fn tree_agrees_with_brute_force() {
                 // Grazing on purpose: the same core with a rounding just short of the distance and just beyond it.
                 let core = solid.dilated(-solid.rounding());
                 if brute < 12.0 && brute > 1e-6 {
-                    let closed = tree.closed_contains(&core, &pose);
+                    let closed = closed_contains(&tree, &core, &pose);
                     assert_eq!(
                         tree.verdict(&core.dilated(brute - 1e-7), &pose, None).is_free(),
                         !closed,
@@ -96,7 +96,7 @@ fn witness_and_nearest_point_are_of_their_triangle() {
             // A triangle is a body of its own: the golden sections of a point against it.
             let point = frustum([0.0, 0.0], [0.0, 0.0], 0.0);
             let corners = mesh.corners(triangle as usize);
-            crate::test_kit::brute_triangle_distance(&point, &shifted(p.x, p.y, p.z), &corners)
+            crate::kit::brute_triangle_distance(&point, &shifted(p.x, p.y, p.z), &corners)
         };
         for solid in sample_solids() {
             for _ in 0..30 {
@@ -104,7 +104,7 @@ fn witness_and_nearest_point_are_of_their_triangle() {
                 if let Verdict::Hit(w) = tree.verdict(&solid, &pose, None) {
                     assert!(off(w.triangle, &w.point) < 1e-9);
                     let depth = solid.distance(&pose.inverse_transform_point(&w.point));
-                    assert!(depth <= 1e-9 || tree.closed_contains(&solid, &pose), "{solid:?}: {depth}");
+                    assert!(depth <= 1e-9 || closed_contains(&tree, &solid, &pose), "{solid:?}: {depth}");
                 }
                 if let Some(s) = tree.core_distance(&solid, &pose, 100.0, None) {
                     assert!(off(s.triangle, &s.point) < 1e-9);
@@ -202,7 +202,7 @@ fn verdict_on_a_plane_is_the_closed_form() {
 fn distance_from_a_sphere_converges_to_the_closed_form() {
     // Corner touching a ball from outside: the facets are inside the sphere by at most their chord error.
     let mut lcg = Lcg::new(9);
-    let ball = crate::test_kit::sphere(30.0, 40);
+    let ball = crate::kit::sphere(30.0, 40);
     let tree = MeshTree::new(&ball);
     let chord = 30.0 * (1.0 - (std::f64::consts::PI / 80.0).cos()) * 2.0;
     for solid in sample_solids() {
@@ -368,7 +368,7 @@ fn lift_is_the_first_free_one_of_brute_force() {
                 let Some(lift) = lift else { continue };
                 n_lifted += usize::from(lift > 0.0);
                 // The steps for any mesh may pass over windows, but find nothing that is lower.
-                if let Some(stepped) = stepped_lift(&tree, &solid, &pose, along, 90.0, 1e-6) {
+                if let Some(stepped) = lift_to_free(&Stepped(&tree), &solid, &pose, along, 90.0, 1e-6) {
                     assert!(stepped > lift - 2e-6, "{solid:?} {pose}: {stepped} and {lift}");
                     n_windows += usize::from(stepped > lift + 1e-3);
                 }

@@ -3,12 +3,12 @@
 use std::f64::consts::FRAC_PI_2;
 
 use facemill_cl_data::{RoundBox, RoundFrustum, Solid};
+use facemill_interference::{Interference, MeshTree, ParryMesh, lift_to_free, penetration};
 use facemill_surface_model::TriMesh;
 use nalgebra::{Isometry3, Point3, Translation3, Unit, UnitQuaternion, Vector3};
 
-use crate::depth::{inner_radius, stepped_depth};
-use crate::test_kit::{Lcg, cube, frustum, golden, patch, sample_solids, soup, sphere, square};
-use crate::{Interference, MeshTree, ParryMesh, penetration};
+use crate::kit::{Lcg, cube, frustum, golden, patch, sample_solids, soup, sphere, square};
+use crate::reference::{Stepped, closed_contains};
 
 /// Signed distance of a point from the dilated solid, negative inside: the largest over the planes that hold it.
 fn signed_distance(solid: &Solid, p: &Point3<f64>) -> f64 {
@@ -28,6 +28,17 @@ fn signed_distance(solid: &Solid, p: &Point3<f64>) -> f64 {
         }
     };
     inside - solid.rounding()
+}
+
+/// Radius of the largest ball in the undilated body, from below: the deepest of many points.
+fn inner_radius(solid: &Solid) -> f64 {
+    let core = solid.dilated(-solid.rounding());
+    let bounds = core.aabb();
+    let n = 24;
+    let at = |k: i32| f64::from(k) / f64::from(n);
+    let point = |i, j, k| bounds.min + (bounds.max - bounds.min).component_mul(&Vector3::new(at(i), at(j), at(k)));
+    let cells = (0..=n).flat_map(|i| (0..=n).flat_map(move |j| (0..=n).map(move |k| [i, j, k])));
+    cells.map(|[i, j, k]| -signed_distance(&core, &point(i, j, k))).fold(0.0, f64::max)
 }
 
 /// Largest depth of a point of the mesh in the solid, by golden sections over every triangle; negative where none is in it.
@@ -64,7 +75,7 @@ fn depth_is_that_of_golden_sections() {
                         n_shallow += usize::from(brute < solid.rounding());
                         n_deep += usize::from(brute > solid.rounding());
                     }
-                    Some(p) => assert!(tree.closed_contains(&solid, &pose), "{solid:?} {pose}: {p:?} for {brute}"),
+                    Some(p) => assert!(closed_contains(&tree, &solid, &pose), "{solid:?} {pose}: {p:?} for {brute}"),
                     None => assert!(brute < 1e-9, "{solid:?} {pose}: none for {brute}"),
                 }
                 // The reference's distances are good to 1e-6 of their size.
@@ -86,11 +97,12 @@ fn depth_of_one_walk_is_that_of_steps_by_distance() {
     for mesh in [patch(60), cube(15.0, 9), soup(&mut Lcg::new(4), 900), sphere(22.0, 40)] {
         let tree = MeshTree::new(&mesh);
         for solid in sample_solids() {
+            let inner_radius = inner_radius(&solid);
             for _ in 0..40 {
                 let pose = lcg.pose(25.0);
                 let Some(met) = tree.core_distance(&solid, &pose, 0.0, None) else { continue };
                 let (walked, at) = tree.core_depth(&solid, &pose, met);
-                let (mut stepped, _) = stepped_depth(&tree, &solid, &pose, met);
+                let (mut stepped, _) = Stepped(&tree).core_depth(&solid, &pose, met);
                 if matches!(solid, Solid::Hull(_)) {
                     // Without its faces it is bounded; golden sections say what it is.
                     assert!(walked <= stepped);
@@ -101,7 +113,7 @@ fn depth_of_one_walk_is_that_of_steps_by_distance() {
                 let there = -signed_distance(&core, &pose.inverse_transform_point(&at.point));
                 assert!((there - walked).abs() < 3e-7, "{solid:?} {pose}: {there} for {walked}");
                 n_deep += 1;
-                n_whole += usize::from(walked > 0.99 * inner_radius(&solid));
+                n_whole += usize::from(walked > 0.99 * inner_radius);
             }
         }
     }
@@ -131,7 +143,7 @@ fn depth_in_a_plane_is_the_closed_form() {
             (found - expected).abs() < 1e-6,
             "R {radius} r {corner} tilt {tilt} sunk {sunk}: {found} for {expected}"
         );
-        let up = crate::lift_to_free(&tree, &mill, &pose, Vector3::z_axis(), 10.0, 1e-6).unwrap();
+        let up = lift_to_free(&tree, &mill, &pose, Vector3::z_axis(), 10.0, 1e-6).unwrap();
         assert!((up - sunk).abs() < 1e-6, "{up} for {sunk}");
     }
 }
@@ -169,7 +181,7 @@ fn body_inside_counts_as_deep_as_it_can_be_and_a_free_one_has_no_depth() {
     assert_eq!(penetration(&tree, &small, &Isometry3::identity()).map(|p| p.depth), Some(2.5));
     assert_eq!(penetration(&tree, &small, &Isometry3::translation(30.0, 0.0, 0.0)), None);
     // The way out of the cube goes up.
-    let up = crate::lift_to_free(&tree, &small, &Isometry3::identity(), Vector3::z_axis(), 50.0, 1e-6).unwrap();
+    let up = lift_to_free(&tree, &small, &Isometry3::identity(), Vector3::z_axis(), 50.0, 1e-6).unwrap();
     assert!((up - 10.5).abs() < 1e-6, "{up}");
     assert!(tree.verdict(&small, &Isometry3::translation(0.0, 0.0, 10.4), None).triangle().is_some());
 }
@@ -187,7 +199,7 @@ fn lift_on_fine_meshes_is_free_and_hits_just_below() {
                 let along = if k % 2 == 0 { Vector3::z_axis() } else { Unit::new_normalize(lcg.unit()) };
                 let resolution = [1e-6, 1e-3][k % 2];
                 let at = |lift: f64| Translation3::from(along.into_inner() * lift) * pose;
-                let Some(lift) = crate::lift_to_free(&tree, &solid, &pose, along, 120.0, resolution) else { continue };
+                let Some(lift) = lift_to_free(&tree, &solid, &pose, along, 120.0, resolution) else { continue };
                 assert!(tree.verdict(&solid, &at(lift), None).is_free(), "{solid:?} {pose} {lift}");
                 let short = lift - 1.01 * resolution;
                 assert!(short < 0.0 || !tree.verdict(&solid, &at(short), None).is_free(), "{solid:?} {pose} {lift}");

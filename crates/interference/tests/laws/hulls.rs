@@ -3,11 +3,11 @@
 use std::sync::Arc;
 
 use facemill_cl_data::{ConvexPolyhedron, RoundBox, RoundHull, Solid};
+use facemill_interference::{Interference, MeshTree, ParryMesh};
 use facemill_surface_model::TriMesh;
 use nalgebra::{Isometry3, Point3, Vector3};
 
-use crate::test_kit::{Lcg, brute_triangle_distance, cube, odd_triangle, patch, random_hull, soup};
-use crate::{Interference, MeshTree, ParryMesh};
+use crate::kit::{Lcg, brute_triangle_distance, cube, odd_triangle, patch, random_hull, soup};
 
 /// A box as a polyhedron around its corners, which stand at `solid_from_box`.
 fn box_as_hull(half: &Vector3<f64>, rounding: f64, solid_from_box: &Isometry3<f64>) -> Solid {
