@@ -1,6 +1,7 @@
 //! Small jobs in temporary folders, and ways to change and plan them.
 
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 
 use facemill::job_file::JobFile;
 use facemill::new_job::{NewJob, Series, new_job};
@@ -143,6 +144,7 @@ pub fn small_propeller() -> JobFolder {
             ("/operations/0/tolerances/max_step_mm", json!(4.0)),
             ("/operations/0/search/mode", json!("smallest")),
             ("/operations/0/path/strategy/strategy/cylindrical_sections/from_radius_mm", json!(120.0)),
+            ("/operations/0/path/strategy/strategy/cylindrical_sections/to_radius_mm", json!(150.0)),
         ],
     );
     // The example's arbor, longer: the head stays above the neighbouring blade.
@@ -162,22 +164,34 @@ pub fn small_propeller() -> JobFolder {
     job
 }
 
-/// A wavy patch of 200 mm with few CC points. The tilt is so large that the tool never stands upright, where the machine is
-/// singular.
+/// A wavy patch of 200 mm with few CC points: passes over a band along its middle. The tilt is so large that the tool never
+/// stands upright, where the machine is singular.
 ///
 /// # Panics
 /// When it cannot be written.
 pub fn small_patch() -> JobFolder {
     let job = JobFolder::new(&NewJob::Patch { size_mm: 200.0 });
+    let planes = "/operations/0/path/strategy/strategy/parallel_planes";
     job.set(
         "job.json",
         &[
+            (&format!("{planes}/from_mm"), json!(-24.0)),
+            (&format!("{planes}/to_mm"), json!(24.0)),
             ("/operations/0/tolerances/max_step_mm", json!(4.0)),
             ("/operations/0/search/tilt_deg", json!([14.0, 20.0])),
             ("/operations/0/search/rotate_deg", json!([0.0, 40.0])),
         ],
     );
     job
+}
+
+/// [`small_patch`] planned, once for all tests of an executable.
+///
+/// # Panics
+/// When it cannot be planned.
+pub fn small_patch_planned() -> &'static Planned {
+    static PLANNED: OnceLock<Planned> = OnceLock::new();
+    PLANNED.get_or_init(|| small_patch().plan())
 }
 
 /// A copy of a folder of files.

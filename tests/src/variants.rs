@@ -1,5 +1,7 @@
 //! Variants of a small job, planned by the command, with everything that is read back from what it wrote.
 
+use std::sync::OnceLock;
+
 use serde_json::{Value, json};
 
 use facemill::new_job::NewJob;
@@ -20,10 +22,7 @@ use crate::read_back::{Place, ReadBack, apt_feeds, number};
 pub fn tiny_patch() -> JobFolder {
     let job = JobFolder::new(&NewJob::Patch { size_mm: 80.0 });
     // The example's surface with a quarter of its facets: distances by brute force are what takes time here.
-    let spec = PatchSpec::new([80.0, 80.0], 1.6, [1.2, 1.0]).expect("numbers in range");
-    let mesh = patch(&spec, 60, 60).expect("numbers in range");
-    let nodes = [NamedNode { name: "patch", mesh: 0, transform: Isometry3::identity() }];
-    job.write("patch.obj", &write_obj(&[&mesh], &nodes).expect("a mesh"));
+    write_patch(&job, 60);
     let planes = "/operations/0/path/strategy/strategy/parallel_planes";
     job.set(
         "job.json",
@@ -39,6 +38,14 @@ pub fn tiny_patch() -> JobFolder {
     job
 }
 
+/// Writes the surface of [`tiny_patch`], `quads` along each side.
+fn write_patch(job: &JobFolder, quads: usize) {
+    let spec = PatchSpec::new([80.0, 80.0], 1.6, [1.2, 1.0]).expect("numbers in range");
+    let mesh = patch(&spec, quads, quads).expect("numbers in range");
+    let nodes = [NamedNode { name: "patch", mesh: 0, transform: Isometry3::identity() }];
+    job.write("patch.obj", &write_obj(&[&mesh], &nodes).expect("a mesh"));
+}
+
 /// [`tiny_patch`] with values of its job file set.
 ///
 /// # Panics
@@ -46,6 +53,21 @@ pub fn tiny_patch() -> JobFolder {
 pub fn variant(values: &[(&str, Value)]) -> JobFolder {
     let job = tiny_patch();
     job.set("job.json", values);
+    job
+}
+
+/// [`tiny_patch`] with one or two passes of few points over few facets: planned in a blink.
+///
+/// # Panics
+/// When it cannot be written.
+pub fn blink_patch() -> JobFolder {
+    let planes = "/operations/0/path/strategy/strategy/parallel_planes";
+    let job = variant(&[
+        (&format!("{planes}/from_mm"), json!(0.0)),
+        (&format!("{planes}/to_mm"), json!(1.0)),
+        ("/operations/0/tolerances/max_step_mm", json!(8.0)),
+    ]);
+    write_patch(&job, 30);
     job
 }
 
@@ -129,6 +151,15 @@ pub fn plan(job: &JobFolder) {
 pub fn planned(job: &JobFolder) -> Written {
     plan(job);
     written(job, 0, "")
+}
+
+/// [`tiny_patch`] planned, once for all tests of an executable.
+///
+/// # Panics
+/// As [`planned`].
+pub fn tiny_patch_planned() -> &'static Written {
+    static WRITTEN: OnceLock<Written> = OnceLock::new();
+    WRITTEN.get_or_init(|| planned(&tiny_patch()))
 }
 
 /// What was written for a setup, `suffix` behind the names of its files; it must be verified and without faults.

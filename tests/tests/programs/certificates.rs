@@ -2,7 +2,7 @@
 
 mod certificates_laws;
 
-use facemill_tests::jobs::{JobFolder, small_patch};
+use facemill_tests::jobs::JobFolder;
 use facemill_tests::program::{code_and_errors, run};
 use facemill_tests::shared::workspace;
 use facemill_tests::variants::{tiny_patch, written};
@@ -73,7 +73,9 @@ fn no_block_is_deeper_or_nearer_at_any_sampled_time_than_its_certificate_says() 
 
 #[test]
 fn certificates_are_the_same_bytes_on_one_and_two_threads_and_written_only_when_asked_for() {
-    let job = small_patch();
+    let job = tiny_patch();
+    let planes = "/operations/0/path/strategy/strategy/parallel_planes";
+    job.set("job.json", &[(&format!("{planes}/from_mm"), json!(-1.5)), (&format!("{planes}/to_mm"), json!(1.5))]);
     let plan = |out: &str, more: &[&str]| {
         let base =
             ["plan".to_owned(), job.job().display().to_string(), "--out".into(), job.path(out).display().to_string()];

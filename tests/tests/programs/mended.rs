@@ -3,7 +3,7 @@
 use facemill::{Job, PlanSettings, Planned, SilentStages, plan_setup};
 use facemill_tests::jobs::{JobFolder, text_of};
 use facemill_tests::read_back::apt_feeds;
-use facemill_tests::variants::{CUTTING, planned, tiny_patch};
+use facemill_tests::variants::{CUTTING, tiny_patch, tiny_patch_planned};
 use serde_json::{Value, json};
 
 /// A ridge across the passes: a prism so thin that the cutter comes over it between two points.
@@ -87,6 +87,5 @@ fn points_put_in_keep_the_feed_of_their_chips() {
 
 #[test]
 fn a_program_that_holds_is_left_alone() {
-    let written = planned(&tiny_patch());
-    assert_eq!(written.total("mended_blocks"), 0.0);
+    assert_eq!(tiny_patch_planned().total("mended_blocks"), 0.0);
 }

@@ -10,7 +10,7 @@ use facemill::virtual_machine::{
 };
 use facemill_tests::brute::{Bins, Frustum, RoundedCylinder};
 use facemill_tests::interpreter::{self, Axes, Motion, with_word};
-use facemill_tests::jobs::{JobFolder, small_patch, text_of};
+use facemill_tests::jobs::{JobFolder, small_patch, small_patch_planned, text_of};
 use facemill_tests::paper_machine::{PIVOT_TO_FACE, tool_on_table};
 use nalgebra::{Isometry3, Point3, Unit, Vector3};
 use serde_json::{Value, json};
@@ -34,16 +34,12 @@ fn number(v: &Value) -> f64 {
 
 impl Cell {
     fn new() -> Self {
-        let job = small_patch();
-        // A few passes are enough here.
-        let planes = "/operations/0/path/strategy/strategy/parallel_planes";
-        job.set("job.json", &[(&format!("{planes}/from_mm"), json!(-20.0)), (&format!("{planes}/to_mm"), json!(20.0))]);
-        let planned = job.plan();
+        let (job, planned) = (small_patch(), small_patch_planned());
         assert!(planned.is_clean());
         let tool = job.json("tool.json");
         let mesh = facemill::read_mesh(&job.path("patch.obj"), None, None).unwrap().mesh;
         Self {
-            text: text_of(&planned, "program.nc"),
+            text: text_of(planned, "program.nc"),
             budget: planned.report.budgets[0].against_mesh_mm,
             tree: MeshTree::new(&mesh),
             bins: Bins::new(&mesh, 4.0),

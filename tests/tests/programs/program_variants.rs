@@ -6,7 +6,7 @@ use facemill_tests::brute::in_tool;
 use facemill_tests::interpreter::Motion;
 use facemill_tests::jobs::JobFolder;
 use facemill_tests::read_back::{Place, number};
-use facemill_tests::variants::{APPROACH, CUTTING, Written, planned, strays, tiny_patch, variant};
+use facemill_tests::variants::{APPROACH, CUTTING, Written, planned, strays, tiny_patch, tiny_patch_planned, variant};
 use nalgebra::{Point3, Rotation3, Unit, Vector3};
 use serde_json::{Value, json};
 
@@ -77,13 +77,13 @@ fn senses(w: &Written) -> Vec<f64> {
 
 #[test]
 fn zigzag_turns_round_at_every_pass_and_goes_less_in_rapids() {
-    let one_way = planned(&tiny_patch());
+    let one_way = tiny_patch_planned();
     let zigzag = planned(&variant(&[
         ("/operations/0/direction", json!("either")),
         ("/operations/0/path/strategy/linking", json!("zigzag")),
     ]));
     zigzag.check();
-    let (straight, turning) = (senses(&one_way), senses(&zigzag));
+    let (straight, turning) = (senses(one_way), senses(&zigzag));
     assert_eq!((straight.len(), turning.len()), (6, 6));
     assert!(straight.iter().chain(&turning).all(|s| s.abs() > 60.0), "{straight:?} {turning:?}");
     assert!(straight.windows(2).all(|s| s[0] * s[1] > 0.0), "{straight:?}");
@@ -92,12 +92,12 @@ fn zigzag_turns_round_at_every_pass_and_goes_less_in_rapids() {
         let way = |m: &Motion| (w.back.end(m).0 - w.back.tool(&m.from, m.rtcp).0).norm();
         w.motions.iter().filter(|m| m.rapid).map(way).sum()
     };
-    assert!(rapids(&zigzag) < 0.5 * rapids(&one_way), "{} {}", rapids(&zigzag), rapids(&one_way));
+    assert!(rapids(&zigzag) < 0.5 * rapids(one_way), "{} {}", rapids(&zigzag), rapids(one_way));
 }
 
 #[test]
 fn conventional_is_climb_the_other_way_round() {
-    let climb = senses(&planned(&tiny_patch()));
+    let climb = senses(tiny_patch_planned());
     let w = planned(&variant(&[("/operations/0/direction", json!("conventional"))]));
     w.check();
     let conventional = senses(&w);

@@ -8,7 +8,9 @@ use facemill_tests::brute::Bins;
 use facemill_tests::interpreter::Motion;
 use facemill_tests::jobs::JobFolder;
 use facemill_tests::read_back::{Ground, Place, number};
-use facemill_tests::variants::{Written, box_obj, plan, planned, tiny_patch, with_long_flute, written};
+use facemill_tests::variants::{
+    Written, box_obj, plan, planned, tiny_patch, tiny_patch_planned, with_long_flute, written,
+};
 use nalgebra::Point3;
 use serde_json::{Value, json};
 
@@ -26,9 +28,9 @@ fn with_clearance(surface: Value, outside: impl Fn(&Point3<f64>) -> f64) {
     let cuts = w.motions.iter().filter(|m| !m.rapid);
     assert!(cuts.map(|m| outside(&w.back.end(m).0)).all(|d| d < 0.0));
     // Passes are cut the same whatever the way between them is.
-    let plane = planned(&tiny_patch());
+    let plane = tiny_patch_planned();
     let cut = |w: &Written| -> Vec<_> { w.motions.iter().filter(|m| !m.rapid).map(|m| m.to).collect() };
-    assert_eq!(cut(&w), cut(&plane));
+    assert_eq!(cut(&w), cut(plane));
 }
 
 #[test]
@@ -235,9 +237,9 @@ fn two_setups_write_two_programs_and_each_stands_for_itself() {
     assert!(top.nc.contains("(PATCH TOP)") && turned.nc.contains("(PATCH TURNED)"));
     assert!(!job.path("out/program.nc").exists());
     // One program is what a job with that setup alone gives, but for its name.
-    let alone = planned(&tiny_patch());
+    let alone = tiny_patch_planned();
     let moves = |w: &Written| -> Vec<Motion> { w.motions.iter().map(|m| Motion { line: 0, ..*m }).collect() };
-    assert_eq!(moves(&alone), moves(&top));
+    assert_eq!(moves(alone), moves(&top));
     // The other is another: the waves lie across the passes.
     assert_ne!(moves(&top), moves(&turned));
 }

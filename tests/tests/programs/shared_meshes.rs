@@ -14,7 +14,7 @@ fn every_shared_mesh_is_planned() {
         let known = CASES.iter().any(|c| c.file == name) || SAME.iter().any(|s| s.0 == name);
         assert!(known, "{name} has no case");
     }
-    let outcomes = outcomes(2.0);
+    let outcomes = outcomes(3.0);
     println!("{}", markdown(&outcomes));
     let mut short = Vec::new();
     for o in &outcomes {

@@ -150,7 +150,9 @@ fn a_certified_search_is_planned_and_its_width_is_checked() {
         "job.json",
         &[
             ("/operations/0/infeasible/trim/max_trimmed_fraction", json!(1.0)),
-            ("/operations/0/path/strategy/strategy/cylindrical_sections/from_radius_mm", json!(92.0)),
+            ("/operations/0/pattern", Value::Null),
+            ("/operations/0/tolerances/max_step_mm", json!(9.0)),
+            ("/operations/0/path/strategy/strategy/cylindrical_sections/from_radius_mm", json!(97.0)),
         ],
     );
     for (width, message) in [(json!(0.0), "must be from"), (json!(0.2), "to 0.1"), (json!("fine"), "certified_u_width")]
@@ -160,7 +162,7 @@ fn a_certified_search_is_planned_and_its_width_is_checked() {
         assert_eq!(code, 2, "{errors}");
         assert!(errors.contains("certified_u_width") && errors.contains(message), "{errors}");
     }
-    job.set("job.json", &[("/operations/0/search/certified_u_width", json!(0.002))]);
+    job.set("job.json", &[("/operations/0/search/certified_u_width", json!(0.01))]);
     let planned = job.plan();
     assert!(planned.report.totals.planned_points > 0 && planned.report.findings.iter().all(|f| !f.kind.is_fault()));
 }

@@ -218,17 +218,17 @@ fn vector_turned(walk: &Walk) {
 
 #[test]
 fn no_sampled_depth_of_a_random_block_exceeds_its_certificate() {
-    axes_linear(&Walk { seed: 5, blocks: 700, rtcp: false, times: 50 });
+    axes_linear(&Walk { seed: 5, blocks: 250, rtcp: false, times: 50 });
 }
 
 #[test]
 fn a_tip_on_a_straight_line_with_even_rotaries_is_never_deeper_than_certified() {
-    rotaries_linear(&Walk { seed: 5, blocks: 400, rtcp: true, times: 50 });
+    rotaries_linear(&Walk { seed: 5, blocks: 250, rtcp: true, times: 50 });
 }
 
 #[test]
 fn a_turned_tool_vector_is_never_deeper_than_certified() {
-    vector_turned(&Walk { seed: 5, blocks: 400, rtcp: true, times: 50 });
+    vector_turned(&Walk { seed: 5, blocks: 250, rtcp: true, times: 50 });
 }
 
 #[test]

@@ -7,7 +7,7 @@ use facemill::Planned;
 use facemill::virtual_machine::FindingKind::{self, *};
 use facemill_tests::jobs::{JobFolder, text_of};
 use facemill_tests::shared::workspace;
-use facemill_tests::variants::tiny_patch;
+use facemill_tests::variants::blink_patch;
 use serde_json::json;
 
 /// Our template.
@@ -15,17 +15,9 @@ fn ours() -> String {
     std::fs::read_to_string(workspace().join("crates/nc-program/templates/fanuc.j2")).expect("the template")
 }
 
-/// One pass over the tiny patch.
-fn job() -> JobFolder {
-    let job = tiny_patch();
-    let planes = "/operations/0/path/strategy/strategy/parallel_planes";
-    job.set("job.json", &[(&format!("{planes}/from_mm"), json!(-0.1)), (&format!("{planes}/to_mm"), json!(0.1))]);
-    job
-}
-
-/// The same under RTCP.
+/// The job under RTCP.
 fn rtcp_job() -> JobFolder {
-    let job = job();
+    let job = blink_patch();
     job.set("job.json", &[("/post/feed_mode", json!("rtcp"))]);
     let tolerance = json!({ "path_mm": 0.0, "orientation_deg": 0.0 });
     let motion = json!({ "cutting": "tip_and_rotaries_linear", "rapid": "linear", "control_tolerance": tolerance });
@@ -143,11 +135,11 @@ fn check(job: &JobFolder, m: &Mutant) {
 
 #[test]
 fn our_own_template_gives_no_finding_in_any_mode() {
-    let inverse = job();
+    let inverse = blink_patch();
     inverse.set("job.json", &[("/post/feed_mode", json!("g93"))]);
-    let left = job();
+    let left = blink_patch();
     left.set("tool.json", &[("/spindle_rotation", json!("counterclockwise"))]);
-    let planned = [job(), inverse, rtcp_job(), left].map(|job| plan_with(&job, &ours()));
+    let planned = [blink_patch(), inverse, rtcp_job(), left].map(|job| plan_with(&job, &ours()));
     for p in &planned {
         assert!(p.is_clean() && p.report.findings.is_empty(), "{:?}", p.report.findings);
     }
@@ -156,7 +148,7 @@ fn our_own_template_gives_no_finding_in_any_mode() {
 
 #[test]
 fn every_mutant_of_the_template_gives_its_finding() {
-    let job = job();
+    let job = blink_patch();
     MUTANTS.iter().for_each(|m| check(&job, m));
 }
 
