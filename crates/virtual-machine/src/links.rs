@@ -4,6 +4,7 @@ use facemill_cl_data::{ClPoint, Monitor, Solid};
 use facemill_inverse_kinematics::{AxisValues, BlockLaw};
 use facemill_nc_program::ReadProgram;
 use facemill_z_map::{DexelMap, RoundRing, Step, Sweep, TurnedBody};
+use rayon::prelude::*;
 
 use crate::{
     ObstacleKind, VerifyError, VerifySettings, VirtualSetup,
@@ -94,6 +95,8 @@ pub fn run_links(
     let bodies = Bodies::new(setup.tool, verify.clearance_slack, cell);
     let kept = [1.0, 2.0, 3.0].map(|thirds| kept_bodies(setup, link.clearance * thirds / 3.0, cell));
     let coarse = Coarseness { tolerance: link.tolerance, reach: setup.tool.gauge_length(), max_way: bodies.max_way };
+    // Nothing is cut on the way, so that no body has to be asked before what the cutter takes beside it is gone.
+    let on_links = Coarseness { max_way: f64::INFINITY, ..coarse };
     let mut done = 0;
     for found in &links {
         cut(&scene, &bodies, &coarse, &resolved.moves[done..found.first], stock, monitor)?;
@@ -101,7 +104,7 @@ pub fn run_links(
         monitor.advance(count_blocks(&resolved.moves[found.first..done]));
         monitor.checkpoint()?;
         let (scene, bodies, kept, stock) = (&scene, &bodies, &kept, &*stock);
-        visit(found, &LinkStage { scene, bodies, kept, coarse, clearance: link.clearance, stock });
+        visit(found, &LinkStage { scene, bodies, kept, coarse: on_links, clearance: link.clearance, stock });
     }
     cut(&scene, &bodies, &coarse, &resolved.moves[done..], stock, monitor)
 }
@@ -237,6 +240,7 @@ impl LinkStage<'_, '_> {
             let Some(segments) = segments(self.scene, m, &self.coarse) else { return false };
             way.extend(segments.into_iter().map(|s| (m, s)));
         }
+        let (parts, is_kept) = self.with_clearance(way.iter().map(|(_, s)| s));
         let is_plainly_clear = |(m, s): &(&Move, Segment)| {
             let steps = self.bodies.steps(m, s);
             steps.iter().all(|(_, step)| {
@@ -244,11 +248,12 @@ impl LinkStage<'_, '_> {
                 self.clears(sweep, 2.0 * self.coarse.tolerance)
             })
         };
-        let parts = self.with_clearance(way.iter().map(|(_, s)| s));
         let is_kept_clear = |(level, [from, to]): &(usize, [ClPoint; 2])| {
             self.kept[*level].iter().all(|body| self.clears(&Sweep { body, from: *from, to: *to }, 0.0))
         };
-        parts.iter().all(is_kept_clear) && way.iter().all(is_plainly_clear)
+        // What keeps off the stock with clearance is clear of it.
+        let plain = way.par_iter().zip(&is_kept).filter(|(_, is_kept)| !**is_kept);
+        parts.par_iter().all(is_kept_clear) && plain.all(|(s, _)| is_plainly_clear(s))
     }
 
     /// Whether a sweep meets no material deeper than this.
@@ -257,9 +262,9 @@ impl LinkStage<'_, '_> {
         found.is_ok_and(|contact| contact.is_none_or(|c| c.depth <= depth))
     }
 
-    /// The parts of a way on which thirds of the clearance are kept, with the index of how much. Way is that of the tip and, with
-    /// the turn of the axis, of the tool's farthest point.
-    fn with_clearance<'s>(&self, way: impl Iterator<Item = &'s Segment> + Clone) -> Vec<(usize, [ClPoint; 2])> {
+    /// The parts of a way on which thirds of the clearance are kept, with the index of how much; and which of its segments consist
+    /// of nothing else. Way is that of the tip and, with the turn of the axis, of the tool's farthest point.
+    fn with_clearance<'s>(&self, way: impl Iterator<Item = &'s Segment> + Clone) -> WithClearance {
         let length = |s: &Segment| {
             let turn = s.from.axis.cross(&s.to.axis).norm().atan2(s.from.axis.dot(&s.to.axis));
             (s.to.tip - s.from.tip).norm() + self.coarse.reach * turn
@@ -268,24 +273,33 @@ impl LinkStage<'_, '_> {
         let steps = [2.0, 4.0, 6.0].map(|times| times * self.clearance);
         let breaks = steps.into_iter().chain(steps.into_iter().map(|step| all - step));
         let mut gone = 0.0;
-        let mut parts = Vec::new();
+        let (mut parts, mut is_kept) = (Vec::new(), Vec::new());
         for s in way {
             let here = length(s);
+            let mut is_whole = true;
             let mut shares: Vec<f64> = breaks.clone().map(|at| (at - gone) / here).chain([0.0, 1.0]).collect();
             shares.retain(|share| (0.0..=1.0).contains(share));
             shares.sort_by(f64::total_cmp);
             for part in shares.windows(2).filter(|part| part[0] < part[1]) {
                 let middle = gone + here * 0.5 * (part[0] + part[1]);
                 let from_end = middle.min(all - middle);
-                let Some(level) = steps.iter().rposition(|step| *step <= from_end) else { continue };
+                let Some(level) = steps.iter().rposition(|step| *step <= from_end) else {
+                    is_whole = false;
+                    continue;
+                };
                 let sweep = Sweep { body: &self.bodies.cutter, from: s.from, to: s.to };
                 parts.push((level, [sweep.at(part[0]), sweep.at(part[1])]));
             }
             gone += here;
+            // One that stands has no parts.
+            is_kept.push(is_whole && here > 0.0);
         }
-        parts
+        (parts, is_kept)
     }
 }
+
+/// Parts of a way with the index of the clearance that is kept on them, and for each segment whether it is kept on all of it.
+type WithClearance = (Vec<(usize, [ClPoint; 2])>, Vec<bool>);
 
 /// The motions of a link through other places.
 fn moves(link: &ProgramLink, through: &[AxisValues]) -> Vec<Move> {

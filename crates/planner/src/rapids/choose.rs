@@ -36,9 +36,6 @@ const HALVINGS: u32 = 5;
 /// Parts of the distance to the straight line by which places between are pulled in, one after the other.
 const PULLS: [f64; 4] = [0.5, 0.25, 0.25, 0.125];
 
-/// Ways of one link that are asked for at most.
-const MAX_TESTS: usize = 48;
-
 /// By how much a way has to be faster, s: less is rounding.
 const FASTER: f64 = 1e-4;
 
@@ -58,8 +55,31 @@ struct Timed {
     way: Chosen,
 }
 
+/// The way of one kind that goes least far out among those that are free.
+struct Innermost<'t> {
+    found: &'t Timed,
+    /// How far out the next one inside goes, which is not free; `None` without one.
+    blocked: Option<f64>,
+}
+
+/// The innermost of some ways of one kind that is free, by halving: from the outermost one, or the middle one where that is not.
+fn innermost<'t>(ways: &[&'t Timed], is_free: impl Fn(&Timed) -> bool) -> Option<Innermost<'t>> {
+    let outermost = ways.len().checked_sub(1)?;
+    // Index of a free way, and how many inside of it are not.
+    let mut free = [outermost, outermost / 2].into_iter().find(|k| is_free(ways[*k]))?;
+    let mut blocked = 0;
+    while blocked < free {
+        let middle = (blocked + free) / 2;
+        if is_free(ways[middle]) { free = middle } else { blocked = middle + 1 }
+    }
+    Some(Innermost { found: ways[free], blocked: blocked.checked_sub(1).map(|k| ways[k].out) })
+}
+
 impl Chooser<'_, '_> {
     /// The fastest free way of a link among all kinds, each as far in as it is free; never one that is slower than the link is.
+    ///
+    /// A way that goes farther out is taken to be free where a nearer one of its kind is, so that few of each kind are asked for:
+    /// where that does not hold, a faster way may be missed, but none is taken that is not free.
     ///
     /// # Errors
     /// When a way cannot be timed.
@@ -67,18 +87,23 @@ impl Chooser<'_, '_> {
         let before = self.clock.time(self.law, &link.start, &link.ends)?;
         let lower_bound = self.clock.least_time(&link.start, &self.ends.end);
         let largest = self.largest_out(link);
-        let mut all = vec![(WayKind::Direct, 0.0)];
-        for kind in WayKind::TRIED.into_iter().filter(|kind| *kind != WayKind::Direct) {
-            all.extend((0..=RUNGS).map(|k| (kind, largest * (f64::from(k) / f64::from(RUNGS)).powi(2))));
-        }
+        let rungs: Vec<f64> = (0..=RUNGS).map(|k| largest * (f64::from(k) / f64::from(RUNGS)).powi(2)).collect();
+        let ladder = |kind: WayKind| if kind == WayKind::Direct { &rungs[..1] } else { &rungs[..] };
+        let all: Vec<(WayKind, f64)> =
+            WayKind::TRIED.into_iter().flat_map(|kind| ladder(kind).iter().map(move |out| (kind, *out))).collect();
         let timed: Vec<Option<Timed>> = all.par_iter().map(|&(kind, out)| self.timed(kind, out, before)).collect();
-        let mut timed: Vec<Timed> = timed.into_iter().flatten().collect();
-        // Of those that take as long the one that goes least far out.
-        let step = |t: &Timed| (t.way.time / FASTER).round();
-        timed.sort_by(|a, b| step(a).total_cmp(&step(b)).then(a.out.total_cmp(&b.out)));
-        let free = timed.iter().take(MAX_TESTS).position(|t| stage.is_free(link, &t.way.through));
-        let better = free.map(|k| {
-            let inner = self.further_in(link, stage, &timed[k], (&timed[..k], before));
+        let timed: Vec<Timed> = timed.into_iter().flatten().collect();
+        let mut kinds: Vec<&[Timed]> = timed.chunk_by(|a, b| a.kind == b.kind).collect();
+        let least = |kind: &[Timed]| kind.iter().map(|t| t.way.time).fold(f64::INFINITY, f64::min);
+        kinds.sort_by(|a, b| least(a).total_cmp(&least(b)));
+        let mut best: Option<Innermost<'_>> = None;
+        for kind in kinds {
+            let limit = best.as_ref().map_or(f64::INFINITY, |b| b.found.way.time - FASTER);
+            let faster: Vec<&Timed> = kind.iter().filter(|t| t.way.time < limit).collect();
+            best = innermost(&faster, |t| stage.is_free(link, &t.way.through)).or(best);
+        }
+        let better = best.map(|best| {
+            let inner = self.further_in(link, stage, &best, before);
             self.pulled_tight(link, stage, inner)
         });
         Ok(Choice { before, lower_bound, better })
@@ -90,6 +115,9 @@ impl Chooser<'_, '_> {
         let (last, over) = way.split_last()?;
         let mut through: Vec<AxisValues> = over.iter().map(self.rounded).collect::<Option<_>>()?;
         through.push(*last);
+        if through.iter().any(|axes| self.ends.machine.first_beyond_limit(axes).is_some()) {
+            return None;
+        }
         // What cannot be timed is none.
         let time = self.clock.time(self.law, &self.ends.start, &through).ok()?;
         (time < before - FASTER).then_some(Timed { kind, out, way: Chosen { kind, through, time } })
@@ -100,12 +128,11 @@ impl Chooser<'_, '_> {
         &self,
         link: &ProgramLink,
         stage: &LinkStage<'_, '_>,
-        found: &Timed,
-        (blocked, before): (&[Timed], f64),
+        Innermost { found, blocked }: &Innermost<'_>,
+        before: f64,
     ) -> Chosen {
         let mut best = found.way.clone();
-        let inner = blocked.iter().filter(|t| t.kind == found.kind && t.out < found.out).map(|t| t.out);
-        let Some(mut low) = inner.reduce(f64::max) else { return best };
+        let Some(mut low) = *blocked else { return best };
         let mut high = found.out;
         for _ in 0..HALVINGS {
             let middle = 0.5 * (low + high);
