@@ -1,4 +1,5 @@
-//! The order of passes with the shortest links: an open tour, each pass driven in its own direction.
+//! The order of passes with the shortest links: an open tour, each pass driven in its own direction, and behind those that have to be
+//! cut before it.
 
 /// What it costs to go from one pass to another, in any unit that adds up, such as seconds.
 #[derive(Clone, Debug, PartialEq)]
@@ -10,6 +11,8 @@ pub struct TourCosts {
     first: Vec<f64>,
     /// From the end of each pass to where the tool goes to.
     last: Vec<f64>,
+    /// Whether the pass of the row has to be cut before that of the column; empty: any may be cut first.
+    before: Vec<bool>,
 }
 
 /// An order of passes.
@@ -43,6 +46,14 @@ pub enum TourError {
     /// A cost is negative or not finite.
     #[error("a cost is not a number of at least 0")]
     Cost,
+    /// A pass is to be cut before one that does not stand behind it.
+    #[error("pass {first} cannot be kept before pass {second}: only passes in the order that they have can")]
+    Order {
+        /// Index of the pass that is to be cut first.
+        first: usize,
+        /// Index of the other one.
+        second: usize,
+    },
 }
 
 /// Passes up to which the order is exact: 2¹² sets of 12 ends are nothing, and each pass more doubles them.
@@ -76,7 +87,34 @@ impl TourCosts {
         if !(off_diagonal.all(is_cost) && first.iter().all(is_cost) && last.iter().all(is_cost)) {
             return Err(TourError::Cost);
         }
-        Ok(Self { n, links, first, last })
+        Ok(Self { n, links, first, last, before: Vec::new() })
+    }
+
+    /// With pairs of passes of which the first has to be cut before the second, as in the order that they have.
+    ///
+    /// # Errors
+    /// When a second pass does not stand behind its first one.
+    pub fn keeping(mut self, pairs: impl IntoIterator<Item = (usize, usize)>) -> Result<Self, TourError> {
+        for (first, second) in pairs {
+            if first >= second || second >= self.n {
+                return Err(TourError::Order { first, second });
+            }
+            self.before.resize(self.n * self.n, false);
+            self.before[first * self.n + second] = true;
+        }
+        Ok(self)
+    }
+
+    /// Whether a pass has to be cut before another one.
+    fn is_before(&self, first: usize, second: usize) -> bool {
+        self.before.get(first * self.n + second) == Some(&true)
+    }
+
+    /// Whether all passes are cut behind those that have to be cut before them.
+    #[must_use]
+    pub fn allow(&self, order: &[usize]) -> bool {
+        let behind = |k: usize| order[k + 1..].iter().all(|&later| !self.is_before(later, order[k]));
+        (0..order.len()).all(behind)
     }
 
     fn link(&self, from: usize, to: usize) -> f64 {
@@ -91,8 +129,9 @@ impl TourCosts {
     }
 }
 
-/// An order of passes that costs as little as is found: of up to twelve passes the least of all, of more never more than they
-/// cost in the order that they have, with a bound that tells how much less there could be at most.
+/// An order of passes that costs as little as is found, each behind those that have to be cut before it: of up to twelve passes the
+/// least of all, of more never more than they cost in the order that they have, with a bound that tells how much less there could be
+/// at most.
 #[must_use]
 pub fn shortest_tour(costs: &TourCosts) -> Tour {
     if costs.n <= EXACT {
@@ -101,7 +140,7 @@ pub fn shortest_tour(costs: &TourCosts) -> Tour {
         return Tour { order, cost, lower_bound: cost, is_exact: true };
     }
     let beginnings = std::iter::once((0..costs.n).collect())
-        .chain((0..BEGINNINGS).map(|k| nearest_next(costs, k * costs.n / BEGINNINGS)));
+        .chain((0..BEGINNINGS).filter_map(|k| nearest_next(costs, k * costs.n / BEGINNINGS)));
     let improved = beginnings.map(|order| improved(costs, order)).map(|order| (costs.of(&order), order));
     let (cost, order) = improved.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or_default();
     let lower_bound = lower_bound(costs).min(cost);
@@ -115,13 +154,15 @@ fn exact(costs: &TourCosts) -> Vec<usize> {
         return Vec::new();
     }
     let all = (1 << n) - 1;
+    let needed: Vec<usize> =
+        (0..n).map(|k| (0..n).filter(|j| costs.is_before(*j, k)).fold(0, |set, j| set | 1 << j)).collect();
     // Cost and the pass before, by set and last pass.
     let mut best = vec![(f64::INFINITY, n); (all + 1) * n];
-    (0..n).for_each(|k| best[(1 << k) * n + k] = (costs.first[k], n));
+    (0..n).filter(|k| needed[*k] == 0).for_each(|k| best[(1 << k) * n + k] = (costs.first[k], n));
     for set in 1..=all {
         for end in (0..n).filter(|end| set >> end & 1 == 1) {
             let here = best[set * n + end].0;
-            for next in (0..n).filter(|next| set >> next & 1 == 0) {
+            for next in (0..n).filter(|&next| set >> next & 1 == 0 && set & needed[next] == needed[next]) {
                 let cost = here + costs.link(end, next);
                 let there = &mut best[(set | 1 << next) * n + next];
                 if cost < there.0 {
@@ -143,18 +184,23 @@ fn exact(costs: &TourCosts) -> Vec<usize> {
     order
 }
 
-/// Always on to the nearest pass that is left.
-fn nearest_next(costs: &TourCosts, first: usize) -> Vec<usize> {
+/// Always on to the nearest pass that is left and may be cut; `None` where the first one must not be.
+fn nearest_next(costs: &TourCosts, first: usize) -> Option<Vec<usize>> {
     let mut left: Vec<usize> = (0..costs.n).filter(|k| *k != first).collect();
+    if left.iter().any(|&k| costs.is_before(k, first)) {
+        return None;
+    }
     let mut order = vec![first];
     let mut at = first;
     while !left.is_empty() {
         let cost = |k: &usize| costs.link(at, left[*k]);
-        let nearest = (0..left.len()).min_by(|a, b| cost(a).total_cmp(&cost(b))).unwrap_or(0);
+        // The first of those that are left always may.
+        let may = |k: &usize| left[..*k].iter().all(|&earlier| !costs.is_before(earlier, left[*k]));
+        let nearest = (0..left.len()).filter(may).min_by(|a, b| cost(a).total_cmp(&cost(b))).unwrap_or(0);
         at = left.remove(nearest);
         order.push(at);
     }
-    order
+    Some(order)
 }
 
 /// Rows of passes moved to other places, and the order of rows turned around, until nothing of it is shorter.
@@ -189,11 +235,16 @@ fn move_a_row(costs: &TourCosts, order: &mut Vec<usize>) -> bool {
             let freed = between(costs, before, Some(row[0])) + between(costs, Some(row[1]), behind)
                 - between(costs, before, behind);
             let rest: Vec<usize> = order[..from].iter().chain(&order[from + length..]).copied().collect();
+            let row_of = &order[from..from + length];
+            let is_needed = |k: &usize| row_of.iter().any(|&r| costs.is_before(rest[*k], r));
+            let needs = |k: &usize| row_of.iter().any(|&r| costs.is_before(r, rest[*k]));
+            let lowest = (0..from).rev().find(is_needed).map_or(0, |k| k + 1);
+            let highest = (from..rest.len()).find(needs).unwrap_or(rest.len());
             let added = |at: usize| {
                 let (a, b) = (at.checked_sub(1).map(|k| rest[k]), rest.get(at).copied());
                 between(costs, a, Some(row[0])) + between(costs, Some(row[1]), b) - between(costs, a, b)
             };
-            let best = (0..=rest.len()).min_by(|a, b| added(*a).total_cmp(&added(*b))).unwrap_or(from);
+            let best = (lowest..=highest).min_by(|a, b| added(*a).total_cmp(&added(*b))).unwrap_or(from);
             if added(best) < freed - least {
                 let moved: Vec<usize> = order[from..from + length].to_vec();
                 *order = rest[..best].iter().chain(&moved).chain(&rest[best..]).copied().collect();
@@ -212,6 +263,9 @@ fn turn_rows(costs: &TourCosts, order: &mut [usize]) -> bool {
         let before = from.checked_sub(1).map(|k| order[k]);
         let (mut onward, mut back) = (0.0, 0.0);
         for to in from + 1..n {
+            if order[from..to].iter().any(|&earlier| costs.is_before(earlier, order[to])) {
+                break;
+            }
             onward += costs.link(order[to - 1], order[to]);
             back += costs.link(order[to], order[to - 1]);
             let behind = order.get(to + 1).copied();
@@ -282,9 +336,12 @@ mod tests {
         }
     }
 
+    /// Of all orders in which no pass comes before one that has to be cut first.
     fn least_of_all(costs: &TourCosts, order: &mut Vec<usize>, k: usize) -> f64 {
         if k == order.len() {
-            return costs.of(order);
+            let is_late = |(at, pass): (usize, &usize)| order[..at].iter().any(|p| costs.before[pass * costs.n + p]);
+            let is_wrong = !costs.before.is_empty() && order.iter().enumerate().any(is_late);
+            return if is_wrong { f64::INFINITY } else { costs.of(order) };
         }
         let mut least = f64::INFINITY;
         for j in k..order.len() {
@@ -317,6 +374,41 @@ mod tests {
                 assert!(n == 0 || is_permutation(&other, n) && costs.of(&other) >= least - 1e-9);
             }
         }
+    }
+
+    #[test]
+    fn passes_that_have_to_be_cut_first_are_and_few_are_in_the_best_order_of_those() {
+        let mut rng = Lcg(13);
+        for n in 2..=7 {
+            for _ in 0..20 {
+                let share = rng.unit();
+                let pairs: Vec<(usize, usize)> =
+                    (0..n).flat_map(|b| (0..b).map(move |a| (a, b))).filter(|_| rng.unit() < share).collect();
+                let costs = rng.costs(n).keeping(pairs.clone()).unwrap();
+                let least = least_of_all(&costs, &mut (0..n).collect(), 0);
+                let tour = shortest_tour(&costs);
+                assert!(is_permutation(&tour.order, n) && tour.is_exact && costs.allow(&tour.order));
+                assert!((tour.cost - least).abs() < 1e-9, "{n} {pairs:?}: {} {least}", tour.cost);
+                let nearest = (0..n).filter_map(|first| nearest_next(&costs, first));
+                for order in nearest.chain([(0..n).collect()]) {
+                    let other = improved(&costs, order);
+                    assert!(is_permutation(&other, n) && costs.allow(&other) && costs.of(&other) >= least - 1e-9);
+                }
+            }
+        }
+        for n in [13, 40] {
+            let pairs = (0..n).flat_map(|b| (0..b).map(move |a| (a, b))).filter(|(a, b)| (a + b) % 3 == 0);
+            let costs = rng.costs(n).keeping(pairs).unwrap();
+            let tour = shortest_tour(&costs);
+            assert!(is_permutation(&tour.order, n) && costs.allow(&tour.order) && tour.lower_bound <= tour.cost);
+            let as_is: Vec<usize> = (0..n).collect();
+            assert!(tour.cost < costs.of(&as_is) && costs.allow(&as_is));
+            let turned: Vec<usize> = (0..n).rev().collect();
+            assert!(!costs.allow(&turned));
+        }
+        let three = || Lcg(1).costs(3);
+        assert_eq!(three().keeping([(2, 1)]), Err(TourError::Order { first: 2, second: 1 }));
+        assert_eq!(three().keeping([(0, 3)]), Err(TourError::Order { first: 0, second: 3 }));
     }
 
     #[test]
