@@ -178,6 +178,7 @@ enum Format {
     Verification,
     Holders,
     Lengths,
+    Rapids,
 }
 
 /// Does what the arguments say.
@@ -401,5 +402,6 @@ fn schema(format: Format) -> String {
         Format::Verification => facemill::file_format::schema::<VerificationFile>(),
         Format::Holders => facemill::file_format::schema::<facemill::tool_model::HoldersFile>(),
         Format::Lengths => facemill::file_format::schema::<facemill::lengths::LengthsFile>(),
+        Format::Rapids => facemill::file_format::schema::<facemill::rapids::RapidsFile>(),
     }
 }

@@ -102,6 +102,50 @@ pub struct SetupFile {
     /// Distance that the whole tool keeps from part, stock and fixtures in rapids.
     #[serde(default = "default_rapid_clearance_mm")]
     pub rapid_clearance_mm: f64,
+    /// Ways from one pass to the next.
+    #[serde(default)]
+    pub links: LinksFile,
+}
+
+/// How the ways from one pass to the next are made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct LinksFile {
+    /// Replace each by the fastest one that is proven free, where the stock is cut; else they go over the clearance surface.
+    pub shorten: bool,
+    /// Which stock they keep the rapid clearance from.
+    pub stock: LinkStockFile,
+    /// In which order the pieces of an operation's passes are cut.
+    pub order: PassOrderFile,
+}
+
+impl Default for LinksFile {
+    fn default() -> Self {
+        Self { shorten: true, stock: LinkStockFile::default(), order: PassOrderFile::default() }
+    }
+}
+
+/// Stock that links keep off.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum LinkStockFile {
+    /// As it was before the program: the whole tool is proven to keep 0.9 of the rapid clearance from it everywhere.
+    #[default]
+    AtFirst,
+    /// As it is when the link is driven, on the lines of the cut stock: through what has been cut, and near the ends of a link nearer
+    /// than the rapid clearance.
+    AsCut,
+}
+
+/// In which order the pieces of an operation's passes are cut.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum PassOrderFile {
+    /// Pass by pass as the path has them, place by place of the pattern.
+    #[default]
+    AsLaid,
+    /// With the shortest links; pieces so near each other that one place is in reach of the cutter on both keep their order.
+    Shortest,
 }
 
 fn default_rapid_clearance_mm() -> f64 {

@@ -5,8 +5,8 @@ use std::collections::BTreeSet;
 use facemill_cl_data::ClPoint;
 use facemill_cutter_location::Pieces;
 use facemill_nc_program::{
-    AptCutter, AptMove, AptSpec, Block, Dialect, ReadProgram, WordMap, read_program, write_apt, write_program,
-    write_program_with_lines,
+    AptCutter, AptMove, AptSpec, Block, Dialect, ProgramSpec, ReadProgram, WordMap, WrittenProgram, read_program,
+    write_apt, write_program, write_program_with_lines,
 };
 use facemill_virtual_machine::{
     Assumption, Certificates, Finding, GougeSection, ObstacleKind, Verification, VerifyError, VerifySettings,
@@ -47,6 +47,23 @@ pub(crate) struct Texts {
 }
 
 impl Texts {
+    fn new(timed: Timed, written: WrittenProgram, apt: String) -> Self {
+        let operation_lines = timed.operation_starts.iter().map(|&block| written.block_lines[block]).collect();
+        Self { timed, nc: written.text, apt, operation_lines, block_lines: written.block_lines }
+    }
+
+    /// First and last line of a run of moves, each by its index among all.
+    pub(crate) fn lines_of_moves(&self, [first, last]: [usize; 2]) -> [u32; 2] {
+        let end = self.timed.move_blocks[last] + 1;
+        let behind = self.block_lines.get(end).map_or_else(|| self.line_of_move(last), |line| line - 1);
+        [self.line_of_move(first), behind.max(self.line_of_move(last))]
+    }
+
+    /// Line at which a move begins.
+    pub(crate) fn line_of_move(&self, index: usize) -> u32 {
+        self.block_lines[self.timed.move_blocks[index]]
+    }
+
     /// Lines of all cutting moves, in program order.
     pub(crate) fn cut_lines(&self) -> Vec<u32> {
         self.timed.cut_blocks.iter().map(|b| self.block_lines[b.block]).collect()
@@ -67,21 +84,11 @@ pub(crate) fn write_texts(
     words: &WordMap,
     verify: bool,
 ) -> Result<Texts, Failure> {
-    let mut writer = BlockWriter::new(job, setup, words)?;
-    if !verify {
-        writer.comment(NOT_VERIFIED.to_owned());
-    }
-    for o in operations {
-        writer.operation(o.operation, &o.moves)?;
-    }
-    let mut timed = writer.finish();
+    let mut timed = blocks(job, setup, operations, words, verify)?;
     let written = Written { job, words, table_from_rtcp_words: table_from_rtcp_words(job, words)? };
     let slower = time_program(&[(&job.machine, job.tool.gauge_length())], &written, &mut timed)?;
     timed.slow_down(&slower);
-    let first = operations.first().map(|o| o.operation).ok_or_else(|| Failure::Internal("no operation".to_owned()))?;
-    let spec = program_spec(job, setup, first, words, &mut timed)?;
-    let written = write_program_with_lines(&spec, &setup.post(job)).map_err(|e| job.wrong(format!("post: {e}")))?;
-    let operation_lines = timed.operation_starts.iter().map(|&block| written.block_lines[block]).collect();
+    let (spec, written) = nc_text(job, setup, operations, words, &mut timed)?;
     let cutter = job.tool.cutter();
     let apt = AptSpec {
         part_name: spec.job_name.clone(),
@@ -96,7 +103,49 @@ pub(crate) fn write_texts(
         moves: apt_moves(operations, job.tool.n_inserts(), verify),
     };
     let apt = write_apt(&apt).map_err(|e| Failure::Internal(e.to_string()))?;
-    Ok(Texts { timed, nc: written.text, apt, operation_lines, block_lines: written.block_lines })
+    Ok(Texts::new(timed, written, apt))
+}
+
+/// The NC text with feeds that no law of motion has lowered, and no APT text: for who asks where it goes.
+pub(crate) fn write_draft(
+    job: &Job,
+    setup: &Setup<'_>,
+    operations: &[PlannedOperation<'_>],
+    words: &WordMap,
+) -> Result<Texts, Failure> {
+    let mut timed = blocks(job, setup, operations, words, true)?;
+    let (_, written) = nc_text(job, setup, operations, words, &mut timed)?;
+    Ok(Texts::new(timed, written, String::new()))
+}
+
+fn blocks(
+    job: &Job,
+    setup: &Setup<'_>,
+    operations: &[PlannedOperation<'_>],
+    words: &WordMap,
+    verify: bool,
+) -> Result<Timed, Failure> {
+    let mut writer = BlockWriter::new(job, setup, words)?;
+    if !verify {
+        writer.comment(NOT_VERIFIED.to_owned());
+    }
+    for o in operations {
+        writer.operation(o.operation, &o.moves)?;
+    }
+    Ok(writer.finish())
+}
+
+fn nc_text(
+    job: &Job,
+    setup: &Setup<'_>,
+    operations: &[PlannedOperation<'_>],
+    words: &WordMap,
+    timed: &mut Timed,
+) -> Result<(ProgramSpec, WrittenProgram), Failure> {
+    let first = operations.first().map(|o| o.operation).ok_or_else(|| Failure::Internal("no operation".to_owned()))?;
+    let spec = program_spec(job, setup, first, words, timed)?;
+    let written = write_program_with_lines(&spec, &setup.post(job)).map_err(|e| job.wrong(format!("post: {e}")))?;
+    Ok((spec, written))
 }
 
 /// Takes the times that are told from the text.
@@ -161,7 +210,7 @@ impl OwnProgram<'_> {
     /// Runs the text on the virtual machine.
     pub(crate) fn verify(&self, stages: &dyn Stages) -> Result<Verification, Failure> {
         let program = self.read()?;
-        let setting = virtual_setup(self.job, self.setup, self.words)?;
+        let setting = self.virtual_setup()?;
         let monitor = stages.start("verify program", program.blocks.len());
         let mut verification = verify(&program, &setting, &self.settings(), &*monitor).map_err(not_verified)?;
         name_obstacles(&mut verification, self.setup);
@@ -171,9 +220,14 @@ impl OwnProgram<'_> {
     /// Proves what the blocks of the text do between their ends.
     pub(crate) fn certify(&self, stages: &dyn Stages) -> Result<Certificates, Failure> {
         let program = self.read()?;
-        let setting = virtual_setup(self.job, self.setup, self.words)?;
+        let setting = self.virtual_setup()?;
         let monitor = stages.start("certify program", program.blocks.len());
         certify(&program, &setting, &self.settings(), &*monitor).map_err(not_verified)
+    }
+
+    /// The machine with what stands on it.
+    pub(crate) fn virtual_setup(&self) -> Result<VirtualSetup<'_>, Failure> {
+        virtual_setup(self.job, self.setup, self.words)
     }
 
     /// What the text leaves to the control.
@@ -183,14 +237,14 @@ impl OwnProgram<'_> {
 
     /// Cuts the stock as the text goes.
     pub(crate) fn cut_stock(&self, cut: &CutRequest, stages: &dyn Stages) -> Result<CutDone, Failure> {
-        let at = virtual_setup(self.job, self.setup, self.words)?;
+        let at = self.virtual_setup()?;
         let on = Stand { job: self.job, setup: self.setup, at: &at };
         let settings = VerifySettings { removal: removal_of(self.job, self.setup.file), ..self.settings() };
         cut_stock(&self.read()?, &on, &settings, cut, stages)
     }
 
     /// The program as it stands in the text.
-    fn read(&self) -> Result<ReadProgram, Failure> {
+    pub(crate) fn read(&self) -> Result<ReadProgram, Failure> {
         let program = read_program(&self.texts.nc, self.job.post.dialect());
         let program = program.map_err(|e| self.job.unread(&e))?;
         // A dialect file of one's own may say otherwise than the control it was made from.

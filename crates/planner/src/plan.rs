@@ -12,9 +12,12 @@ use crate::dual::plan_dual_setup;
 use crate::load::{Job, Setup};
 use crate::mending::{ROUNDS, lines_to_mend, mend};
 use crate::operation::{Ground, PlannedOperation};
-use crate::output::{OwnProgram, Texts, certificates_json, check_feeds, time_texts, try_template, write_texts};
-use crate::plan_stock::{PlannedStockReport, StockToCut};
+use crate::output::{
+    OwnProgram, Texts, certificates_json, check_feeds, time_texts, try_template, write_draft, write_texts,
+};
+use crate::plan_stock::{CutByPlan, PlannedStockReport, StockBefore, StockToCut, cut_by_plan, not_asked};
 use crate::program::word_map;
+use crate::rapids::{LinksReport, PlannedLinks};
 use crate::report::Report;
 use crate::reporting::report;
 use crate::turning::Turning;
@@ -90,25 +93,15 @@ pub(crate) fn planned_setup(
         picture = picture.or(svg);
         operations.push(planned);
     }
-    let mut mended = 0;
-    let mut rounds = 0;
-    let (mut texts, mut verification, certificates) = loop {
-        let (texts, verification, certificates) = written(&ground, &operations, &words, settings, stages, &mut clock)?;
-        rounds += 1;
-        let lines = lines_to_mend(verification.as_ref(), certificates.as_ref());
-        let blocks = if rounds == ROUNDS { Vec::new() } else { texts.cut_blocks_at(&lines) };
-        let put_in = mend(&ground, &mut operations, &blocks);
-        clock.lap("mend");
-        if put_in == 0 {
-            break (texts, verification, certificates);
-        }
-        mended += put_in;
+    let before = match stock.filter(|_| settings.verify) {
+        Some(stock) => stock.before(job, &setup)?,
+        None => Err(not_asked(settings.verify).to_owned()),
     };
-    check_feeds(job, &texts.timed, verification.as_ref())?;
-    let program = OwnProgram { job, setup: &setup, operations: &operations, words: &words, texts: &texts };
-    let cut = stock.zip(verification.as_mut()).map(|(stock, found)| stock.cut(&program, found, stages)).transpose()?;
-    let (of_stock, rest) = cut.unwrap_or((PlannedStockReport::not_asked(settings.verify), None));
-    clock.lap("cut the stock");
+    let shortened = shorten_links(&ground, &mut operations, &words, &before, stages)?;
+    clock.lap("shorten links");
+    let sound = Rounds { ground: &ground, words: &words, settings, before: &before, stages };
+    let Sound { mut texts, verification, certificates, cut: (of_stock, rest), mended, links } =
+        sound.program(&mut operations, shortened, &mut clock)?;
     time_texts(job, &words, &mut texts)?;
     clock.lap("times");
     let turning = Turning::of(job, &operations, &texts);
@@ -116,6 +109,7 @@ pub(crate) fn planned_setup(
     let mut report = report(&jobs, &setup, &operations, &texts.timed, turning, verification, certificates.as_ref());
     report.totals.mended_blocks = mended;
     report.stock = of_stock;
+    report.links = links;
     let program = OwnProgram { job, setup: &setup, operations: &operations, words: &words, texts: &texts };
     report.assumptions = program.assumptions()?;
     let chips = ChipFiles::new(&jobs, &setup.file.name, &operations, (&texts.timed, &texts.cut_lines()));
@@ -150,6 +144,111 @@ pub(crate) fn planned_files(
     files.push((format!("chips{suffix}.svg"), chips.svg.into_bytes()));
     let chip_table = (format!("chips{suffix}.csv"), chips.csv.into_bytes());
     Planned { files, chip_table, report, rest: None, timings: clock.laps }
+}
+
+/// Links that are faster than over the clearance surface, put into the moves; or why they are not.
+fn shorten_links(
+    Ground { job, setup, .. }: &Ground<'_>,
+    operations: &mut [PlannedOperation<'_>],
+    words: &WordMap,
+    before: &StockBefore,
+    stages: &dyn Stages,
+) -> Result<Result<PlannedLinks, String>, Failure> {
+    if !setup.file.links.shorten {
+        return Ok(Err("the job says so (links.shorten)".to_owned()));
+    }
+    let stock = match before {
+        Ok((stock, _)) => stock.clone(),
+        Err(why) => return Ok(Err(format!("the stock is not cut: {why}"))),
+    };
+    let texts = write_draft(job, setup, operations, words)?;
+    let program = OwnProgram { job, setup, operations, words, texts: &texts };
+    let mut links = PlannedLinks::find(&program, stock, job.file.verification.stock_tolerance_mm, stages)?;
+    links.put_in(operations);
+    Ok(Ok(links))
+}
+
+/// What a program is written, run, mended and cut with.
+struct Rounds<'r, 'a> {
+    ground: &'r Ground<'a>,
+    words: &'r WordMap,
+    settings: PlanSettings,
+    before: &'r StockBefore,
+    stages: &'r dyn Stages,
+}
+
+/// A program with all that was found out about it.
+struct Sound {
+    texts: Texts,
+    verification: Option<Verification>,
+    certificates: Option<Certificates>,
+    cut: CutByPlan,
+    mended: usize,
+    links: LinksReport,
+}
+
+/// How often links with findings get their old ways back before all of them do.
+const LINK_ROUNDS: usize = 3;
+
+impl Rounds<'_, '_> {
+    /// Writes the program until no block is left to mend and no faster link has a finding.
+    fn program(
+        &self,
+        operations: &mut [PlannedOperation<'_>],
+        mut shortened: Result<PlannedLinks, String>,
+        clock: &mut Clock,
+    ) -> Result<Sound, Failure> {
+        let Ground { job, setup, .. } = self.ground;
+        let (mut mended, mut round) = (0, 0);
+        loop {
+            round += 1;
+            let (texts, mut verification, certificates) = self.mended(operations, &mut mended, clock)?;
+            let mut take_back = |run: Option<&Verification>, operations: &mut [PlannedOperation<'_>]| {
+                let links = shortened.as_mut().ok();
+                links.zip(run).is_some_and(|(links, run)| {
+                    links.take_back(operations, &texts, &run.findings, round == LINK_ROUNDS)
+                })
+            };
+            if take_back(verification.as_ref(), operations) {
+                continue;
+            }
+            check_feeds(job, &texts.timed, verification.as_ref())?;
+            let program = OwnProgram { job, setup, operations, words: self.words, texts: &texts };
+            let cut = verification.as_mut().map(|found| cut_by_plan(&program, self.before, found, self.stages));
+            let cut = cut.unwrap_or_else(|| Ok((PlannedStockReport::not_asked(false), None)))?;
+            clock.lap("cut the stock");
+            if take_back(verification.as_ref(), operations) {
+                continue;
+            }
+            let links = match shortened {
+                Ok(links) => LinksReport::of(links.report(operations, &texts)),
+                Err(why) => LinksReport::not_shortened(why),
+            };
+            return Ok(Sound { texts, verification, certificates, cut, mended, links });
+        }
+    }
+
+    /// Writes the program until no block is left to mend, or mending has been tried often enough.
+    fn mended(
+        &self,
+        operations: &mut [PlannedOperation<'_>],
+        mended: &mut usize,
+        clock: &mut Clock,
+    ) -> Result<Written, Failure> {
+        for round in 1.. {
+            let (texts, verification, certificates) =
+                written(self.ground, operations, self.words, self.settings, self.stages, clock)?;
+            let lines = lines_to_mend(verification.as_ref(), certificates.as_ref());
+            let blocks = if round == ROUNDS { Vec::new() } else { texts.cut_blocks_at(&lines) };
+            let put_in = mend(self.ground, operations, &blocks);
+            clock.lap("mend");
+            if put_in == 0 {
+                return Ok((texts, verification, certificates));
+            }
+            *mended += put_in;
+        }
+        Err(Failure::Internal("rounds without end".to_owned()))
+    }
 }
 
 /// What is written of the operations, and what running and proving it gives.

@@ -59,8 +59,13 @@ impl PlannedStockReport {
 
     /// Of a program whose positions and certificates alone were asked for.
     pub(crate) fn not_asked(is_verified: bool) -> Self {
-        Self::not_cut(if is_verified { "it was not asked for" } else { "the program was not verified" })
+        Self::not_cut(not_asked(is_verified))
     }
+}
+
+/// Why no stock is cut that nothing is wrong with.
+pub(crate) fn not_asked(is_verified: bool) -> &'static str {
+    if is_verified { "it was not asked for" } else { "the program was not verified" }
 }
 
 /// The stock of a setup that is to be cut.
@@ -79,36 +84,24 @@ pub(crate) const OWN_STOCK: &str = "the setup's stock";
 /// What is told of the cut stock, and what is left of it.
 pub(crate) type CutByPlan = (PlannedStockReport, Option<DexelMap>);
 
+/// The stock before a setup's program, and what it began as; or why there is none to be cut.
+pub(crate) type StockBefore = Result<(DexelMap, String), String>;
+
 impl StockToCut<'_> {
-    /// Cuts the stock by a program, and adds what meets it to what is found already. Findings of the same kind and body that the run
-    /// against the stock as it was at first has at the same place of the text are not told twice.
+    /// The stock before the setup's program.
     ///
     /// # Errors
-    /// When the stock cannot be made lines of that are as far apart as asked, or the stages are cancelled.
-    pub(crate) fn cut(
-        &self,
-        program: &OwnProgram<'_>,
-        verification: &mut Verification,
-        stages: &dyn Stages,
-    ) -> Result<CutByPlan, Failure> {
-        let (job, setup) = (program.job, program.setup);
+    /// When the stock cannot be made lines of that are as far apart as asked.
+    pub(crate) fn before(&self, job: &Job, setup: &Setup<'_>) -> Result<StockBefore, Failure> {
         if !job.file.verification.cut_stock {
-            return Ok((PlannedStockReport::not_cut("the job says so (verification.cut_stock)"), None));
+            return Ok(Err("the job says so (verification.cut_stock)".to_owned()));
         }
-        let tolerance = job.file.verification.stock_tolerance_mm;
-        let (stock, began_as) = match self.rest_before(job) {
-            Ok((rest, of)) => (rest.clone(), format!("the rest of setup \"{of}\"")),
-            Err(why) => match self.own(job, setup, tolerance)? {
-                Ok(stock) => (stock, why.map_or(OWN_STOCK.to_owned(), |why| format!("{OWN_STOCK}: {why}"))),
-                Err(why) => return Ok((PlannedStockReport::not_cut(why), None)),
-            },
+        let why = match self.rest_before(job) {
+            Ok((rest, of)) => return Ok(Ok((rest.clone(), format!("the rest of setup \"{of}\"")))),
+            Err(why) => why,
         };
-        let cell = stock.grid().cell();
-        let request = CutRequest { cell, tolerance, region: StockRegion::Whole, rest: Some(stock), deviation: None };
-        let done = program.cut_stock(&request, stages)?;
-        add_new(&mut verification.findings, done.run.findings);
-        let report = PlannedStockReport { not_cut_because: None, began_as: Some(began_as), cut: Some(done.report) };
-        Ok((report, Some(done.rest)))
+        let own = self.own(job, setup, job.file.verification.stock_tolerance_mm)?;
+        Ok(own.map(|stock| (stock, why.map_or(OWN_STOCK.to_owned(), |why| format!("{OWN_STOCK}: {why}")))))
     }
 
     /// What the setup before has left and its name; or why this setup does not begin with it, nothing where it is the first.
@@ -145,6 +138,30 @@ impl StockToCut<'_> {
             Err(why) => Err(why),
         })
     }
+}
+
+/// Cuts the stock by a program, and adds what meets it to what is found already. Findings of the same kind and body that the run
+/// against the stock as it was at first has at the same place of the text are not told twice.
+///
+/// # Errors
+/// When the stages are cancelled.
+pub(crate) fn cut_by_plan(
+    program: &OwnProgram<'_>,
+    before: &StockBefore,
+    verification: &mut Verification,
+    stages: &dyn Stages,
+) -> Result<CutByPlan, Failure> {
+    let (stock, began_as) = match before {
+        Ok((stock, began_as)) => (stock.clone(), began_as.clone()),
+        Err(why) => return Ok((PlannedStockReport::not_cut(why.clone()), None)),
+    };
+    let tolerance = program.job.file.verification.stock_tolerance_mm;
+    let cell = stock.grid().cell();
+    let request = CutRequest { cell, tolerance, region: StockRegion::Whole, rest: Some(stock), deviation: None };
+    let done = program.cut_stock(&request, stages)?;
+    add_new(&mut verification.findings, done.run.findings);
+    let report = PlannedStockReport { not_cut_because: None, began_as: Some(began_as), cut: Some(done.report) };
+    Ok((report, Some(done.rest)))
 }
 
 /// Lines along the longer side of what is cut, where nothing else is said; and at most, in time that a plan may take.

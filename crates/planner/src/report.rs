@@ -10,9 +10,10 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::job_file::PostureModeFile;
+use crate::rapids::LinksReport;
 pub use crate::report_chips::{ChipsReport, FeedsSetByReport, SpreadReport};
 pub use crate::report_turning::{RewindReport, RewindsReport, SingularBlocks};
-use crate::{PairReport, PlannedStockReport};
+use crate::{PairReport, PassOrderReport, PlannedStockReport};
 
 /// Value of the key `format` in a report.
 pub const REPORT_FORMAT: &str = "facemill-report/1";
@@ -43,6 +44,10 @@ pub struct Report {
     pub verified: bool,
     /// What it cuts of the stock, as it was run.
     pub stock: PlannedStockReport,
+    /// Its links between passes, before and after.
+    pub links: LinksReport,
+    /// The order of the passes of each operation, where the job leaves it open.
+    pub orders: Vec<PassOrderReport>,
     /// What was proven of the motion between positions; `null` where it was not asked for.
     pub certified: Option<CertifiedReport>,
     /// Sums over the program.

@@ -15,8 +15,9 @@ use crate::load::{Job, Setup};
 use crate::moves::{MoveKind, PieceMoves};
 use crate::operation::PlannedOperation;
 use crate::pieces::{Cut, LeftOut, Piece};
-use crate::plan_stock::PlannedStockReport;
+use crate::plan_stock::{PlannedStockReport, not_asked};
 use crate::program::Timed;
+use crate::rapids::LinksReport;
 use crate::report::{
     BudgetReport, CertifiedReport, ChipsReport, HelpReport, InfeasibleReport, OptimumReport, PassReport,
     PosturesReport, REPORT_FORMAT, Report, SearchProofReport, Totals, Worst,
@@ -93,6 +94,8 @@ pub(crate) fn report(
         setup: setup.file.name.clone(),
         verified: verification.is_some(),
         stock: PlannedStockReport::not_asked(verification.is_some()),
+        links: LinksReport::not_shortened(not_asked(verification.is_some())),
+        orders: operations.iter().filter_map(|o| o.order.clone()).collect(),
         certified: certificates.map(CertifiedReport::new),
         totals,
         time_law: timed.time_law.clone(),

@@ -3,10 +3,11 @@
 use facemill_virtual_machine::Assumption;
 
 use crate::plan_stock::OWN_STOCK;
+use crate::rapids::LinksReport;
 use crate::report::{
     CertifiedReport, ChipsReport, HeldBackReport, PosturesReport, Report, SpreadReport, VectorTimeReport,
 };
-use crate::{PairReport, PlannedStockReport, StockReport};
+use crate::{PairReport, PassOrderReport, PlannedStockReport, StockReport};
 
 /// A few lines for a person.
 pub fn summary(report: &Report) -> String {
@@ -26,6 +27,7 @@ pub fn summary(report: &Report) -> String {
     ];
     lines.extend(times(report));
     lines.extend(report.pairs.iter().map(pair));
+    lines.extend(report.orders.iter().map(order));
     if report.verified {
         lines.push(format!(
             "  smallest clearance {}{}",
@@ -45,6 +47,7 @@ pub fn summary(report: &Report) -> String {
             ));
         }
         lines.extend(stock(&report.stock));
+        lines.extend(links(&report.links));
     } else {
         lines.push("  NOT VERIFIED      the written program was not run; do not cut with it".to_owned());
     }
@@ -168,6 +171,39 @@ fn stock(of: &PlannedStockReport) -> Vec<String> {
     lines.extend(of.cut.iter().flat_map(StockReport::told));
     // That a single setup begins with its stock goes without saying.
     lines.extend(of.began_as.iter().filter(|of| *of != OWN_STOCK).map(|of| format!("  stock before      {of}")));
+    lines
+}
+
+/// What another order of passes saves.
+fn order(of: &PassOrderReport) -> String {
+    let bound = if of.is_exact {
+        ", the least of all orders".to_owned()
+    } else {
+        format!(", at least {:.1} s in every order", of.lower_bound_s)
+    };
+    format!(
+        "  order of passes   links of {:.1} s with nothing in the way for {:.1} s as laid{bound}, operation \"{}\"",
+        of.ordered_s, of.as_laid_s, of.operation
+    )
+}
+
+/// The links between passes, or why they are as long as they were planned.
+fn links(of: &LinksReport) -> Vec<String> {
+    let why = of.not_shortened_because.iter();
+    let mut lines: Vec<String> =
+        why.map(|why| format!("  links             over the clearance surface: {why}")).collect();
+    lines.extend(of.shortened.iter().filter(|s| !s.links.is_empty()).map(|s| {
+        let ratio = s
+            .ratio_to_lower_bound
+            .map_or_else(String::new, |r| format!(", {r:.2} times the least with nothing in the way"));
+        format!(
+            "  links             {} of {} faster than over the clearance surface: {} in place of {}{ratio}",
+            s.changed,
+            s.links.len(),
+            clock(s.time_after_s),
+            clock(s.time_before_s)
+        )
+    }));
     lines
 }
 

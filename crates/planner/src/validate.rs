@@ -5,8 +5,8 @@ use facemill_nc_program::{FeedMode, RoundingBound};
 
 use crate::job_file::{
     ApproachFile, AxisTargetFile, ClearanceFile, DirectionFile, InfeasibleFile, JOB_FORMAT, JobFile, LinkingFile,
-    OperationFile, PairFile, PathFile, PatternFile, PoseFile, PostureModeFile, RoleFile, SetupFile, StockFile,
-    TolerancesFile,
+    OperationFile, PairFile, PassOrderFile, PathFile, PatternFile, PoseFile, PostureModeFile, RoleFile, SetupFile,
+    StockFile, TolerancesFile,
 };
 use crate::validate_feeds::{check_feed_laws, check_stock_to_cut, feeds_of_chips};
 
@@ -91,6 +91,11 @@ pub(crate) fn check_heads(job: &JobFile, n_heads: usize) -> Result<(), String> {
         );
     }
     if n_heads >= 2 {
+        if let Some(k) = job.setups.iter().position(|s| s.links.order != PassOrderFile::AsLaid) {
+            return Err(format!(
+                "setups[{k}].links.order: passes that two heads cut at once are paired in the order as laid; take as_laid"
+            ));
+        }
         check_one_coolant(job)?;
         if job.post.feed_mode == FeedMode::Rtcp {
             return Err(

@@ -57,6 +57,9 @@ pub struct LinkSettings {
     pub clearance: f64,
     /// As in [`run_stock`](crate::run_stock), mm.
     pub tolerance: f64,
+    /// Distance that the whole tool is proven to keep, at every time of the motion, from part, check surfaces and the stock as it was
+    /// before anything was cut, mm; `None`: from that stock none.
+    pub from_first_stock: Option<f64>,
 }
 
 /// Where a program stands at the start of a link: the stock as it is then, and all else that is in the way.
@@ -85,8 +88,8 @@ pub fn run_links(
 ) -> Result<(), VerifyError> {
     let (verify, link) = settings;
     check(setup, verify, link)?;
-    let verify = &VerifySettings { stock_is_cut: true, ..verify.clone() };
-    let wide = with_clearance(setup, link.clearance);
+    let verify = &VerifySettings { stock_is_cut: link.from_first_stock.is_none(), ..verify.clone() };
+    let wide = with_clearance(setup, link);
     let scene = Scene::new(&wide, verify)?;
     let resolved = resolve(program, setup, verify);
     let doubts = Doubts::new(program, &resolved.faults);
@@ -114,18 +117,25 @@ fn check(setup: &VirtualSetup<'_>, verify: &VerifySettings, link: &LinkSettings)
     if !(link.tolerance > 0.0 && link.tolerance.is_finite()) {
         return Err(VerifyError::Setting { field: "tolerance", value: link.tolerance, needed: "above 0" });
     }
-    if !(link.clearance >= 0.0 && link.clearance.is_finite()) {
-        return Err(VerifyError::Setting { field: "clearance", value: link.clearance, needed: "at least 0" });
+    let lengths = [("clearance", Some(link.clearance)), ("from_first_stock", link.from_first_stock)];
+    match lengths.into_iter().find(|(_, value)| value.is_some_and(|v| !(v >= 0.0 && v.is_finite()))) {
+        Some((field, value)) => {
+            Err(VerifyError::Setting { field, value: value.unwrap_or(f64::NAN), needed: "at least 0" })
+        }
+        None => Ok(()),
     }
-    Ok(())
 }
 
-/// The setup with fixtures so much thicker.
-fn with_clearance<'a>(setup: &VirtualSetup<'a>, clearance: f64) -> VirtualSetup<'a> {
+/// The setup with fixtures thicker by the clearance, and all else by what is kept from the first stock.
+fn with_clearance<'a>(setup: &VirtualSetup<'a>, link: &LinkSettings) -> VirtualSetup<'a> {
     let mut wide = setup.clone();
-    for o in wide.obstacles.iter_mut().filter(|o| o.kind == ObstacleKind::Fixture) {
-        o.allowance += clearance;
-        o.stock += clearance;
+    for o in &mut wide.obstacles {
+        if o.kind == ObstacleKind::Fixture {
+            o.allowance += link.clearance;
+            o.stock += link.clearance;
+        } else {
+            o.stock += link.from_first_stock.unwrap_or(0.0);
+        }
     }
     wide
 }

@@ -3,7 +3,7 @@
 
 use facemill::inverse_kinematics::Machine;
 use facemill::nc_program::{AxisAt, Dialect, FeedMode, MotionKind, read_program};
-use facemill::{Job, PlanSettings, Planned, RefeedSettings, SilentStages, TipFeed, plan_setup, refeed};
+use facemill::{Job, PlanSettings, Planned, RefeedSettings, SilentStages, TipFeed, plan_job, refeed};
 use facemill_tests::craig::{Words, end_of};
 use facemill_tests::jobs::{JobFolder, small_patch, small_patch_planned, text_of};
 use facemill_tests::program::run;
@@ -318,8 +318,11 @@ fn plan_for(dialect: &str, mode: &str, cutting: &str, words: &[&str]) {
     job.set("machine.json", &[("/motion/cutting", json!(cutting))]);
     job.set("job.json", &[("/post/dialect", json!(dialect)), ("/post/feed_mode", json!(mode))]);
     let settings = PlanSettings { verify: true, certificates: true };
-    let planned = plan_setup(&Job::read(&job.job()).unwrap(), 0, settings, &SilentStages).unwrap();
+    let planned = plan_job(&Job::read(&job.job()).unwrap(), settings, None, &SilentStages).unwrap().pop().unwrap();
     assert!(planned.is_clean(), "{dialect} {mode}: {:?}", planned.report.findings);
+    // Links are shortened under every motion law, and proven with all else.
+    let links = planned.report.links.shortened.as_ref().unwrap();
+    assert!(links.changed >= 3 && links.changed == links.links.len(), "{dialect} {mode}: {links:?}");
     assert!(planned.report.verified && planned.report.findings.is_empty());
     assert!(planned.report.worst.gouge_mm.is_some());
     let text = program_of(&planned);

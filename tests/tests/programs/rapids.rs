@@ -2,7 +2,7 @@
 //! byte as it is.
 
 use facemill::nc_program::Dialect;
-use facemill::rapids::{Rapids, RapidsRequest, WayKind, faster_rapids};
+use facemill::rapids::{Rapids, RapidsFile, RapidsRequest, WayKind, faster_rapids};
 use facemill::{CutRequest, Failure, Job, SilentStages, StockRegion};
 use facemill_tests::interpreter;
 use facemill_tests::jobs::{JobFolder, text_of};
@@ -11,6 +11,7 @@ use facemill_tests::variants::{tiny_patch, variant};
 use serde_json::json;
 
 mod lengths;
+mod planned;
 
 fn faster(job: &JobFolder, dialect: Dialect, text: &str) -> Result<Rapids, Failure> {
     let path = job.path("program.nc");
@@ -70,6 +71,9 @@ fn links_far_above_a_sculptured_surface_come_down_to_its_stock() {
     let made = faster(&job, Dialect::Fanuc, &old).unwrap_or_else(|e| panic!("{e}"));
     let (file, new) = (&made.file, String::from_utf8(made.text.clone()).unwrap());
     println!("{}", file.table());
+    let schema = serde_json::from_str(&facemill::file_format::schema::<RapidsFile>()).unwrap();
+    let told = serde_json::from_str(&facemill::file_format::to_json(file)).unwrap();
+    assert!(jsonschema::validator_for(&schema).unwrap().is_valid(&told));
     assert_eq!(file.findings, [0, 0], "{:?}", made.verification.verification.findings);
 
     // Every link is there; the first one says more than places.

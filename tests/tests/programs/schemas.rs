@@ -6,8 +6,20 @@ use facemill_tests::program::{code_and_errors, run};
 use facemill_tests::shared::workspace;
 use serde_json::{Value, json};
 
-const FORMATS: [&str; 10] =
-    ["job", "tool", "machine", "path", "dialect", "report", "certificates", "verification", "holders", "lengths"];
+const FORMATS: [&str; 12] = [
+    "job",
+    "tool",
+    "machine",
+    "path",
+    "dialect",
+    "report",
+    "certificates",
+    "solution-space",
+    "verification",
+    "holders",
+    "lengths",
+    "rapids",
+];
 
 fn schema(format: &str) -> Value {
     let output = run(&["schema", format]);

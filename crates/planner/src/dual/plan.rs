@@ -22,6 +22,7 @@ use crate::operation::{Ground, PlannedOperation, move_settings};
 use crate::output::check_feeds;
 use crate::plan::{Clock, PlanSettings, Planned, name_parts, planned_files};
 use crate::plan_stock::PlannedStockReport;
+use crate::rapids::LinksReport;
 use crate::reporting::report;
 use crate::{Failure, Stages};
 
@@ -158,6 +159,7 @@ pub(crate) fn plan_dual_setup(
     report.assumptions = DualProgram { ground: &ground, parts: &parts, words: &words, texts: &texts }.assumptions()?;
     if settings.verify {
         report.stock = PlannedStockReport::not_cut("that of machines with two heads is not");
+        report.links = LinksReport::not_shortened("those of machines with two heads are not");
     }
     let (suffix, state) = name_parts(job, setups[0], &report);
     let chips = ChipFiles::new(&jobs_of, &setups[0].file.name, &planned, (&texts.timed, &[]));

@@ -3,6 +3,8 @@
 mod choose;
 mod clock;
 mod finish;
+mod planned;
+mod planned_report;
 mod report;
 mod text;
 mod tour;
@@ -25,11 +27,13 @@ use crate::stock_map::StockMeshes;
 use crate::verify_program::virtual_setup;
 use crate::{CutRequest, Failure, Stages, VerificationFile, VerifyRequest, verify_program};
 use choose::{Choice, Chooser, Chosen};
-use clock::LinkClock;
 use finish::finish;
 use text::{LinkLines, LinkWords, link_lines};
 use ways::Ends;
 
+pub(crate) use clock::LinkClock;
+pub(crate) use planned::PlannedLinks;
+pub use planned_report::{LinksReport, PlannedLinkReport, ShortenedLinks};
 pub use report::{LinkReport, RAPIDS_FORMAT, RapidsFile};
 pub use tour::{Tour, TourCosts, TourError, shortest_tour};
 pub use ways::WayKind;
@@ -147,7 +151,8 @@ impl Stage<'_> {
         };
         let views = [(&self.job.machine, self.job.tool.gauge_length())];
         let clock = LinkClock::new(&views);
-        let keep = LinkSettings { clearance: self.clearance, tolerance: self.request.cut.tolerance };
+        let keep =
+            LinkSettings { clearance: self.clearance, tolerance: self.request.cut.tolerance, from_first_stock: None };
         let mut found = Vec::new();
         let mut failed = None;
         let mut visit = |link: &ProgramLink, stage: &LinkStage<'_, '_>| {
@@ -202,23 +207,9 @@ impl Stage<'_> {
         link: &ProgramLink,
         stage: &LinkStage<'_, '_>,
     ) -> Result<(Choice, Option<Vec<String>>), String> {
-        let machine = &self.job.machine;
-        let surface = clearance_surface(&self.setup.file.clearance);
-        let travel = machine.length_compensation_travel().unwrap_or_else(|| AxisValues::zeros(link.start.len()));
-        let spindle = (0..travel.len()).max_by(|&a, &b| travel[a].abs().total_cmp(&travel[b].abs())).unwrap_or(0);
-        let ends = Ends {
-            machine,
-            tool_length: self.job.tool.gauge_length(),
-            table_from_work: self.setup.table_from_work,
-            surface: &surface,
-            start: link.start,
-            end: link.ends.last().copied().unwrap_or(link.start),
-            spindle: (spindle, travel[spindle].signum()),
-        };
         let compensation: Compensation = own.compensation();
         let rounded = |axes: &AxisValues| writer.rounded(compensation, axes).map(|(_, rounded)| rounded);
-        let chooser = Chooser { ends: &ends, clock, law: link.law, rounded: &rounded };
-        let choice = chooser.choose(link, stage)?;
+        let choice = fastest(self.job, self.setup, clock, (link, stage), &rounded)?;
         let lines = choice.better.as_ref().and_then(|better| writer.lines(own, &better.through));
         Ok((choice, lines))
     }
@@ -233,6 +224,33 @@ impl Stage<'_> {
             always_point: self.request.dialect.file().numbers.always_point,
         }
     }
+}
+
+/// The fastest free way of a link, through positions as `rounded` gives them.
+///
+/// # Errors
+/// When a way cannot be timed.
+fn fastest(
+    job: &Job,
+    setup: &Setup<'_>,
+    clock: &LinkClock<'_>,
+    (link, stage): (&ProgramLink, &LinkStage<'_, '_>),
+    rounded: &(dyn Fn(&AxisValues) -> Option<AxisValues> + Sync),
+) -> Result<Choice, String> {
+    let machine = &job.machine;
+    let surface = clearance_surface(&setup.file.clearance);
+    let travel = machine.length_compensation_travel().unwrap_or_else(|| AxisValues::zeros(link.start.len()));
+    let spindle = (0..travel.len()).max_by(|&a, &b| travel[a].abs().total_cmp(&travel[b].abs())).unwrap_or(0);
+    let ends = Ends {
+        machine,
+        tool_length: job.tool.gauge_length(),
+        table_from_work: setup.table_from_work,
+        surface: &surface,
+        start: link.start,
+        end: link.ends.last().copied().unwrap_or(link.start),
+        spindle: (spindle, travel[spindle].signum()),
+    };
+    Chooser { ends: &ends, clock, law: link.law, rounded }.choose(link, stage)
 }
 
 /// Why a link is not looked at.

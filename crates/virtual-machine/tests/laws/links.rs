@@ -11,7 +11,7 @@ use nalgebra::Isometry3;
 
 const UP: [f64; 3] = [0.0, 0.0, 1.0];
 
-const KEEP: LinkSettings = LinkSettings { clearance: 3.0, tolerance: 0.01 };
+const KEEP: LinkSettings = LinkSettings { clearance: 3.0, tolerance: 0.01, from_first_stock: None };
 
 /// What way is kept above material whose lines are 2 mm apart, with 0.1 mm to spare.
 const ABOVE: f64 = 3.0 + 2.0 * std::f64::consts::FRAC_1_SQRT_2 + 0.1;
@@ -68,6 +68,32 @@ fn a_way_is_free_by_the_stock_at_that_moment_and_the_heights_of_the_scene() {
     let run = run_stock(&program, &shop.setup(), &settings, &mut expected, KEEP.tolerance, &Silent).unwrap();
     assert!(run.findings.is_empty(), "{:?}", run.findings);
     assert_eq!(rest, expected);
+}
+
+/// Ways over the plate with stock of 20 mm on it, which the lines do not know: the plate itself is what the cut stock is.
+#[test]
+fn a_way_can_keep_off_the_stock_as_it_was_at_first() {
+    let shop = Shop::new();
+    let program = read_program(two_slots(&shop), Dialect::Fanuc).unwrap();
+    let mut setup = shop.setup();
+    setup.obstacles[0].stock = 20.0;
+    let lines = || DexelMap::of_box(&Isometry3::identity(), [-200.0, -200.0, -5.0], [140.0, 200.0, 0.0], 2.0).unwrap();
+    let lowest = |from_first_stock: Option<f64>| {
+        let keep = LinkSettings { from_first_stock, ..KEEP };
+        let mut free: Vec<Vec<f64>> = Vec::new();
+        let mut visit = |link: &facemill_virtual_machine::ProgramLink,
+                         stage: &facemill_virtual_machine::LinkStage<'_, '_>| {
+            if link.hold.is_none() {
+                let across = |h: &f64| [[100.0, 100.0, *h], [-260.0, 100.0, *h]].map(|tip| shop.axes_at(tip, UP));
+                let heights = [ABOVE - 0.2, ABOVE, 19.9, 20.2, 23.9, 24.2];
+                free.push(heights.into_iter().filter(|h| stage.is_free(link, &across(h))).collect());
+            }
+        };
+        run_links(&program, &setup, (&VerifySettings::default(), &keep), &mut lines(), &mut visit, &Silent).unwrap();
+        assert!(free.len() == 2 && free[0] == free[1], "{free:?}");
+        free[0].iter().copied().fold(f64::INFINITY, f64::min)
+    };
+    assert_eq!([lowest(None), lowest(Some(0.0)), lowest(Some(4.0))], [ABOVE, 20.2, 24.2]);
 }
 
 #[test]

@@ -1,0 +1,380 @@
+//! Faster links for a plan: put into its moves before its program is run, so that every text of it has them.
+
+use facemill_inverse_kinematics::AxisValues;
+use facemill_nc_program::{Compensation, FeedMode, ReadProgram};
+use facemill_virtual_machine::{Finding, LinkHold, LinkSettings, LinkStage, ProgramLink, VerifySettings, run_links};
+use facemill_z_map::DexelMap;
+
+use super::choose::Choice;
+use super::clock::LinkClock;
+use super::fastest;
+use super::planned_report::{PlannedLinkReport, ShortenedLinks};
+use super::text::LinkWords;
+use super::ways::WayKind;
+use crate::job_file::LinkStockFile;
+use crate::moves::{Move, MoveKind};
+use crate::operation::PlannedOperation;
+use crate::output::{OwnProgram, Texts, not_verified};
+use crate::program::table_from_rtcp_words;
+use crate::{Failure, Stages};
+
+/// Share of the rapid clearance that is proven to be kept from the stock as it was at first: links begin and end at the whole of it,
+/// and the control may leave them by a little.
+const KEPT: f64 = 0.9;
+
+/// The links between the passes of a setup, and what becomes of them.
+pub(crate) struct PlannedLinks {
+    clearance: f64,
+    is_by_law: bool,
+    links: Vec<PlannedLink>,
+}
+
+struct PlannedLink {
+    /// Where its moves are; `None` where they are not those to a piece alone.
+    goal: Option<Goal>,
+    /// Its lines when it was looked at.
+    lines: [u32; 2],
+    before: f64,
+    lower_bound: f64,
+    better: Option<Better>,
+    kept_because: Option<String>,
+}
+
+/// A way in place of a link.
+struct Better {
+    kind: WayKind,
+    time: f64,
+    /// What it goes through before its end.
+    over: Vec<Move>,
+    /// The rapids that it has taken the place of: those behind the operation before, where the link begins there, and those to the
+    /// piece.
+    old: [Vec<Move>; 2],
+}
+
+/// The piece that a link goes to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Goal {
+    /// Index of its operation.
+    operation: usize,
+    /// Its index there.
+    piece: usize,
+}
+
+/// All rapids to a piece, by the indices of their moves in the program.
+struct RapidRun {
+    goal: Goal,
+    moves: [usize; 2],
+    /// Why they must stay.
+    hold: Option<&'static str>,
+}
+
+/// The rapids to every piece but the first one of all, in program order.
+fn rapid_runs(operations: &[PlannedOperation<'_>]) -> Vec<RapidRun> {
+    let mut runs = Vec::new();
+    // Index of the next move, and of the first one behind the operation before.
+    let (mut at, mut behind) = (0, None);
+    for (operation, o) in operations.iter().enumerate() {
+        for (piece, moves) in o.moves.pieces.iter().map(|p| &p.moves).enumerate() {
+            let rapids = leading_rapids(moves);
+            let first = if piece == 0 { behind.take() } else { Some(at) };
+            if let Some(first) = first.filter(|_| rapids > 0) {
+                let hold = if piece == 0 { change_before(operations, operation) } else { None };
+                runs.push(RapidRun { goal: Goal { operation, piece }, moves: [first, at + rapids - 1], hold });
+            }
+            at += moves.len();
+        }
+        behind = Some(at);
+        at += o.moves.retract.len();
+    }
+    runs
+}
+
+fn leading_rapids(moves: &[Move]) -> usize {
+    moves.iter().take_while(|m| m.kind == MoveKind::Rapid).count()
+}
+
+/// What the program changes between two operations, far from the part, as the link between them goes now.
+fn change_before(operations: &[PlannedOperation<'_>], operation: usize) -> Option<&'static str> {
+    let [before, now] = [operation.checked_sub(1)?, operation].map(|k| &operations[k].operation.feeds);
+    let changes = before.spindle_rpm != now.spindle_rpm || before.coolant != now.coolant;
+    changes.then_some("spindle or coolant change on it")
+}
+
+impl PlannedLinks {
+    /// Looks for the fastest way of every link that is proven free, against the stock as it is then.
+    ///
+    /// # Errors
+    /// When the stages are cancelled.
+    pub(crate) fn find(
+        program: &OwnProgram<'_>,
+        mut stock: DexelMap,
+        tolerance: f64,
+        stages: &dyn Stages,
+    ) -> Result<Self, Failure> {
+        let job = program.job;
+        let text = program.read()?;
+        let at = program.virtual_setup()?;
+        let views = [(&job.machine, job.tool.gauge_length())];
+        let clock = LinkClock::new(&views);
+        let words = LinkWords {
+            machine: &job.machine,
+            tool_length: job.tool.gauge_length(),
+            words: program.words,
+            table_from_rtcp_words: table_from_rtcp_words(job, program.words)?,
+            decimals: job.post.decimals(),
+            always_point: false,
+        };
+        let runs = rapid_runs(program.operations);
+        let seeker = Seeker { program, text: &text, clock: &clock, words, runs };
+        let clearance = program.setup.file.rapid_clearance_mm;
+        let mut links = Vec::new();
+        let mut visit = |link: &ProgramLink, stage: &LinkStage<'_, '_>| {
+            if !matches!(link.hold, Some(LinkHold::WayIn | LinkHold::WayOut)) {
+                links.push(seeker.link(link, stage));
+            }
+        };
+        let monitor = stages.start("shorten links", text.blocks.len());
+        let from_first_stock = match program.setup.file.links.stock {
+            LinkStockFile::AtFirst => Some(KEPT * clearance),
+            LinkStockFile::AsCut => None,
+        };
+        let keep = LinkSettings { clearance, tolerance, from_first_stock };
+        let settings = (&VerifySettings::default(), &keep);
+        run_links(&text, &at, settings, &mut stock, &mut visit, &*monitor).map_err(not_verified)?;
+        Ok(Self { clearance, is_by_law: clock.is_by_law(), links })
+    }
+
+    /// Puts the faster ways into the moves.
+    pub(crate) fn put_in(&mut self, operations: &mut [PlannedOperation<'_>]) {
+        for link in &mut self.links {
+            let (Some(goal), Some(better)) = (link.goal, &mut link.better) else { continue };
+            let behind = if goal.piece == 0 { goal.operation.checked_sub(1) } else { None };
+            let behind = behind.map(|k| std::mem::take(&mut operations[k].moves.retract)).unwrap_or_default();
+            let moves = &mut operations[goal.operation].moves.pieces[goal.piece].moves;
+            let end = leading_rapids(moves).saturating_sub(1);
+            // The last one stays: where the entry begins, to the last bit.
+            better.old = [behind, moves.splice(..end, better.over.iter().copied()).collect()];
+        }
+    }
+
+    /// Gives the links their old ways back in whose blocks the program has a finding, and with them, where it is asked for, all others;
+    /// says whether there were any.
+    pub(crate) fn take_back(
+        &mut self,
+        operations: &mut [PlannedOperation<'_>],
+        texts: &Texts,
+        findings: &[Finding],
+        with_all: bool,
+    ) -> bool {
+        let runs = rapid_runs(operations);
+        let finding_in = |link: &PlannedLink| {
+            let goal = link.goal.filter(|_| link.better.is_some())?;
+            let [first, last] = texts.lines_of_moves(runs.iter().find(|run| run.goal == goal)?.moves);
+            findings.iter().find(|f| f.first_line <= last && f.last_line >= first)
+        };
+        let found: Vec<Option<&Finding>> = self.links.iter().map(finding_in).collect();
+        if found.iter().all(Option::is_none) {
+            return false;
+        }
+        for (link, found) in self.links.iter_mut().zip(found).filter(|(_, found)| with_all || found.is_some()) {
+            let (Some(goal), Some(better)) = (link.goal, link.better.take()) else { continue };
+            let [behind, to_piece] = better.old;
+            operations[goal.operation].moves.pieces[goal.piece].moves.splice(..better.over.len(), to_piece);
+            if let Some(before) = goal.operation.checked_sub(1).filter(|_| goal.piece == 0) {
+                operations[before].moves.retract = behind;
+            }
+            link.kept_because = Some(found.map_or_else(
+                || "with faster ways of some links the program has findings time and again".to_owned(),
+                |finding| format!("the faster way has a finding: {finding}"),
+            ));
+        }
+        true
+    }
+
+    /// What is told of them, by the lines of the written program.
+    pub(crate) fn report(&self, operations: &[PlannedOperation<'_>], texts: &Texts) -> ShortenedLinks {
+        let runs = rapid_runs(operations);
+        let of_link = |link: &PlannedLink| {
+            let run = link.goal.and_then(|goal| runs.iter().find(|run| run.goal == goal));
+            PlannedLinkReport {
+                lines: run.map_or(link.lines, |run| texts.lines_of_moves(run.moves)),
+                time_before_s: link.before,
+                time_after_s: link.better.as_ref().map_or(link.before, |better| better.time),
+                lower_bound_s: link.lower_bound,
+                way: link.better.as_ref().map_or(WayKind::Original, |better| better.kind),
+                kept_because: link.kept_because.clone(),
+            }
+        };
+        ShortenedLinks::new(self.clearance, self.is_by_law, self.links.iter().map(of_link).collect())
+    }
+}
+
+/// What links are looked at with.
+struct Seeker<'a> {
+    program: &'a OwnProgram<'a>,
+    text: &'a ReadProgram,
+    clock: &'a LinkClock<'a>,
+    words: LinkWords<'a>,
+    runs: Vec<RapidRun>,
+}
+
+impl Seeker<'_> {
+    fn link(&self, link: &ProgramLink, stage: &LinkStage<'_, '_>) -> PlannedLink {
+        let line = |block: Option<&usize>| block.map_or(0, |&b| self.text.blocks[b].line);
+        let lines = [line(link.blocks.first()), line(link.blocks.last())];
+        let found = self.goal(link, lines).and_then(|goal| Ok((goal, self.choice(link, stage)?)));
+        match found {
+            Ok((goal, Choice { before, lower_bound, better })) => {
+                let better = better.map(|way| Better {
+                    kind: way.kind,
+                    time: way.time,
+                    over: way.through.split_last().map_or_else(Vec::new, |(_, over)| self.rapids(over)),
+                    old: [Vec::new(), Vec::new()],
+                });
+                PlannedLink { goal: Some(goal), lines, before, lower_bound, better, kept_because: None }
+            }
+            Err(why) => {
+                let before = self.clock.time(link.law, &link.start, &link.ends).unwrap_or(0.0);
+                let lower_bound = link.ends.last().map_or(0.0, |end| self.clock.least_time(&link.start, end));
+                PlannedLink { goal: None, lines, before, lower_bound, better: None, kept_because: Some(why) }
+            }
+        }
+    }
+
+    /// The piece that a link goes to, whose rapids all are the link's.
+    ///
+    /// # Errors
+    /// With why it must stay.
+    fn goal(&self, link: &ProgramLink, lines: [u32; 2]) -> Result<Goal, String> {
+        match &link.hold {
+            Some(LinkHold::Doubt(what)) => return Err(format!("where the axes are is open: {what}")),
+            Some(LinkHold::Laws) => return Err("its blocks move in different ways".to_owned()),
+            _ => {}
+        }
+        let texts = self.program.texts;
+        let own = self.runs.iter().find(|run| {
+            let [first, last] = texts.lines_of_moves(run.moves);
+            first <= lines[0] && lines[1] <= last
+        });
+        match own {
+            Some(RapidRun { goal, hold: None, .. }) => Ok(*goal),
+            Some(RapidRun { hold: Some(why), .. }) => Err((*why).to_owned()),
+            None => Err("its blocks are not those from one pass to the next alone".to_owned()),
+        }
+    }
+
+    fn choice(&self, link: &ProgramLink, stage: &LinkStage<'_, '_>) -> Result<Choice, String> {
+        let OwnProgram { job, setup, .. } = self.program;
+        let compensation = match job.post.feed_mode() {
+            FeedMode::Rtcp => Compensation::Rtcp(job.tool.length_register()),
+            FeedMode::G94 | FeedMode::G93 => Compensation::Length(job.tool.length_register()),
+        };
+        let rounded = |axes: &AxisValues| self.words.rounded(compensation, axes).map(|(_, rounded)| rounded);
+        fastest(job, setup, self.clock, (link, stage), &rounded)
+    }
+
+    fn rapids(&self, over: &[AxisValues]) -> Vec<Move> {
+        let OwnProgram { job, setup, .. } = self.program;
+        let work_from_table = setup.table_from_work.inverse();
+        let at = |axes: &AxisValues| {
+            let cl = job.machine.cl_point(axes, job.tool.gauge_length()).transformed(&work_from_table);
+            Move { kind: MoveKind::Rapid, cl, axes: *axes, chip: None }
+        };
+        over.iter().map(at).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use facemill_virtual_machine::FindingKind;
+
+    use super::*;
+    use crate::cell::z_map;
+    use crate::load::{Job, Setup};
+    use crate::new_job::{NewJob, new_job};
+    use crate::operation::Ground;
+    use crate::output::write_draft;
+    use crate::plan::Clock;
+    use crate::program::word_map;
+    use crate::stock_map::{StockMeshes, StockRegion};
+    use crate::{SilentStages, Stages};
+
+    /// A patch of few passes, cut twice.
+    fn job(folder: &std::path::Path) -> Job {
+        for (name, bytes) in new_job(&NewJob::Patch { size_mm: 80.0 }).unwrap() {
+            let bytes = if name == "job.json" { cut_twice(&bytes) } else { bytes };
+            std::fs::write(folder.join(name), bytes).unwrap();
+        }
+        Job::read(&folder.join("job.json")).unwrap()
+    }
+
+    fn cut_twice(job: &[u8]) -> Vec<u8> {
+        let mut job: serde_json::Value = serde_json::from_slice(job).unwrap();
+        let operation = &mut job["operations"][0];
+        let planes = operation.pointer_mut("/path/strategy/strategy/parallel_planes").unwrap();
+        (planes["from_mm"], planes["to_mm"]) = ((-2.2).into(), 2.2.into());
+        operation["tolerances"]["max_step_mm"] = 6.0.into();
+        let mut again = operation.clone();
+        again["name"] = "again".into();
+        job["operations"].as_array_mut().unwrap().push(again);
+        serde_json::to_vec(&job).unwrap()
+    }
+
+    /// Places of all moves, bit for bit.
+    fn places(operations: &[PlannedOperation<'_>]) -> Vec<Vec<(MoveKind, AxisValues)>> {
+        let of = |moves: &[Move]| moves.iter().map(|m| (m.kind, m.axes)).collect();
+        let of_operation = |o: &PlannedOperation<'_>| -> Vec<Vec<_>> {
+            o.moves.pieces.iter().map(|p| of(&p.moves)).chain([of(&o.moves.retract)]).collect()
+        };
+        operations.iter().flat_map(of_operation).collect()
+    }
+
+    #[test]
+    fn links_that_are_taken_back_are_as_they_were() {
+        let folder = tempfile::tempdir().unwrap();
+        let job = job(folder.path());
+        let setup = Setup::read(&job, 0).unwrap();
+        let (map, words) = (z_map(&setup).unwrap(), word_map(&job, &setup, 0).unwrap());
+        let ground = Ground { job: &job, setup: &setup, map: &map };
+        let stages: &dyn Stages = &SilentStages;
+        let mut operations: Vec<PlannedOperation<'_>> = Vec::new();
+        for operation in job.operations_of(setup.file) {
+            let from = operations.last().and_then(|o| o.moves.last());
+            let planned = PlannedOperation::plan(&ground, operation, from, false, stages, &mut Clock::new());
+            operations.push(planned.unwrap().0);
+        }
+        let texts = write_draft(&job, &setup, &operations, &words).unwrap();
+        let stock = StockMeshes::of(&setup).map(&job, &setup, 1.0, StockRegion::Whole).unwrap();
+        let program = OwnProgram { job: &job, setup: &setup, operations: &operations, words: &words, texts: &texts };
+        let mut links = PlannedLinks::find(&program, stock, 0.05, stages).unwrap();
+        let before = places(&operations);
+        links.put_in(&mut operations);
+        let after = places(&operations);
+        let n = links.links.len();
+        assert!(n >= 5 && links.links.iter().all(|l| l.better.is_some()), "{n} links");
+        let passes = operations[0].moves.pieces.len();
+        // The way out of the first operation and into the second are one link.
+        assert!(n == 2 * passes - 1 && after[passes].is_empty() && !before[passes].is_empty());
+
+        // A finding takes the link back in whose blocks it is, here the one between the operations; none of the others.
+        let texts = write_draft(&job, &setup, &operations, &words).unwrap();
+        assert!(!links.take_back(&mut operations, &texts, &[], false) && places(&operations) == after);
+        let line = links.report(&operations, &texts).links[passes - 1].lines[0];
+        let finding_at = |line| Finding::of_line(FindingKind::RapidCollision, line, None, "", String::new());
+        assert!(links.take_back(&mut operations, &texts, &[finding_at(line)], false));
+        let now = places(&operations);
+        let same: Vec<usize> = (0..now.len()).filter(|&k| now[k] == before[k]).collect();
+        assert!(same.contains(&passes) && same.contains(&(passes + 1)), "{same:?}");
+        let others = (0..now.len()).filter(|k| ![passes, passes + 1].contains(k));
+        assert!(others.clone().all(|k| now[k] == after[k]));
+        let told = links.report(&operations, &write_draft(&job, &setup, &operations, &words).unwrap());
+        assert!(told.changed == n - 1 && told.links[passes - 1].kept_because.is_some(), "{told:?}");
+
+        // In the end all of them; of what was taken back nothing is left to take.
+        let texts = write_draft(&job, &setup, &operations, &words).unwrap();
+        assert!(!links.take_back(&mut operations, &texts, &[finding_at(1)], true));
+        let line = links.report(&operations, &texts).links[0].lines[0];
+        assert!(links.take_back(&mut operations, &texts, &[finding_at(line)], true) && places(&operations) == before);
+        assert!(!links.take_back(&mut operations, &texts, &[finding_at(line)], true));
+    }
+}

@@ -1,0 +1,139 @@
+//! Links of plans: shorter ones are free by the kit's own kinematics and distances, and change nothing else.
+
+use facemill::rapids::{ShortenedLinks, WayKind};
+use facemill::{Job, PlanSettings, Planned, SilentStages, plan_job};
+use facemill_tests::interpreter::{self, Motion};
+use facemill_tests::jobs::{JobFolder, text_of};
+use facemill_tests::read_back::ReadBack;
+use facemill_tests::variants::variant;
+use serde_json::{Value, json};
+
+fn planned(job: &JobFolder) -> Planned {
+    let settings = PlanSettings { verify: true, certificates: false };
+    let mut all =
+        plan_job(&Job::read(&job.job()).unwrap(), settings, Some(1.0), &SilentStages).unwrap_or_else(|e| panic!("{e}"));
+    all.pop().unwrap()
+}
+
+/// Few passes, from which links are short and plain.
+fn few_passes(values: &[(&str, Value)]) -> JobFolder {
+    let planes = "/operations/0/path/strategy/strategy/parallel_planes";
+    let (from, to) = (format!("{planes}/from_mm"), format!("{planes}/to_mm"));
+    let few = [(from.as_str(), json!(-2.2)), (to.as_str(), json!(2.2))];
+    variant(&[&few[..], values].concat())
+}
+
+fn shortened(planned: &Planned) -> &ShortenedLinks {
+    planned.report.links.shortened.as_ref().expect("links that were looked at")
+}
+
+/// Within its bounds, summed up and in order; said of no line that is no rapid.
+fn adds_up(links: &ShortenedLinks) {
+    let sum = |time: fn(&facemill::rapids::PlannedLinkReport) -> f64| links.links.iter().map(time).sum::<f64>();
+    let sums = [sum(|l| l.time_before_s), sum(|l| l.time_after_s), sum(|l| l.lower_bound_s)];
+    assert_eq!(sums, [links.time_before_s, links.time_after_s, links.lower_bound_s]);
+    assert_eq!(links.changed, links.links.iter().filter(|l| l.way != WayKind::Original).count());
+    for link in &links.links {
+        assert!(link.lower_bound_s <= link.time_after_s + 1e-9 && link.time_after_s <= link.time_before_s, "{link:?}");
+        assert_eq!(link.way == WayKind::Original, link.time_after_s == link.time_before_s, "{link:?}");
+    }
+    assert!(links.links.windows(2).all(|pair| pair[0].lines[1] < pair[1].lines[0]));
+}
+
+#[test]
+fn links_come_down_to_the_stock_and_cuts_stay_as_they_are() {
+    let job = few_passes(&[]);
+    let short = planned(&job);
+    let links = shortened(&short);
+    adds_up(links);
+    assert!(links.changed == links.links.len() && links.changed >= 2, "{links:?}");
+    assert!(links.time_after_s < 0.7 * links.time_before_s, "{links:?}");
+    assert!(short.report.findings.is_empty(), "{:?}", short.report.findings);
+    let long = planned(&few_passes(&[("/setups/0/links", json!({ "shorten": false }))]));
+    assert_eq!(long.report.links.not_shortened_because.as_deref(), Some("the job says so (links.shorten)"));
+
+    let [short_text, long_text] = [&short, &long].map(|planned| text_of(planned, "program.nc"));
+    let [short_run, long_run] = [&short_text, &long_text].map(|text| interpreter::run(text));
+    let cuts = |run: &[Motion]| -> Vec<_> { run.iter().filter(|m| !m.rapid).map(|m| (m.from, m.to, m.feed)).collect() };
+    assert_eq!(cuts(&short_run), cuts(&long_run));
+    let rapids = |run: &[Motion]| run.iter().filter(|m| m.rapid).count();
+    assert!(rapids(&short_run) < rapids(&long_run));
+    // The other text has the same ways: as many places at rapid rate, without those of template and header.
+    let in_apt = |planned: &Planned| text_of(planned, "program.apt").matches("RAPID").count();
+    assert_eq!(rapids(&long_run) - rapids(&short_run), in_apt(&long) - in_apt(&short));
+
+    // Cutter and bodies keep from the part what they keep from stock, that is as thick as it was or cut: a third of 5 mm for every
+    // 10 mm that they are away from both ends.
+    let kit = ReadBack::of(&job, 0);
+    let thickness = kit.grounds.iter().map(|g| g.thickness).fold(0.0, f64::max);
+    for link in &links.links {
+        let own = short_run.iter().filter(|m| (link.lines[0]..=link.lines[1]).contains(&(m.line as u32)));
+        let places: Vec<_> = own.flat_map(|m| kit.places(m, 2.0)).collect();
+        let (first, last) = (places[0].0, places[places.len() - 1].0);
+        for place in &places {
+            assert_eq!(kit.depth(place), 0.0);
+            let away = (place.0 - first).norm().min((place.0 - last).norm());
+            let kept = 5.0 / 3.0 * (away / 10.0).floor().min(3.0);
+            assert!(kit.distance(place, 6.0) > kept - thickness, "{place:?}");
+        }
+    }
+}
+
+#[test]
+fn what_is_switched_between_operations_is_switched_far_from_the_part() {
+    let two = |change: f64| {
+        let job = few_passes(&[]);
+        let first = job.json("job.json")["operations"][0].clone();
+        let mut second = first.clone();
+        second["name"] = json!("again");
+        second["feeds"]["spindle_rpm"] = json!(first["feeds"]["spindle_rpm"].as_f64().unwrap() + change);
+        job.set("job.json", &[("/operations", json!([first, second]))]);
+        planned(&job)
+    };
+    let (same, other) = (two(0.0), two(-500.0));
+    let [same, other] = [&same, &other].map(|planned| {
+        adds_up(shortened(planned));
+        shortened(planned).links.clone()
+    });
+    assert_eq!(same.len(), other.len());
+    let kept: Vec<_> = other.iter().filter_map(|l| l.kept_because.as_deref()).collect();
+    assert_eq!(kept, ["spindle or coolant change on it"]);
+    let at = other.iter().position(|l| l.kept_because.is_some()).unwrap();
+    assert!(same[at].way != WayKind::Original && other[at].way == WayKind::Original);
+}
+
+#[test]
+fn islands_are_cut_one_after_the_other_where_the_job_allows_it() {
+    // Two islands at both ends of the patch, laid by turns.
+    let islands = |order: &str| {
+        let job = few_passes(&[("/setups/0/links", json!({ "shorten": false, "order": order }))]);
+        let pass = |side: f64, y: f64| {
+            let points: Vec<[f64; 3]> = (0..7).map(|k| [side * (25.0 + 2.0 * f64::from(k)), y, 0.0]).collect();
+            json!({ "points_mm": points })
+        };
+        let passes: Vec<Value> = (0..3).flat_map(|k| [1.0, -1.0].map(|side| pass(side, 2.0 * f64::from(k)))).collect();
+        let path = json!({ "format": "facemill-path/1", "frame": "work", "passes": passes });
+        job.write("islands.json", path.to_string().as_bytes());
+        let file = json!({ "file": { "file": "islands.json", "max_distance_mm": 5.0 } });
+        job.set("job.json", &[("/operations/0/path", file), ("/operations/0/direction", json!("either"))]);
+        planned(&job)
+    };
+    let [laid, short] = ["as_laid", "shortest"].map(islands);
+    let changes = |planned: &Planned| {
+        let sides: Vec<usize> = planned.report.passes.iter().map(|p| p.pass % 2).collect();
+        sides.windows(2).filter(|pair| pair[0] != pair[1]).count()
+    };
+    assert_eq!([changes(&laid), changes(&short)], [5, 1]);
+    // Passes of an island keep their order, and what they take.
+    for island in [0, 1] {
+        let of = |planned: &Planned| -> Vec<_> {
+            let own = planned.report.passes.iter().filter(|p| p.pass % 2 == island);
+            own.map(|p| (p.pass, p.chip_area_mm2, p.cusp_mm)).collect()
+        };
+        assert_eq!(of(&laid), of(&short));
+    }
+    let [order] = &short.report.orders[..] else { panic!("{:?}", short.report.orders) };
+    assert!(laid.report.orders.is_empty() && order.is_exact && order.pieces == 6 && order.kept_pairs == 6);
+    assert!(order.ordered_s < 0.7 * order.as_laid_s && order.lower_bound_s == order.ordered_s, "{order:?}");
+    assert!(short.report.totals.rapid_time_s < laid.report.totals.rapid_time_s);
+}
