@@ -84,11 +84,12 @@ fn g94_and_g93_move_alike_and_their_blocks_take_the_time_that_tip_feed_and_axes_
 }
 
 /// The job with a control that goes straight with the tip, under a work offset that is neither the table's frame nor the
-/// workpiece's.
+/// workpiece's. Which of several links is the fastest, the law of motion decides: they stay as they are laid.
 fn straight_tip(feed_mode: &str) -> JobFolder {
     let offset = json!({ "linear_mm": { "X": 41.5, "Y": -27.0, "Z": 260.0 } });
     let quick = ("/feeds_within", json!("velocity"));
-    let job = variant(&[("/post/feed_mode", json!(feed_mode)), ("/setups/0/work_offset", offset), quick]);
+    let links = ("/setups/0/links", json!({ "shorten": false }));
+    let job = variant(&[("/post/feed_mode", json!(feed_mode)), ("/setups/0/work_offset", offset), links, quick]);
     if feed_mode == "rtcp" {
         let tolerance = json!({ "path_mm": 0.0, "orientation_deg": 0.0 });
         let motion = json!({ "cutting": "tip_and_rotaries_linear", "rapid": "linear", "control_tolerance": tolerance });

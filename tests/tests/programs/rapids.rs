@@ -157,6 +157,15 @@ fn a_link_with_nothing_in_the_way_is_one_block_and_is_so_again() {
     let made = faster(&job, Dialect::Siemens840d, &old).unwrap_or_else(|e| panic!("{e}"));
     assert_eq!(String::from_utf8(made.text).unwrap(), siemens("G0 X-30. Y5. B2.5 C-12.\n"));
 
+    // The same where the control keeps the tip on a line at rapid rate, too.
+    job.set("machine.json", &[("/motion/cutting", json!("tip_and_rotaries_linear"))]);
+    let tip = |across: &str| siemens(across).replace("G0 D1 X", "TRAORI\nORIAXES\nG0 D1 X");
+    let old = tip("G0 Z440\nN70 X=-30 Y5 B2.5 C-12\nZ330\n");
+    let made = faster(&job, Dialect::Siemens840d, &old).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(String::from_utf8(made.text).unwrap(), tip("G0 X-30. Y5. B2.5 C-12.\n"));
+    let link = &made.file.links[0];
+    assert!(link.lower_bound_s <= link.time_after_s && link.time_after_s < link.time_before_s, "{link:?}");
+
     // What is more than places stays, and is told.
     for (across, why) in [
         ("G0 Z440.\nG91 X-60. Y5.\nG90 Z330.\n", "line 10: `G91`"),

@@ -12,7 +12,7 @@ mod ways;
 
 use std::path::Path;
 
-use facemill_inverse_kinematics::{AxisValues, BlockLaw};
+use facemill_inverse_kinematics::AxisValues;
 use facemill_nc_program::{Compensation, Dialect, ReadProgram, WordMap, read_program};
 use facemill_virtual_machine::{
     LinkHold, LinkSettings, LinkStage, ProgramLink, VerifySettings, VirtualSetup, run_links,
@@ -258,9 +258,6 @@ fn held(link: &ProgramLink) -> Option<String> {
     match &link.hold {
         Some(LinkHold::Doubt(what)) => Some(format!("where the axes are is open: {what}")),
         Some(LinkHold::Laws) => Some("its blocks move in different ways".to_owned()),
-        _ if matches!(link.law, BlockLaw::Cutting(_)) => {
-            Some("the control keeps the tip on a line at rapid rate there (RTCP), which is not replaced".to_owned())
-        }
         _ => None,
     }
 }
