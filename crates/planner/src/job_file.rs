@@ -111,7 +111,7 @@ pub struct SetupFile {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct LinksFile {
-    /// Replace each by the fastest one that is proven free, where the stock is cut; else they go over the clearance surface.
+    /// Replace each by the fastest one that is found and proven free, where the stock is cut; else they go over the clearance surface.
     pub shorten: bool,
     /// Which stock they keep the rapid clearance from.
     pub stock: LinkStockFile,

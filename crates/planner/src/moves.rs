@@ -12,6 +12,7 @@ use crate::Failure;
 use crate::chips::Chip;
 use crate::job_file::{ApproachFile, ArcFile};
 use crate::linearity::Linearity;
+use crate::pass_order::{PassOrderReport, ordered};
 use crate::pieces::{Cut, LeftOut, Piece};
 use crate::sequencer::Sequencer;
 
@@ -59,6 +60,8 @@ pub(crate) struct OperationMoves {
     pub retract: Vec<Move>,
     /// Largest deviation of the cutter between two blocks from the straight way, words rounded, mm.
     pub linearisation: f64,
+    /// The order of the pieces, where it is left open.
+    pub order: Option<PassOrderReport>,
 }
 
 impl OperationMoves {
@@ -76,6 +79,8 @@ pub(crate) struct MoveSettings {
     pub exit: ApproachSettings,
     /// Links between passes.
     pub link: LinkSettings,
+    /// Whether pieces may be cut in another order than as they are laid, with shorter links.
+    pub shortest_order: bool,
     /// How far the control strays between blocks in cuts, entries and exits.
     pub linearity: Linearity,
     /// The same in rapids.
@@ -140,7 +145,7 @@ fn outer(approach: &Approach) -> Waypoint {
     Waypoint { cl, configuration: approach.outer }
 }
 
-/// Moves of an operation, in the order of its pieces; `from` is where the operation before it ended, linked to the first
+/// Moves of an operation, in the order of its pieces or the one with the shortest links; `from` is where the operation before it ended, linked to the first
 /// piece.
 ///
 /// Points at the ends of a piece from where no entry or exit is possible are left out; so is a piece that would keep fewer
@@ -170,6 +175,13 @@ pub(crate) fn operation_moves(
         left_out.extend(lost);
         pieces.extend(piece);
     }
+    let mut order = None;
+    if settings.shortest_order {
+        let home = test.cell.machine.home();
+        let start = from.map_or(home, |m| m.axes);
+        let (sorted, report) = ordered(test.cell.machine, test.cell.tool, &start, pieces, monitor)?;
+        (pieces, order) = (sorted, Some(report));
+    }
     let before = from
         .map(|m| Waypoint { cl: m.cl, configuration: configuration_of(test, &m.axes) })
         .zip(pieces.first().map(Reached::start))
@@ -185,7 +197,8 @@ pub(crate) fn operation_moves(
             Ok(way)
         })
         .collect::<Result<_, Failure>>()?;
-    Sequencer::new(test, settings, from).sequence(pieces, before, links)
+    let moves = Sequencer::new(test, settings, from).sequence(pieces, before, links)?;
+    Ok(OperationMoves { order, ..moves })
 }
 
 /// How the machine stands at axis values.

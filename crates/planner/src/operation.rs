@@ -21,7 +21,6 @@ use crate::job_file::{ClearanceFile, InfeasibleFile, OperationFile, PassOrderFil
 use crate::linearity::Linearity;
 use crate::load::{Job, Setup, direction};
 use crate::moves::{Move, MoveSettings, OperationMoves, approach_settings, operation_moves};
-use crate::pass_order::{PassOrderReport, ordered};
 use crate::path::lay;
 use crate::pieces::{LaidTask, LeftOut, Piece, copy_outcomes, filled, places, split};
 use crate::plan::Clock;
@@ -59,8 +58,6 @@ pub(crate) struct PlannedOperation<'a> {
     pub(crate) widened: Option<Widened>,
     /// Ridges and chips of every piece, at points of the path and at both ends.
     pub(crate) along: Vec<Vec<Along>>,
-    /// The order of its pieces, where the job leaves it open.
-    pub(crate) order: Option<PassOrderReport>,
 }
 
 impl<'a> PlannedOperation<'a> {
@@ -94,7 +91,6 @@ impl<'a> PlannedOperation<'a> {
         let monitor = stages.start("between points", cc_points);
         let pieces = filled(&tests, &settings.linearity, passes.fallback(), pieces, &mut left_out, &*monitor)?;
         drop(monitor);
-        let (pieces, order) = in_order(job, setup, operation, from.as_ref(), pieces)?;
         let pieces = wound(&test, passes.fallback(), pieces, from.map(|m| m.axes));
         clock.lap("search");
         let picture = if picture { picture_of(&test, operation, &laid.tasks)? } else { None };
@@ -110,8 +106,7 @@ impl<'a> PlannedOperation<'a> {
         let reliefs = reliefs_by_reason(&cell, &left_out, &search_settings(operation));
         clock.lap("what would help");
         let dropped_pieces = laid.dropped_pieces;
-        let planned =
-            Self { reliefs, operation, moves, cc_points, dropped_pieces, left_out, optimum, widened, along, order };
+        let planned = Self { reliefs, operation, moves, cc_points, dropped_pieces, left_out, optimum, widened, along };
         planned.check_left_out()?;
         Ok((planned, picture))
     }
@@ -152,23 +147,6 @@ impl<'a> PlannedOperation<'a> {
         }
         Ok(())
     }
-}
-
-/// The pieces in the order that the job asks for, and what that saves.
-fn in_order(
-    job: &Job,
-    setup: &Setup<'_>,
-    operation: &OperationFile,
-    from: Option<&Move>,
-    pieces: Vec<Piece>,
-) -> Result<(Vec<Piece>, Option<PassOrderReport>), Failure> {
-    if setup.file.links.order == PassOrderFile::AsLaid {
-        return Ok((pieces, None));
-    }
-    let tool = (&job.tool, [&operation.entry, &operation.exit]);
-    let from = from.map_or_else(|| job.machine.home(), |m| m.axes);
-    let (pieces, report) = ordered(&job.machine, tool, &from, pieces).map_err(|e| Failure::Internal(e.to_string()))?;
-    Ok((pieces, Some(PassOrderReport { operation: operation.name.clone(), ..report })))
 }
 
 /// Reasons for which it is told what would help; the rest are few points each.
@@ -328,6 +306,7 @@ pub(crate) fn move_settings(job: &Job, setup: &Setup<'_>, operation: &OperationF
             rapid_clearance: clearance,
             rapid_law,
         },
+        shortest_order: setup.file.links.order == PassOrderFile::Shortest,
         linearity: cut_linearity(job, operation),
         // Half of the distance that rapids keep anyway; how axes go that each go by themselves is tested block by block.
         rapid_linearity: linearity(job, 0.5 * clearance, law),

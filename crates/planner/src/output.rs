@@ -204,6 +204,9 @@ pub(crate) struct OwnProgram<'a> {
     pub operations: &'a [PlannedOperation<'a>],
     pub words: &'a WordMap,
     pub texts: &'a Texts,
+    /// Whether tool and rapids are held against the stock as it is at that moment, which [`cut_stock`](Self::cut_stock) does, and not
+    /// against the stock as it was at first.
+    pub stock_is_cut: bool,
 }
 
 impl OwnProgram<'_> {
@@ -264,7 +267,13 @@ impl OwnProgram<'_> {
             })
             .collect();
         // Nothing is cut before the first operation.
-        VerifySettings { gouge_limit: 0.0, sections, is_whole: true, ..VerifySettings::default() }
+        VerifySettings {
+            gouge_limit: 0.0,
+            sections,
+            is_whole: true,
+            stock_is_cut: self.stock_is_cut,
+            ..VerifySettings::default()
+        }
     }
 }
 

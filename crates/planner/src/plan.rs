@@ -9,6 +9,7 @@ use facemill_z_map::DexelMap;
 use crate::cell::z_map;
 use crate::chip_files::ChipFiles;
 use crate::dual::plan_dual_setup;
+use crate::job_file::LinkStockFile;
 use crate::load::{Job, Setup};
 use crate::mending::{ROUNDS, lines_to_mend, mend};
 use crate::operation::{Ground, PlannedOperation};
@@ -110,7 +111,8 @@ pub(crate) fn planned_setup(
     report.totals.mended_blocks = mended;
     report.stock = of_stock;
     report.links = links;
-    let program = OwnProgram { job, setup: &setup, operations: &operations, words: &words, texts: &texts };
+    let program =
+        OwnProgram { job, setup: &setup, operations: &operations, words: &words, texts: &texts, stock_is_cut: false };
     report.assumptions = program.assumptions()?;
     let chips = ChipFiles::new(&jobs, &setup.file.name, &operations, (&texts.timed, &texts.cut_lines()));
     let (suffix, state) = name_parts(job, &setup, &report);
@@ -162,7 +164,7 @@ fn shorten_links(
         Err(why) => return Ok(Err(format!("the stock is not cut: {why}"))),
     };
     let texts = write_draft(job, setup, operations, words)?;
-    let program = OwnProgram { job, setup, operations, words, texts: &texts };
+    let program = OwnProgram { job, setup, operations, words, texts: &texts, stock_is_cut: false };
     let mut links = PlannedLinks::find(&program, stock, job.file.verification.stock_tolerance_mm, stages)?;
     links.put_in(operations);
     Ok(Ok(links))
@@ -187,6 +189,14 @@ struct Sound {
     links: LinksReport,
 }
 
+impl Rounds<'_, '_> {
+    /// Whether tool and rapids are held against the stock as it is at that moment alone, by its lines: where links may go through what
+    /// has been cut.
+    fn stock_is_cut(&self) -> bool {
+        self.before.is_ok() && self.ground.setup.file.links.stock == LinkStockFile::AsCut
+    }
+}
+
 /// How often links with findings get their old ways back before all of them do.
 const LINK_ROUNDS: usize = 3;
 
@@ -203,17 +213,24 @@ impl Rounds<'_, '_> {
         loop {
             round += 1;
             let (texts, mut verification, certificates) = self.mended(operations, &mut mended, clock)?;
+            let certified = certificates.iter().flat_map(|c| &c.certificates);
+            let open: Vec<u32> = certified.filter(|c| !c.certified).map(|c| c.line).collect();
             let mut take_back = |run: Option<&Verification>, operations: &mut [PlannedOperation<'_>]| {
-                let links = shortened.as_mut().ok();
-                links.zip(run).is_some_and(|(links, run)| {
-                    links.take_back(operations, &texts, &run.findings, round == LINK_ROUNDS)
-                })
+                let Some((links, run)) = shortened.as_mut().ok().zip(run) else { return false };
+                links.take_back(operations, &texts, (&run.findings, &open), round == LINK_ROUNDS)
             };
             if take_back(verification.as_ref(), operations) {
                 continue;
             }
             check_feeds(job, &texts.timed, verification.as_ref())?;
-            let program = OwnProgram { job, setup, operations, words: self.words, texts: &texts };
+            let program = OwnProgram {
+                job,
+                setup,
+                operations,
+                words: self.words,
+                texts: &texts,
+                stock_is_cut: self.stock_is_cut(),
+            };
             let cut = verification.as_mut().map(|found| cut_by_plan(&program, self.before, found, self.stages));
             let cut = cut.unwrap_or_else(|| Ok((PlannedStockReport::not_asked(false), None)))?;
             clock.lap("cut the stock");
@@ -228,6 +245,18 @@ impl Rounds<'_, '_> {
         }
     }
 
+    fn written(&self, operations: &[PlannedOperation<'_>], clock: &mut Clock) -> Result<Written, Failure> {
+        let (Ground { job, setup, .. }, words, settings) = (self.ground, self.words, self.settings);
+        let texts = write_texts(job, setup, operations, words, settings.verify)?;
+        clock.lap("program");
+        let program = OwnProgram { job, setup, operations, words, texts: &texts, stock_is_cut: self.stock_is_cut() };
+        let verification = if settings.verify { Some(program.verify(self.stages)?) } else { None };
+        clock.lap("verify");
+        let certificates = if settings.certificates { Some(program.certify(self.stages)?) } else { None };
+        clock.lap("certify");
+        Ok((texts, verification, certificates))
+    }
+
     /// Writes the program until no block is left to mend, or mending has been tried often enough.
     fn mended(
         &self,
@@ -236,8 +265,7 @@ impl Rounds<'_, '_> {
         clock: &mut Clock,
     ) -> Result<Written, Failure> {
         for round in 1.. {
-            let (texts, verification, certificates) =
-                written(self.ground, operations, self.words, self.settings, self.stages, clock)?;
+            let (texts, verification, certificates) = self.written(operations, clock)?;
             let lines = lines_to_mend(verification.as_ref(), certificates.as_ref());
             let blocks = if round == ROUNDS { Vec::new() } else { texts.cut_blocks_at(&lines) };
             let put_in = mend(self.ground, operations, &blocks);
@@ -253,24 +281,6 @@ impl Rounds<'_, '_> {
 
 /// What is written of the operations, and what running and proving it gives.
 type Written = (Texts, Option<Verification>, Option<Certificates>);
-
-fn written(
-    Ground { job, setup, .. }: &Ground<'_>,
-    operations: &[PlannedOperation<'_>],
-    words: &WordMap,
-    settings: PlanSettings,
-    stages: &dyn Stages,
-    clock: &mut Clock,
-) -> Result<Written, Failure> {
-    let texts = write_texts(job, setup, operations, words, settings.verify)?;
-    clock.lap("program");
-    let program = OwnProgram { job, setup, operations, words, texts: &texts };
-    let verification = if settings.verify { Some(program.verify(stages)?) } else { None };
-    clock.lap("verify");
-    let certificates = if settings.certificates { Some(program.certify(stages)?) } else { None };
-    clock.lap("certify");
-    Ok((texts, verification, certificates))
-}
 
 /// Wall times of stages.
 pub(crate) struct Clock {

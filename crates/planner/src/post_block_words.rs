@@ -24,13 +24,23 @@ const BLOCK_KEYS: [&str; 7] = [
     "motion.rtcp.vectors.normal",
 ];
 
+/// Keys whose text switches the spindle or the coolant between passes; a dwell may stand with it.
+const SWITCH_KEYS: [&str; 6] = [
+    "words.spindle_on",
+    "words.clockwise",
+    "words.counter_clockwise",
+    "words.coolant.flood",
+    "words.coolant.mist",
+    "words.coolant.off",
+];
+
 /// State words that may be said again with a motion: what they say is held against what was meant with the block.
 const HELD: [StateWord; 5] =
     [StateWord::WorkOffset, StateWord::RadiusOff, StateWord::Unit, StateWord::Distance, StateWord::FeedMode];
 
-/// Sees to it that the motions of a program around `spec`, whose blocks are a plan's, say no more than with the dialect's own
-/// words: a stop, a speed, a register or a coolant in every block runs otherwise than was planned, and no block of a plan shows
-/// where it comes from.
+/// Sees to it that the motions of a program around `spec`, whose blocks are a plan's, and what switches spindle and coolant, say no
+/// more than with the dialect's own words: a stop, a speed, a register or a coolant besides runs otherwise than was planned, and
+/// no block of a plan shows where it comes from.
 ///
 /// The shop's keys are taken one after the other into a file that has the dialect's own, so that the one that adds is known. A
 /// file whose text cannot be read on the way is passed over; the last is the shop's.
@@ -45,7 +55,7 @@ pub(crate) fn nothing_added(job: &Job, spec: &ProgramSpec) -> Result<(), Failure
         let (is, was) = (shop.pointer(&pointer(key)), own.pointer(&pointer(key)));
         is.is_some() && was.is_some() && is != was
     };
-    let changed: Vec<&str> = FIRST_KEYS.into_iter().chain(BLOCK_KEYS).filter(differs).collect();
+    let changed: Vec<&str> = FIRST_KEYS.into_iter().chain(BLOCK_KEYS).chain(SWITCH_KEYS).filter(differs).collect();
     let mut rules = shop.clone();
     let set = |rules: &mut serde_json::Value, key: &str, from: &serde_json::Value| {
         if let (Some(place), Some(value)) = (rules.pointer_mut(&pointer(key)), from.pointer(&pointer(key))) {
@@ -58,7 +68,7 @@ pub(crate) fn nothing_added(job: &Job, spec: &ProgramSpec) -> Result<(), Failure
         set(&mut rules, key, &shop);
         let Some(now) = motions(job, spec, &rules) else { continue };
         for (k, motion) in now.iter().enumerate() {
-            if motion.adds_to(before.get(k), FIRST_KEYS.contains(&key)) {
+            if motion.adds_to(before.get(k), key) {
                 return Err(told(job, key, shop.pointer(&pointer(key)), motion));
             }
         }
@@ -71,13 +81,18 @@ fn told(job: &Job, key: &str, is: Option<&serde_json::Value>, motion: &Motion) -
     let name = job.file.post.dialect_file.as_deref().unwrap_or_default();
     let is = is.map(|v| v.as_str().map_or_else(|| v.to_string(), str::to_owned)).unwrap_or_default();
     let Motion { line, text, .. } = motion;
+    let what = match key {
+        key if FIRST_KEYS.contains(&key) => "to the first motion what is neither a part of it nor a mode",
+        key if SWITCH_KEYS.contains(&key) => "what switches something else",
+        _ => "to every such block what is no part of its motion",
+    };
     job.wrong(format!(
-        "post.dialect_file: {name}, {key}: `{is}` adds to every such block what is no part of its motion: line {line}, `{text}`; \
-         take it out, and what the program shall say once, write into a template of your own (post.template)"
+        "post.dialect_file: {name}, {key}: `{is}` adds {what}: line {line}, `{text}`; take it out, and what the program shall say \
+         once, write into a template of your own (post.template)"
     ))
 }
 
-/// What a block with a motion says besides where it goes and how fast.
+/// What a block says besides where it goes and how fast.
 struct Motion {
     line: u32,
     text: String,
@@ -96,14 +111,13 @@ struct State {
     lengths: AxisLengths,
 }
 
-/// The motions of a program by these rules; `None` where they write nothing that can be read.
+/// The motions and switches of a program by these rules; `None` where they write nothing that can be read.
 fn motions(job: &Job, spec: &ProgramSpec, rules: &serde_json::Value) -> Option<Vec<Motion>> {
     let rules: DialectFile = serde_json::from_value(rules.clone()).ok()?;
     let written = write_program_with_lines(spec, &job.post.with_rules(rules)).ok()?;
     let program = read_program(&written.text, job.post.dialect()).ok()?;
     let starts = &written.block_lines;
-    let is_motion = |b: &Block| matches!(b, Block::Rapid { .. } | Block::Linear { .. } | Block::LinearVectors { .. });
-    let all = spec.program.blocks.iter().enumerate().filter(|(_, block)| is_motion(block));
+    let all = spec.program.blocks.iter().enumerate().filter(|(_, block)| !matches!(block, Block::Comment(_)));
     let lines = |k: usize| starts[k]..starts.get(k + 1).copied().unwrap_or(starts[k] + 1);
     Some(all.map(|(k, _)| Motion::of(&program.blocks, lines(k), &written.text)).collect())
 }
@@ -133,9 +147,13 @@ impl Motion {
         }
     }
 
-    /// Whether it says more than another one, besides modes where those may be said.
-    fn adds_to(&self, before: Option<&Self>, modes_are_free: bool) -> bool {
-        let is_free = |c: &&ReadCommand| modes_are_free && matches!(c, ReadCommand::Mode(_));
+    /// Whether it says more than another one, besides what may be said by a key: modes that hold from there on, and dwells.
+    fn adds_to(&self, before: Option<&Self>, key: &str) -> bool {
+        let is_free = |c: &&ReadCommand| match c {
+            ReadCommand::Mode(_) => FIRST_KEYS.contains(&key),
+            ReadCommand::Dwell(_) => SWITCH_KEYS.contains(&key),
+            _ => false,
+        };
         let mut new = self.commands.iter().filter(|c| !is_free(c));
         let Some(before) = before else { return new.next().is_some() || self.said != SaidWords::default() };
         new.any(|c| !before.commands.contains(c))

@@ -14,6 +14,7 @@ use crate::chip_points::chip_points;
 use crate::load::{Job, Setup};
 use crate::moves::{MoveKind, PieceMoves};
 use crate::operation::PlannedOperation;
+use crate::pass_order::PassOrderReport;
 use crate::pieces::{Cut, LeftOut, Piece};
 use crate::plan_stock::{PlannedStockReport, not_asked};
 use crate::program::Timed;
@@ -95,7 +96,7 @@ pub(crate) fn report(
         verified: verification.is_some(),
         stock: PlannedStockReport::not_asked(verification.is_some()),
         links: LinksReport::not_shortened(not_asked(verification.is_some())),
-        orders: operations.iter().filter_map(|o| o.order.clone()).collect(),
+        orders: operations.iter().filter_map(order_report).collect(),
         certified: certificates.map(CertifiedReport::new),
         totals,
         time_law: timed.time_law.clone(),
@@ -113,6 +114,11 @@ pub(crate) fn report(
         meshes: setup.reports.clone(),
         passes,
     }
+}
+
+fn order_report(o: &PlannedOperation<'_>) -> Option<PassOrderReport> {
+    let order = o.moves.order.clone()?;
+    Some(PassOrderReport { operation: o.operation.name.clone(), ..order })
 }
 
 fn chip_reports(jobs: &[&Job], operations: &[PlannedOperation<'_>], timed: &Timed) -> Vec<ChipsReport> {

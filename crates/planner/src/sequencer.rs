@@ -81,7 +81,7 @@ impl<'t, 'a> Sequencer<'t, 'a> {
                 self.go(MoveKind::Rapid, &pose, &mut retract)?;
             }
         }
-        Ok(OperationMoves { pieces: done, retract, linearisation: self.worst })
+        Ok(OperationMoves { pieces: done, retract, linearisation: self.worst, order: None })
     }
 
     /// A free way from a pose to the clearance surface.

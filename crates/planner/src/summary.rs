@@ -190,8 +190,7 @@ fn order(of: &PassOrderReport) -> String {
 /// The links between passes, or why they are as long as they were planned.
 fn links(of: &LinksReport) -> Vec<String> {
     let why = of.not_shortened_because.iter();
-    let mut lines: Vec<String> =
-        why.map(|why| format!("  links             over the clearance surface: {why}")).collect();
+    let mut lines: Vec<String> = why.map(|why| format!("  links             not shortened: {why}")).collect();
     lines.extend(of.shortened.iter().filter(|s| !s.links.is_empty()).map(|s| {
         let ratio = s
             .ratio_to_lower_bound

@@ -4,9 +4,9 @@ use facemill_inverse_kinematics::FeedRange;
 use facemill_nc_program::{FeedMode, RoundingBound};
 
 use crate::job_file::{
-    ApproachFile, AxisTargetFile, ClearanceFile, DirectionFile, InfeasibleFile, JOB_FORMAT, JobFile, LinkingFile,
-    OperationFile, PairFile, PassOrderFile, PathFile, PatternFile, PoseFile, PostureModeFile, RoleFile, SetupFile,
-    StockFile, TolerancesFile,
+    ApproachFile, AxisTargetFile, ClearanceFile, DirectionFile, InfeasibleFile, JOB_FORMAT, JobFile, LinkStockFile,
+    LinkingFile, OperationFile, PairFile, PassOrderFile, PathFile, PatternFile, PoseFile, PostureModeFile, RoleFile,
+    SetupFile, StockFile, TolerancesFile,
 };
 use crate::validate_feeds::{check_feed_laws, check_stock_to_cut, feeds_of_chips};
 
@@ -26,11 +26,29 @@ pub(crate) fn validate(job: &JobFile) -> Result<(), String> {
     }
     check_operations(job)?;
     check_setups(job)?;
+    check_links(job)?;
     let verification = Field("verification".to_owned());
     verification.length("stock_tolerance_mm", job.verification.stock_tolerance_mm)?;
     job.verification.stock_cell_mm.map_or(Ok(()), |cell| verification.length("stock_cell_mm", cell))?;
     let unused = job.setups.iter().position(|s| !job.operations.iter().any(|o| belongs(o, s, job)));
     unused.map_or(Ok(()), |k| Err(format!("setups[{k}]: no operation belongs to \"{}\"", job.setups[k].name)))
+}
+
+/// Links that go through cut stock need it to be cut.
+fn check_links(job: &JobFile) -> Result<(), String> {
+    for (k, setup) in job.setups.iter().enumerate().filter(|(_, s)| s.links.stock == LinkStockFile::AsCut) {
+        let why = if !setup.links.shorten {
+            "links are not shortened (links.shorten)"
+        } else if !job.verification.cut_stock {
+            "the stock is not cut (verification.cut_stock)"
+        } else if job.second_tool.is_some() {
+            "links of machines with two heads are not shortened"
+        } else {
+            continue;
+        };
+        return Err(format!("setups[{k}].links.stock: as_cut has no effect, because {why}; take at_first"));
+    }
+    Ok(())
 }
 
 fn check_operations(job: &JobFile) -> Result<(), String> {

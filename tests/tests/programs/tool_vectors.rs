@@ -245,6 +245,8 @@ fn a_dialect_file_that_is_not_read_as_it_is_meant_is_refused_before_planning() {
             &["shop.json, words.linear_end: `S100`", "S100 F432.5`", "post.template"],
         ),
         (("/words/linear_end", json!("M0")), &["shop.json, words.linear_end: `M0`"]),
+        (("/words/coolant/flood", json!("M8 S100")), &["shop.json, words.coolant.flood: `M8 S100`", "switches"]),
+        (("/words/spindle_on", json!(["S{rpm} {code} M8"])), &["shop.json, words.spindle_on", "switches"]),
         (("/words/linear_end", json!("M9")), &["shop.json, words.linear_end: `M9`"]),
         (("/words/linear_end", json!("D1")), &["shop.json, words.linear_end: `D1`"]),
         (("/words/linear_end", json!("G9")), &["shop.json, words.linear_end: `G9`"]),

@@ -91,6 +91,7 @@ impl<'a> PairPlanner<'_, 'a> {
                 pieces: all,
                 retract: alone.retract,
                 linearisation: alone.linearisation.max(linearisation),
+                order: None,
             };
             let own = &mut planned[h].2;
             // That was of the plan for one head.

@@ -159,7 +159,7 @@ pub(crate) fn plan_dual_setup(
     report.assumptions = DualProgram { ground: &ground, parts: &parts, words: &words, texts: &texts }.assumptions()?;
     if settings.verify {
         report.stock = PlannedStockReport::not_cut("that of machines with two heads is not");
-        report.links = LinksReport::not_shortened("those of machines with two heads are not");
+        report.links = LinksReport::not_shortened("those of machines with two heads are not looked at");
     }
     let (suffix, state) = name_parts(job, setups[0], &report);
     let chips = ChipFiles::new(&jobs_of, &setups[0].file.name, &planned, (&texts.timed, &[]));

@@ -30,7 +30,7 @@ pub(crate) struct PlannedLinks {
 }
 
 struct PlannedLink {
-    /// Where its moves are; `None` where they are not those to a piece alone.
+    /// Where its moves are; `None` where they are not those to a piece alone, and all links stay.
     goal: Option<Goal>,
     /// Its lines when it was looked at.
     lines: [u32; 2],
@@ -157,22 +157,24 @@ impl PlannedLinks {
         }
     }
 
-    /// Gives the links their old ways back in whose blocks the program has a finding, and with them, where it is asked for, all others;
-    /// says whether there were any.
+    /// Gives the links their old ways back in whose blocks the program has a finding or a line that could not be certified, and with
+    /// them, where it is asked for, all others; says whether there were any.
     pub(crate) fn take_back(
         &mut self,
         operations: &mut [PlannedOperation<'_>],
         texts: &Texts,
-        findings: &[Finding],
+        (findings, open_lines): (&[Finding], &[u32]),
         with_all: bool,
     ) -> bool {
         let runs = rapid_runs(operations);
-        let finding_in = |link: &PlannedLink| {
+        let why = |link: &PlannedLink| {
             let goal = link.goal.filter(|_| link.better.is_some())?;
             let [first, last] = texts.lines_of_moves(runs.iter().find(|run| run.goal == goal)?.moves);
-            findings.iter().find(|f| f.first_line <= last && f.last_line >= first)
+            let found = findings.iter().find(|f| f.first_line <= last && f.last_line >= first);
+            let open = open_lines.iter().any(|line| (first..=last).contains(line));
+            found.map(told).or_else(|| open.then(|| "the faster way could not be certified".to_owned()))
         };
-        let found: Vec<Option<&Finding>> = self.links.iter().map(finding_in).collect();
+        let found: Vec<Option<String>> = self.links.iter().map(why).collect();
         if found.iter().all(Option::is_none) {
             return false;
         }
@@ -183,10 +185,8 @@ impl PlannedLinks {
             if let Some(before) = goal.operation.checked_sub(1).filter(|_| goal.piece == 0) {
                 operations[before].moves.retract = behind;
             }
-            link.kept_because = Some(found.map_or_else(
-                || "with faster ways of some links the program has findings time and again".to_owned(),
-                |finding| format!("the faster way has a finding: {finding}"),
-            ));
+            let others = || "with faster ways of some links the program has findings time and again".to_owned();
+            link.kept_because = Some(found.unwrap_or_else(others));
         }
         true
     }
@@ -209,6 +209,13 @@ impl PlannedLinks {
     }
 }
 
+/// What is told of a finding in blocks that are not written in the end.
+fn told(finding: &Finding) -> String {
+    let bodies = [&finding.body, &finding.obstacle].into_iter().flatten().cloned().collect::<Vec<_>>().join(" at ");
+    let measure = finding.measure.as_ref().map_or_else(String::new, |m| format!(", {m}"));
+    format!("the faster way has a finding: {}, {bodies}{measure}", finding.kind)
+}
+
 /// What links are looked at with.
 struct Seeker<'a> {
     program: &'a OwnProgram<'a>,
@@ -222,42 +229,46 @@ impl Seeker<'_> {
     fn link(&self, link: &ProgramLink, stage: &LinkStage<'_, '_>) -> PlannedLink {
         let line = |block: Option<&usize>| block.map_or(0, |&b| self.text.blocks[b].line);
         let lines = [line(link.blocks.first()), line(link.blocks.last())];
-        let found = self.goal(link, lines).and_then(|goal| Ok((goal, self.choice(link, stage)?)));
+        let goal = self.run_of(lines).map(|run| run.goal);
+        let found = self.check(link, lines).and_then(|()| self.choice(link, stage));
         match found {
-            Ok((goal, Choice { before, lower_bound, better })) => {
+            Ok(Choice { before, lower_bound, better }) => {
                 let better = better.map(|way| Better {
                     kind: way.kind,
                     time: way.time,
                     over: way.through.split_last().map_or_else(Vec::new, |(_, over)| self.rapids(over)),
                     old: [Vec::new(), Vec::new()],
                 });
-                PlannedLink { goal: Some(goal), lines, before, lower_bound, better, kept_because: None }
+                PlannedLink { goal, lines, before, lower_bound, better, kept_because: None }
             }
             Err(why) => {
                 let before = self.clock.time(link.law, &link.start, &link.ends).unwrap_or(0.0);
                 let lower_bound = link.ends.last().map_or(0.0, |end| self.clock.least_time(&link.start, end));
-                PlannedLink { goal: None, lines, before, lower_bound, better: None, kept_because: Some(why) }
+                PlannedLink { goal, lines, before, lower_bound, better: None, kept_because: Some(why) }
             }
         }
     }
 
-    /// The piece that a link goes to, whose rapids all are the link's.
+    /// The rapids to a piece that these lines are among.
+    fn run_of(&self, lines: [u32; 2]) -> Option<&RapidRun> {
+        self.runs.iter().find(|run| {
+            let [first, last] = self.program.texts.lines_of_moves(run.moves);
+            first <= lines[0] && lines[1] <= last
+        })
+    }
+
+    /// That another way may take the place of a link.
     ///
     /// # Errors
     /// With why it must stay.
-    fn goal(&self, link: &ProgramLink, lines: [u32; 2]) -> Result<Goal, String> {
+    fn check(&self, link: &ProgramLink, lines: [u32; 2]) -> Result<(), String> {
         match &link.hold {
-            Some(LinkHold::Doubt(what)) => return Err(format!("where the axes are is open: {what}")),
+            Some(LinkHold::Doubt(_)) => return Err("where the axes are is open".to_owned()),
             Some(LinkHold::Laws) => return Err("its blocks move in different ways".to_owned()),
             _ => {}
         }
-        let texts = self.program.texts;
-        let own = self.runs.iter().find(|run| {
-            let [first, last] = texts.lines_of_moves(run.moves);
-            first <= lines[0] && lines[1] <= last
-        });
-        match own {
-            Some(RapidRun { goal, hold: None, .. }) => Ok(*goal),
+        match self.run_of(lines) {
+            Some(RapidRun { hold: None, .. }) => Ok(()),
             Some(RapidRun { hold: Some(why), .. }) => Err((*why).to_owned()),
             None => Err("its blocks are not those from one pass to the next alone".to_owned()),
         }
@@ -345,7 +356,14 @@ mod tests {
         }
         let texts = write_draft(&job, &setup, &operations, &words).unwrap();
         let stock = StockMeshes::of(&setup).map(&job, &setup, 1.0, StockRegion::Whole).unwrap();
-        let program = OwnProgram { job: &job, setup: &setup, operations: &operations, words: &words, texts: &texts };
+        let program = OwnProgram {
+            job: &job,
+            setup: &setup,
+            operations: &operations,
+            words: &words,
+            texts: &texts,
+            stock_is_cut: false,
+        };
         let mut links = PlannedLinks::find(&program, stock, 0.05, stages).unwrap();
         let before = places(&operations);
         links.put_in(&mut operations);
@@ -358,10 +376,10 @@ mod tests {
 
         // A finding takes the link back in whose blocks it is, here the one between the operations; none of the others.
         let texts = write_draft(&job, &setup, &operations, &words).unwrap();
-        assert!(!links.take_back(&mut operations, &texts, &[], false) && places(&operations) == after);
+        assert!(!links.take_back(&mut operations, &texts, (&[], &[]), false) && places(&operations) == after);
         let line = links.report(&operations, &texts).links[passes - 1].lines[0];
         let finding_at = |line| Finding::of_line(FindingKind::RapidCollision, line, None, "", String::new());
-        assert!(links.take_back(&mut operations, &texts, &[finding_at(line)], false));
+        assert!(links.take_back(&mut operations, &texts, (&[finding_at(line)], &[]), false));
         let now = places(&operations);
         let same: Vec<usize> = (0..now.len()).filter(|&k| now[k] == before[k]).collect();
         assert!(same.contains(&passes) && same.contains(&(passes + 1)), "{same:?}");
@@ -372,9 +390,11 @@ mod tests {
 
         // In the end all of them; of what was taken back nothing is left to take.
         let texts = write_draft(&job, &setup, &operations, &words).unwrap();
-        assert!(!links.take_back(&mut operations, &texts, &[finding_at(1)], true));
+        assert!(!links.take_back(&mut operations, &texts, (&[finding_at(1)], &[]), true));
         let line = links.report(&operations, &texts).links[0].lines[0];
-        assert!(links.take_back(&mut operations, &texts, &[finding_at(line)], true) && places(&operations) == before);
-        assert!(!links.take_back(&mut operations, &texts, &[finding_at(line)], true));
+        assert!(
+            links.take_back(&mut operations, &texts, (&[finding_at(line)], &[]), true) && places(&operations) == before
+        );
+        assert!(!links.take_back(&mut operations, &texts, (&[finding_at(line)], &[]), true));
     }
 }

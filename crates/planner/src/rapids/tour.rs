@@ -1,6 +1,8 @@
 //! The order of passes with the shortest links: an open tour, each pass driven in its own direction, and behind those that have to be
 //! cut before it.
 
+use rayon::prelude::*;
+
 /// What it costs to go from one pass to another, in any unit that adds up, such as seconds.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TourCosts {
@@ -139,10 +141,12 @@ pub fn shortest_tour(costs: &TourCosts) -> Tour {
         let cost = costs.of(&order);
         return Tour { order, cost, lower_bound: cost, is_exact: true };
     }
-    let beginnings = std::iter::once((0..costs.n).collect())
-        .chain((0..BEGINNINGS).filter_map(|k| nearest_next(costs, k * costs.n / BEGINNINGS)));
-    let improved = beginnings.map(|order| improved(costs, order)).map(|order| (costs.of(&order), order));
-    let (cost, order) = improved.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or_default();
+    let beginnings: Vec<Vec<usize>> = std::iter::once((0..costs.n).collect())
+        .chain((0..BEGINNINGS).filter_map(|k| nearest_next(costs, k * costs.n / BEGINNINGS)))
+        .collect();
+    let improved: Vec<(f64, Vec<usize>)> =
+        beginnings.into_par_iter().map(|order| improved(costs, order)).map(|order| (costs.of(&order), order)).collect();
+    let (cost, order) = improved.into_iter().min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or_default();
     let lower_bound = lower_bound(costs).min(cost);
     Tour { order, cost, lower_bound, is_exact: false }
 }

@@ -27,8 +27,16 @@ fn shortened(planned: &Planned) -> &ShortenedLinks {
     planned.report.links.shortened.as_ref().expect("links that were looked at")
 }
 
-/// Within its bounds, summed up and in order; said of no line that is no rapid.
-fn adds_up(links: &ShortenedLinks) {
+/// Within bounds, summed up and in order; told of lines that hold a run of rapids between two cuts, and nothing else.
+fn adds_up(planned: &Planned) {
+    let links = shortened(planned);
+    let motions = interpreter::run(&text_of(planned, "program.nc"));
+    for link in &links.links {
+        let in_it = |m: &Motion| (link.lines[0]..=link.lines[1]).contains(&(m.line as u32));
+        let first = motions.iter().position(in_it).unwrap();
+        let last = motions.iter().rposition(in_it).unwrap();
+        assert!(motions[first..=last].iter().all(|m| m.rapid) && !motions[first - 1].rapid && !motions[last + 1].rapid);
+    }
     let sum = |time: fn(&facemill::rapids::PlannedLinkReport) -> f64| links.links.iter().map(time).sum::<f64>();
     let sums = [sum(|l| l.time_before_s), sum(|l| l.time_after_s), sum(|l| l.lower_bound_s)];
     assert_eq!(sums, [links.time_before_s, links.time_after_s, links.lower_bound_s]);
@@ -45,7 +53,7 @@ fn links_come_down_to_the_stock_and_cuts_stay_as_they_are() {
     let job = few_passes(&[]);
     let short = planned(&job);
     let links = shortened(&short);
-    adds_up(links);
+    adds_up(&short);
     assert!(links.changed == links.links.len() && links.changed >= 2, "{links:?}");
     assert!(links.time_after_s < 0.7 * links.time_before_s, "{links:?}");
     assert!(short.report.findings.is_empty(), "{:?}", short.report.findings);
@@ -62,21 +70,44 @@ fn links_come_down_to_the_stock_and_cuts_stay_as_they_are() {
     let in_apt = |planned: &Planned| text_of(planned, "program.apt").matches("RAPID").count();
     assert_eq!(rapids(&long_run) - rapids(&short_run), in_apt(&long) - in_apt(&short));
 
-    // Cutter and bodies keep from the part what they keep from stock, that is as thick as it was or cut: a third of 5 mm for every
-    // 10 mm that they are away from both ends.
+    // The whole tool keeps 0.9 of 5 mm from part and the stock on it, everywhere.
     let kit = ReadBack::of(&job, 0);
     let thickness = kit.grounds.iter().map(|g| g.thickness).fold(0.0, f64::max);
+    assert!(thickness > 0.0 && kit.rapid_clearance == 5.0);
     for link in &links.links {
         let own = short_run.iter().filter(|m| (link.lines[0]..=link.lines[1]).contains(&(m.line as u32)));
-        let places: Vec<_> = own.flat_map(|m| kit.places(m, 2.0)).collect();
-        let (first, last) = (places[0].0, places[places.len() - 1].0);
-        for place in &places {
-            assert_eq!(kit.depth(place), 0.0);
-            let away = (place.0 - first).norm().min((place.0 - last).norm());
-            let kept = 5.0 / 3.0 * (away / 10.0).floor().min(3.0);
-            assert!(kit.distance(place, 6.0) > kept - thickness, "{place:?}");
+        for place in own.flat_map(|m| kit.places(m, 2.0)) {
+            assert!(kit.distance(&place, 6.0) >= 4.5 - 1e-3, "{place:?}");
         }
     }
+}
+
+/// A block of stock, cut away by a first operation from above: links of a second one go where it was.
+#[test]
+fn links_go_through_stock_that_has_been_cut_where_the_job_lets_them() {
+    let of = |stock: &str| {
+        let job = few_passes(&[("/setups/0/links", json!({ "stock": stock }))]);
+        let first = job.json("job.json")["operations"][0].clone();
+        let mut second = first.clone();
+        second["name"] = json!("again");
+        let solid = json!({ "offset": { "allowance_mm": 6.0 } });
+        job.set("job.json", &[("/operations", json!([first, second])), ("/setups/0/stock", solid)]);
+        job.set("tool.json", &[("/flute_length_mm", json!(8.0))]);
+        (planned(&job), job)
+    };
+    let ((at_first, _), (as_cut, job)) = (of("at_first"), of("as_cut"));
+    [&at_first, &as_cut].map(adds_up);
+    assert!(as_cut.report.findings.is_empty(), "{:?}", as_cut.report.findings);
+    let [first, cut] = [&at_first, &as_cut].map(shortened);
+    assert!(cut.changed == cut.links.len() && cut.time_after_s < first.time_after_s, "{first:?} {cut:?}");
+    // Nearer than the stock was, and off the part.
+    let kit = ReadBack::of(&job, 0);
+    let run = interpreter::run(&text_of(&as_cut, "program.nc"));
+    let is_link = |m: &&Motion| cut.links.iter().any(|l| (l.lines[0]..=l.lines[1]).contains(&(m.line as u32)));
+    let places: Vec<_> = run.iter().filter(is_link).flat_map(|m| kit.places(m, 2.0)).collect();
+    assert!(places.iter().all(|place| kit.depth(place) == 0.0));
+    let nearest = places.iter().map(|place| kit.distance(place, 6.0)).fold(f64::INFINITY, f64::min);
+    assert!(nearest < 4.5, "{nearest}");
 }
 
 #[test]
@@ -92,7 +123,7 @@ fn what_is_switched_between_operations_is_switched_far_from_the_part() {
     };
     let (same, other) = (two(0.0), two(-500.0));
     let [same, other] = [&same, &other].map(|planned| {
-        adds_up(shortened(planned));
+        adds_up(planned);
         shortened(planned).links.clone()
     });
     assert_eq!(same.len(), other.len());
