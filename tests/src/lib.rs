@@ -13,10 +13,12 @@
 //! - [`chip_trial`]: what chips say that passes take, and what their program takes out of the stock.
 //!
 //! Helpers: [`jobs`] writes small jobs and plans them, [`variants`] plans variants of one by the command, [`program`] runs the
-//! `facemill` command, [`shared`] finds the shared data, [`meshes`] plans every shared mesh, [`random`] makes seeded numbers.
+//! `facemill` command, [`commands`] runs it on the files of a job, [`shared`] finds the shared data, [`meshes`]
+//! plans every shared mesh, [`random`] makes seeded numbers.
 
 pub mod brute;
 pub mod chip_trial;
+pub mod commands;
 pub mod craig;
 pub mod interpreter;
 pub mod jobs;

@@ -3,6 +3,7 @@
 
 mod feeds;
 mod plans;
+mod stand_command;
 mod stands;
 
 use std::fmt::Write as _;

@@ -1,0 +1,210 @@
+//! `facemill verify` on part, stock, machine and tool named one by one: exit codes, what it tells, and what it writes.
+
+use facemill_tests::commands::{Told, facemill_in, files_of};
+use facemill_tests::jobs::JobFolder;
+use facemill_tests::variants::box_obj;
+use serde_json::{Value, json};
+
+use super::{GOUGED_AT, NEAR, TABLE, plate, program};
+
+/// The plate with [`program`] beside it, with tool, spindle and points behind all numbers, so that nothing else is to be found.
+fn with_program(last: i32, gouge: f64) -> JobFolder {
+    let job = plate();
+    let text = program(last, gouge).replace("G94\n", "G94\nT1 M6\nS6000 M3\n").replace("B10 ", "B10. ");
+    job.write("program.nc", text.as_bytes());
+    job
+}
+
+/// The plate as a job has it.
+fn stand() -> String {
+    format!("--part plate.obj --stock offset:0.5 --machine machine.json --tool tool.json --mount 0,0,{TABLE}")
+}
+
+/// Runs `facemill verify program.nc` with these words behind it, and the file that it wrote.
+fn verify(job: &JobFolder, words: &str) -> (Told, Value) {
+    let told = facemill_in(job, &format!("verify program.nc --out found.json {words}"));
+    assert!(told.code < 2, "{words}: {}", told.errors);
+    (told, job.json("found.json"))
+}
+
+/// What a verification rests on.
+fn assumptions(file: &Value) -> Vec<&str> {
+    file["assumptions"].as_array().unwrap().iter().map(|a| a["text"].as_str().unwrap()).collect()
+}
+
+/// Depth and line of the largest gouge.
+fn gouge(file: &Value) -> (f64, u64) {
+    let gouge = &file["largest_gouge"];
+    (gouge["depth_mm"].as_f64().unwrap(), gouge["line"].as_u64().unwrap())
+}
+
+#[test]
+fn a_clean_program_is_exit_0_and_what_nobody_said_is_told() {
+    let job = with_program(3, 0.0);
+    let (told, mut file) = verify(&job, &stand());
+    assert_eq!((told.code, &file["findings"]), (0, &json!([])), "{}", told.printed);
+    let texts: Vec<String> = assumptions(&file).into_iter().map(str::to_owned).collect();
+    assert!(texts.iter().all(|text| told.printed.contains(text)), "{texts:?}");
+    for option in ["dialect", "work-offset", "work-register", "length-register", "mesh-unit", "mesh-up"] {
+        let of_option = texts.iter().filter(|text| text.starts_with(&format!("no --{option}: ")));
+        assert_eq!(of_option.count(), 1, "{option} {texts:?}");
+    }
+    assert!(!texts.iter().any(|text| text.starts_with("no --mount")), "{texts:?}");
+
+    // Said, they are told no more, and nothing else is another.
+    let said = "--dialect fanuc --work-offset 0,0,0 --work-register G54 --length-register 1 --mesh-unit millimetre \
+                --mesh-up z";
+    let (all, said) = verify(&job, &format!("{} {said}", stand()));
+    let others: Vec<&String> = texts.iter().filter(|text| !text.starts_with("no --")).collect();
+    assert_eq!((all.code, assumptions(&said)), (0, others.into_iter().map(|text| &**text).collect()));
+    file["assumptions"] = said["assumptions"].clone();
+    assert_eq!(file, said);
+
+    // Unsaid, the workpiece is on the table, where the program reaches no stock.
+    let on_table = stand().replace(&format!("--mount 0,0,{TABLE}"), "--stock-cell-mm 2");
+    let (told, file) = verify(&job, &on_table);
+    assert!(assumptions(&file).iter().any(|text| text.starts_with("no --mount: ")), "{}", told.printed);
+    assert!(told.prints(&["no block of the program reaches the stock", "mounting"]), "{}", told.printed);
+}
+
+/// What moves workpiece and zero together changes nothing between tool and part, and a mesh means the same in any unit.
+#[test]
+fn mount_work_offset_and_unit_say_where_the_part_is() {
+    let job = with_program(1, 0.15);
+    let whole = format!("{} --gouge-mm 0.05", stand());
+    let (told, at_home) = verify(&job, &whole);
+    let (depth, line) = gouge(&at_home);
+    assert!(told.code == 1 && (depth - 0.15).abs() < NEAR, "{depth}");
+    let is_same = |file: &Value| (gouge(file).0 - depth).abs() < 1e-6 && gouge(file).1 == line;
+
+    let moved = whole.replace(&format!("--mount 0,0,{TABLE}"), &format!("--mount 4,-3,{}", TABLE - 2.0));
+    let (told, together) = verify(&job, &format!("{moved} --work-offset 4,-3,-2"));
+    assert!(told.code == 1 && is_same(&together), "{}", told.printed);
+    // The plate alone 2 mm lower is not reached.
+    let (told, alone) = verify(&job, &moved);
+    assert!(told.code == 0 && alone["largest_gouge"].is_null(), "{}", told.printed);
+
+    let plate = std::fs::read_to_string(job.path("plate.obj")).unwrap();
+    job.write("small.obj", plate.lines().map(in_centimetres).collect::<String>().as_bytes());
+    let small = whole.replace("plate.obj", "small.obj");
+    let (told, scaled) = verify(&job, &format!("{small} --mesh-unit centimetre"));
+    assert!(told.code == 1 && is_same(&scaled), "{}", told.printed);
+    let (told, taken) = verify(&job, &small);
+    assert!(told.prints(&["no --mesh-unit", "small.obj", "millimetres"]), "{}", told.printed);
+    assert_ne!(taken["smallest_clearance"], scaled["smallest_clearance"]);
+}
+
+/// A line of an OBJ file in mm as it is in cm.
+fn in_centimetres(line: &str) -> String {
+    let Some(place) = line.strip_prefix("v ") else { return format!("{line}\n") };
+    let scaled = place.split(' ').map(|word| (0.1 * word.parse::<f64>().unwrap()).to_string());
+    format!("v {}\n", scaled.collect::<Vec<_>>().join(" "))
+}
+
+/// A post beside the plate, where the holder leans over the ends of passes.
+#[test]
+fn a_holder_that_meets_a_fixture_is_exit_1() {
+    let job = with_program(3, 0.0);
+    let text = std::fs::read_to_string(job.path("program.nc")).unwrap();
+    job.write("clamp.obj", box_obj([42.0, -4.0, -6.0], [48.0, 4.0, 100.0]).as_bytes());
+    job.write("beside.obj", box_obj([-4.0, 80.0, -6.0], [4.0, 88.0, 100.0]).as_bytes());
+    assert_eq!(verify(&job, &format!("{} --fixture beside.obj", stand())).0.code, 0);
+    let (told, file) = verify(&job, &format!("{} --fixture beside.obj --fixture clamp.obj", stand()));
+    assert_eq!(told.code, 1, "{}", told.printed);
+    let findings = file["findings"].as_array().unwrap();
+    let obstacles: Vec<&str> = findings.iter().map(|f| f["obstacle"].as_str().unwrap()).collect();
+    assert!(obstacles.iter().all(|obstacle| obstacle.contains("clamp")), "{obstacles:?}");
+    assert_eq!(findings[0]["kind"], "holder_collision");
+    assert!(told.prints(&["collision of the tool assembly", "clamp"]), "{}", told.printed);
+    // It is told of a block that goes to the far end of a pass.
+    let line = text.lines().nth(findings[0]["worst_line"].as_u64().unwrap() as usize - 1).unwrap();
+    let x: f64 = line.split(" X").nth(1).and_then(|rest| rest.split(' ').next()).unwrap().parse().unwrap();
+    assert!(x > 20.0, "{line}");
+    // With y up the post lies down, and is in nobody's way.
+    let (told, _) = verify(&job, &format!("{} --fixture clamp.obj --mesh-up y", stand()));
+    assert!(!told.prints(&["collision of the tool assembly", "clamp"]), "{}", told.printed);
+}
+
+#[test]
+fn a_gouge_beyond_the_limit_is_exit_1_and_one_within_it_is_not() {
+    let depth = 0.03;
+    let job = with_program(1, depth);
+    // Nobody said how deep, and what is allowed without operations is less.
+    let (told, file) = verify(&job, &stand());
+    assert_eq!((told.code, &file["gouge_limit_mm"]), (1, &json!(0.02)), "{}", told.printed);
+    assert!(told.prints(&[" gouge ", "cutter, part"]) && told.prints(&["largest gouge", "allowed 0.020 mm"]));
+    for (limit, code) in [(depth - NEAR, 1), (depth + NEAR, 0)] {
+        let (told, file) = verify(&job, &format!("{} --gouge-mm {limit}", stand()));
+        assert_eq!((told.code, file["findings"].as_array().unwrap().len()), (code, code as usize), "{}", told.printed);
+    }
+
+    // The same in the cut stock: beyond the limit by more than what it is cut to.
+    let cut = format!("{} --stock-cell-mm 0.5 --stock-tolerance-mm 0.002 --deviation-tolerance-mm 0.04", stand());
+    let (told, file) = verify(&job, &cut);
+    assert_eq!((told.code, &file["deviation"]["exceeds_gouge_limit"]), (1, &json!(true)), "{}", told.printed);
+    assert!(told.prints(&["DEEPER THAN ALLOWED"]), "{}", told.printed);
+    let place = &file["deviation"]["part"]["largest_gouge"];
+    assert!((place["value_mm"].as_f64().unwrap() - depth).abs() < NEAR, "{place}");
+    assert!((place["at_mm"][0].as_f64().unwrap() - GOUGED_AT).abs() < 2.0, "{place}");
+    let (told, file) = verify(&job, &format!("{cut} --gouge-mm 0.04"));
+    assert_eq!((told.code, &file["deviation"]["exceeds_gouge_limit"]), (0, &json!(false)), "{}", told.printed);
+    assert!(!told.prints(&["DEEPER THAN ALLOWED"]), "{}", told.printed);
+}
+
+/// A sheet of the part on stock that ends less deep below it than the cutter may go: there the sheet is cut through.
+#[test]
+fn an_open_surface_that_is_cut_through_is_exit_1_without_a_finding() {
+    let job = with_program(1, 0.015);
+    job.write("sheet.obj", b"v -15 -15 0\nv 15 -15 0\nv 15 15 0\nv -15 15 0\nf 1 2 3\nf 1 3 4\n");
+    let sheet = stand().replace("plate.obj", "sheet.obj").replace("offset:0.5", "block.obj");
+    let cut = "--stock-cell-mm 0.5 --stock-tolerance-mm 0.002 --deviation-tolerance-mm 0.1";
+    for (bottom, is_through) in [(-6.0, false), (-0.01, true)] {
+        job.write("block.obj", box_obj([-15.0, -15.0, bottom], [15.0, 15.0, 0.5]).as_bytes());
+        let (told, file) = verify(&job, &format!("{sheet} {cut}"));
+        assert_eq!(file["findings"], json!([]), "{}", told.printed);
+        assert_eq!(file["deviation"]["exceeds_gouge_limit"], is_through, "{}", told.printed);
+        assert_eq!((told.code, told.prints(&["DEEPER THAN ALLOWED"])), (i32::from(is_through), is_through));
+    }
+}
+
+#[test]
+fn what_contradicts_itself_or_is_missing_is_exit_2_and_writes_nothing() {
+    let job = with_program(-3, 0.0);
+    job.write("broken.obj", b"v 1 2\nf 1 2 3\n");
+    let before = files_of(&job);
+    let whole = stand();
+    let without = |option: &str| {
+        let words: Vec<&str> = whole.split(' ').collect();
+        words.chunks(2).filter(|pair| pair[0] != option).flatten().copied().collect::<Vec<_>>().join(" ")
+    };
+    let and = |more: &str| format!("{whole} {more}");
+    let wrong: [(String, &[&str]); 21] = [
+        (String::new(), &["--job"]),
+        (without("--tool"), &["--tool"]),
+        (without("--stock"), &["--stock"]),
+        (without("--machine"), &["--machine"]),
+        (and("--job job.json"), &["--part", "--job"]),
+        ("--job job.json --fixture plate.obj".to_owned(), &["--part"]),
+        ("--job job.json --mount 0,0,1".to_owned(), &["--part"]),
+        (and("--mesh-unit furlong"), &["--mesh-unit", "furlong", "millimetre"]),
+        (and("--work-offset 1,2"), &["--work-offset", "X,Y,Z"]),
+        (and("--work-register G99"), &["register", "G99", "G54"]),
+        (and("--length-register 0"), &["tool.json", "length_register"]),
+        (and("--gouge-mm -0.1"), &["gouge limit", "at least 0"]),
+        (and("--rest-out rest.stock"), &["--rest-out", "--stock-cell-mm"]),
+        (and("--rest-mesh rest.json"), &["--rest-mesh", ".obj"]),
+        (and("--fixture gone.obj"), &["cannot read", "gone.obj"]),
+        (whole.replace("plate.obj", "gone.obj"), &["cannot read", "gone.obj"]),
+        (whole.replace("plate.obj", "broken.obj"), &["broken.obj", "line 1"]),
+        (whole.replace("offset:0.5", "tool.json"), &["tool.json", ".stl"]),
+        (whole.replace("--tool tool.json", "--tool machine.json"), &["machine.json", "format"]),
+        // One file for two outputs leaves neither, and what was read is not written over.
+        (and("--stock-cell-mm 2 --rest-out found.json"), &["found.json", "named for two files"]),
+        (and("--stock-cell-mm 2 --rest-out plate.obj"), &["plate.obj", "was read"]),
+    ];
+    for (words, expected) in wrong {
+        let told = facemill_in(&job, &format!("verify program.nc --out found.json {words}"));
+        assert!(told.is_refused_for(expected), "{words}: exit {}: {}{}", told.code, told.errors, told.printed);
+        assert!(files_of(&job) == before, "{words}");
+    }
+}
