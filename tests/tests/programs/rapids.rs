@@ -10,6 +10,7 @@ use facemill_tests::read_back::ReadBack;
 use facemill_tests::variants::{tiny_patch, variant};
 use serde_json::json;
 
+mod controls;
 mod lengths;
 mod planned;
 
