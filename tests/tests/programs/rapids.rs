@@ -13,6 +13,7 @@ use serde_json::json;
 mod controls;
 mod lengths;
 mod planned;
+mod rapids_command;
 
 fn faster(job: &JobFolder, dialect: Dialect, text: &str) -> Result<Rapids, Failure> {
     let path = job.path("program.nc");
