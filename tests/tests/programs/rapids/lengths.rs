@@ -12,6 +12,9 @@ use facemill_tests::variants::{tiny_patch, variant};
 use nalgebra::{Isometry3, Point3};
 use serde_json::{Value, json};
 
+#[path = "lengths_command.rs"]
+mod lengths_command;
+
 const MARGIN: f64 = 0.5;
 
 /// What a length may be off by, mm.
