@@ -64,8 +64,21 @@ fn cut_of(arguments: &LengthsArguments) -> Result<Option<CutRequest>, Failure> {
     Ok(Some(of(rest.grid().cell(), Some(rest))))
 }
 
+/// Refuses options that are no lengths; no file of the job says them.
+fn check_lengths(arguments: &LengthsArguments) -> Result<(), Failure> {
+    let lengths = [("--margin-mm", arguments.margin_mm), ("--longest-mm", arguments.longest_mm)];
+    match lengths.iter().find(|(_, mm)| !(*mm >= 0.0 && mm.is_finite())) {
+        Some((option, mm)) => {
+            let message = format!("{option}: must be a length of at least 0, is {mm}");
+            Err(Failure::input(&arguments.program.program, message))
+        }
+        None => Ok(()),
+    }
+}
+
 pub(crate) fn run(arguments: &LengthsArguments) -> Result<ExitCode, Failure> {
     crate::progress::watch_interrupts().map_err(Failure::Internal)?;
+    check_lengths(arguments)?;
     let library = match &arguments.holders {
         Some(path) => Some(HolderLibrary::from_json(&files::read(path)?).map_err(|e| Failure::input(path, e))?),
         None => None,
