@@ -96,7 +96,7 @@ fn links_go_through_stock_that_has_been_cut_where_the_job_lets_them() {
         (planned(&job), job)
     };
     let ((at_first, _), (as_cut, job)) = (of("at_first"), of("as_cut"));
-    [&at_first, &as_cut].map(adds_up);
+    [&at_first, &as_cut].into_iter().for_each(adds_up);
     assert!(as_cut.report.findings.is_empty(), "{:?}", as_cut.report.findings);
     let [first, cut] = [&at_first, &as_cut].map(shortened);
     assert!(cut.changed == cut.links.len() && cut.time_after_s < first.time_after_s, "{first:?} {cut:?}");
