@@ -78,9 +78,12 @@ fn links_under_rtcp_are_replaced_whatever_rapids_go_by() {
         let made = faster(&job, dialect, &program(across));
         assert_eq!(String::from_utf8(made.text).unwrap(), program("G0 X-30. Y5. B2.5 C-12.\n"), "{dialect:?}");
     }
-    let old = linuxcnc(across).replace("\tg0 z330", "M428\n\tg0 z330").replace("M2\n", "M429\nM2\n");
+    let with_rtcp = |text: String| {
+        let on = text.replace("\tg0 z330", "M428\n\tg0 x-30 y0 z330 b0 c0");
+        on.replace("M2\n", "M429\nM2\n")
+    };
+    let old = with_rtcp(linuxcnc(across));
     let made = faster(&job, Dialect::LinuxCnc, &old);
-    let direct = linuxcnc("G0 X-30. Y5. B2.5 C-12.\n");
-    let direct = direct.replace("\tg0 z330", "M428\n\tg0 z330").replace("M2\n", "M429\nM2\n");
+    let direct = with_rtcp(linuxcnc("G0 X-30. Y5. B2.5 C-12.\n"));
     assert_eq!(String::from_utf8(made.text).unwrap(), direct);
 }
