@@ -4,7 +4,7 @@ use facemill_z_map::DexelMap;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::job_file::SetupFile;
+use crate::job_file::{LinkStockFile, SetupFile};
 use crate::load::{Job, Setup, pose};
 use crate::output::OwnProgram;
 use crate::plan::{PlanSettings, Planned, planned_setup};
@@ -124,14 +124,20 @@ impl StockToCut<'_> {
             region = region.zip(rectangle(job, &next, StockRegion::Operations)).map(|(a, b)| around(a, b));
         }
         let Some([low, high]) = region else { return Ok(Err("no operation cuts it".to_owned())) };
-        let clearance = going_on.map(|k| &setups[k]).chain([setup.file]).map(|s| s.rapid_clearance_mm);
+        let clearance = going_on.clone().map(|k| &setups[k]).chain([setup.file]).map(|s| s.rapid_clearance_mm);
         let clearance = clearance.fold(f64::INFINITY, f64::min);
         let meshes = StockMeshes::of(setup);
-        let part = StockRegion::Rectangle([low, high]);
+        let of_stock = meshes.extents();
+        // Links that keep off nothing but these lines have to see all of the stock.
+        let sees_all = going_on.chain([self.index]).any(|k| setups[k].links.stock == LinkStockFile::AsCut);
+        let (part, [low, high]) = if sees_all {
+            (StockRegion::Whole, [[of_stock.min.x, of_stock.min.y], [of_stock.max.x, of_stock.max.y]])
+        } else {
+            (StockRegion::Rectangle([low, high]), [low, high])
+        };
         if let Some(cell) = self.cell {
             return meshes.map(job, setup, cell, part).map(Ok);
         }
-        let of_stock = meshes.extents();
         let lengths = [0, 1].map(|k| high[k].min(of_stock.max[k]) - low[k].max(of_stock.min[k]));
         Ok(match default_cell(lengths, clearance, tolerance) {
             Ok(cell) => meshes.map(job, setup, cell, part).map_err(|e| e.to_string()),
