@@ -99,7 +99,7 @@ pub(crate) const MAX_TURN: f64 = 0.25;
 
 /// Positions of the motion from `start` to `end` under `law` such that neither tip nor rim move farther, nor the tool axis
 /// turns farther, than `spacing` allows from one position to the next, relative to the table (and so to the workpiece);
-/// nor all rotary axes together more than ten times as far, nor the linear axes of the other head together farther.
+/// nor all rotary axes together farther than the tool axis may, nor the linear axes of the other head together than the tip.
 ///
 /// The motion is cut into parts with a bound on the speed in each, in longest steps per time; the positions lie evenly on
 /// the sum of the steps, so that from one to the next it is at most one.
