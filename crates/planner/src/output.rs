@@ -25,6 +25,7 @@ use crate::program_spec::program_spec;
 use crate::report::{CERTIFICATES_FORMAT, CertificatesFile};
 use crate::timing::{TimedText, Written, time_program, time_text};
 use crate::tip_feed::programmed_feed;
+use crate::verify_feeds::Asked;
 use crate::verify_program::removal_of;
 use crate::verify_stock::{CutDone, CutRequest, Stand, cut_stock};
 use crate::{Failure, Stages};
@@ -217,6 +218,10 @@ impl OwnProgram<'_> {
         let monitor = stages.start("verify program", program.blocks.len());
         let mut verification = verify(&program, &setting, &self.settings(), &*monitor).map_err(not_verified)?;
         name_obstacles(&mut verification, self.setup);
+        // A shop's template may turn the spindle as it likes.
+        let asked = Asked::of(self.job, self.setup.file);
+        verification.findings.extend(asked.iter().flat_map(|asked| asked.other_speeds(&program)));
+        verification.findings.sort_by_key(|f| (f.first_line, f.kind));
         Ok(verification)
     }
 

@@ -3,6 +3,7 @@
 
 use facemill::inverse_kinematics::Machine;
 use facemill::nc_program::{AxisAt, Dialect, FeedMode, MotionKind, read_program};
+use facemill::virtual_machine::FindingKind;
 use facemill::{Job, PlanSettings, Planned, RefeedSettings, SilentStages, TipFeed, plan_job, refeed};
 use facemill_tests::craig::{Words, end_of};
 use facemill_tests::jobs::{JobFolder, small_patch, small_patch_planned, text_of};
@@ -437,6 +438,22 @@ fn programs_that_keep_the_tip_on_a_line_are_planned_and_verified_with_their_rapi
     plan_for("siemens_840d", "rtcp", "tip_linear_vector_turned", &["TRAORI", "ORIVECT"]);
     plan_for("heidenhain", "rtcp", "tip_and_rotaries_linear", &["PATHCTRL AXIS", "FUNCTION RESET TCPM"]);
     plan_for("heidenhain", "rtcp", "tip_linear_vector_turned", &["PATHCTRL VECTOR"]);
+}
+
+/// A template that turns the spindle at another speed is found in plan's own text, where it begins.
+#[test]
+fn a_template_with_another_spindle_speed_has_a_finding() {
+    let job = tiny_patch();
+    let template = Dialect::Fanuc.template().text;
+    let slower = template.replace("S{{ spindle.rpm }} {{ spindle.code }}", "S100 {{ spindle.code }}");
+    assert_ne!(template, slower);
+    job.write("shop.j2", slower.as_bytes());
+    job.set("job.json", &[("/post/template", json!("shop.j2"))]);
+    let planned = job.plan();
+    let [finding] = &planned.report.findings[..] else { panic!("{:?}", planned.report.findings) };
+    assert!(finding.kind == FindingKind::OtherSpindleSpeed && finding.note.contains("S100"), "{finding}");
+    let line = program_of(&planned).lines().nth(finding.first_line as usize - 1).unwrap().to_owned();
+    assert!(line.contains("S100") && !planned.is_clean(), "{line}");
 }
 
 /// A template without FGROUP lets F count the linear axes alone: not the feeds that were planned.
