@@ -30,7 +30,7 @@ pub(crate) struct PlannedLinks {
 }
 
 struct PlannedLink {
-    /// Where its moves are; `None` where they are not those to a piece alone, and all links stay.
+    /// Where its moves are; `None` where they are not those to a piece alone; the link then stays.
     goal: Option<Goal>,
     /// Its lines when it was looked at.
     lines: [u32; 2],
