@@ -94,11 +94,15 @@ pub(crate) fn planned_setup(
         picture = picture.or(svg);
         operations.push(planned);
     }
-    let before = match stock.filter(|_| settings.verify) {
-        Some(stock) => stock.before(job, &setup)?,
-        None => Err(not_asked(settings.verify).to_owned()),
+    let asked = stock.filter(|_| settings.verify).ok_or_else(|| not_asked(settings.verify).to_owned());
+    let (before, shortened) = match asked {
+        Ok(stock) => {
+            let before = stock.before(job, &setup)?;
+            let shortened = shorten_links(&ground, &mut operations, &words, &before, stages)?;
+            (before, shortened)
+        }
+        Err(why) => (Err(why.clone()), Err(why)),
     };
-    let shortened = shorten_links(&ground, &mut operations, &words, &before, stages)?;
     clock.lap("shorten links");
     let sound = Rounds { ground: &ground, words: &words, settings, before: &before, stages };
     let Sound { mut texts, verification, certificates, cut: (of_stock, rest), mended, links } =
@@ -159,13 +163,14 @@ fn shorten_links(
     if !setup.file.links.shorten {
         return Ok(Err("the job says so (links.shorten)".to_owned()));
     }
-    let stock = match before {
-        Ok((stock, _)) => stock.clone(),
-        Err(why) => return Ok(Err(format!("the stock is not cut: {why}"))),
+    let cut = match (setup.file.links.stock, before) {
+        (LinkStockFile::AtFirst, _) => None,
+        (LinkStockFile::AsCut, Ok((stock, _))) => Some((stock.clone(), job.file.verification.stock_tolerance_mm)),
+        (LinkStockFile::AsCut, Err(why)) => return Ok(Err(format!("the stock is not cut: {why}"))),
     };
     let texts = write_draft(job, setup, operations, words)?;
     let program = OwnProgram { job, setup, operations, words, texts: &texts, stock_is_cut: false };
-    let mut links = PlannedLinks::find(&program, stock, job.file.verification.stock_tolerance_mm, stages)?;
+    let mut links = PlannedLinks::find(&program, cut, stages)?;
     links.put_in(operations);
     Ok(Ok(links))
 }

@@ -1,6 +1,6 @@
 //! The links of a program, from one run of cuts to the next at rapid rate, and whether another way there is free.
 
-use facemill_cl_data::{ClPoint, Monitor, Solid};
+use facemill_cl_data::{Cancelled, ClPoint, Monitor, Solid};
 use facemill_inverse_kinematics::{AxisValues, BlockLaw};
 use facemill_nc_program::ReadProgram;
 use facemill_z_map::{DexelMap, RoundRing, Step, Sweep, TurnedBody};
@@ -48,7 +48,7 @@ pub enum LinkHold {
     Doubt(String),
 }
 
-/// How free a way has to be.
+/// How free a way has to be of the stock as it is then.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LinkSettings {
     /// Distance that the tool keeps from stock and fixtures on the way, mm. Cuts end near the stock: from there a third of it is kept
@@ -57,14 +57,26 @@ pub struct LinkSettings {
     pub clearance: f64,
     /// As in [`run_stock`](crate::run_stock), mm.
     pub tolerance: f64,
-    /// Distance that the whole tool is proven to keep, at every time of the motion, from part, check surfaces and the stock as it was
-    /// before anything was cut, mm; `None`: from that stock none.
-    pub from_first_stock: Option<f64>,
 }
 
-/// Where a program stands at the start of a link: the stock as it is then, and all else that is in the way.
+/// Distances that the whole tool is proven to keep, at every time of the motion, whatever has been cut.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LinkDistances {
+    /// From fixtures, mm.
+    pub fixtures: f64,
+    /// From part, check surfaces and the stock as it was before anything was cut, mm.
+    pub first_stock: f64,
+}
+
+/// Where a program stands at the start of a link: all that is in the way.
 pub struct LinkStage<'s, 'a> {
     scene: &'s Scene<'a>,
+    /// The stock as it is then; `None` where ways keep off the stock as it was at first.
+    cut: Option<CutStock<'s>>,
+}
+
+/// Stock as it is at the start of a link, and what is asked of it.
+struct CutStock<'s> {
     bodies: &'s Bodies,
     /// The cutter and each body of the tool with a third, two thirds and all of the clearance.
     kept: &'s [Vec<TurnedBody>; 3],
@@ -87,9 +99,12 @@ pub fn run_links(
     monitor: &dyn Monitor,
 ) -> Result<(), VerifyError> {
     let (verify, link) = settings;
-    check(setup, verify, link)?;
-    let verify = &VerifySettings { stock_is_cut: link.from_first_stock.is_none(), ..verify.clone() };
-    let wide = with_clearance(setup, link);
+    check(setup, verify, &[("clearance", link.clearance)])?;
+    if !(link.tolerance > 0.0 && link.tolerance.is_finite()) {
+        return Err(VerifyError::Setting { field: "tolerance", value: link.tolerance, needed: "above 0" });
+    }
+    let verify = &VerifySettings { stock_is_cut: true, ..verify.clone() };
+    let wide = wider(setup, link.clearance, 0.0);
     let scene = Scene::new(&wide, verify)?;
     let resolved = resolve(program, setup, verify);
     let doubts = Doubts::new(program, &resolved.faults);
@@ -106,35 +121,66 @@ pub fn run_links(
         done = found.first + found.ends.len();
         monitor.advance(count_blocks(&resolved.moves[found.first..done]));
         monitor.checkpoint()?;
-        let (scene, bodies, kept, stock) = (&scene, &bodies, &kept, &*stock);
-        visit(found, &LinkStage { scene, bodies, kept, coarse: on_links, clearance: link.clearance, stock });
+        let now =
+            CutStock { bodies: &bodies, kept: &kept, coarse: on_links, clearance: link.clearance, stock: &*stock };
+        visit(found, &LinkStage { scene: &scene, cut: Some(now) });
     }
     cut(&scene, &bodies, &coarse, &resolved.moves[done..], stock, monitor)
 }
 
-fn check(setup: &VirtualSetup<'_>, verify: &VerifySettings, link: &LinkSettings) -> Result<(), VerifyError> {
+/// Looks at every link of a program by itself, in parallel, off the stock as it was before anything was cut: what is proven
+/// to keep off that keeps off what is left of it. Returns what is found of each, in program order.
+///
+/// # Errors
+/// When the setup or a setting makes no sense, or the monitor cancels, which is told of every block with a motion.
+pub fn links_off_first_stock<T: Send>(
+    program: &ReadProgram,
+    setup: &VirtualSetup<'_>,
+    (verify, keep): (&VerifySettings, LinkDistances),
+    look: &(dyn Fn(&ProgramLink, &LinkStage<'_, '_>) -> T + Sync),
+    monitor: &dyn Monitor,
+) -> Result<Vec<T>, VerifyError> {
+    check(setup, verify, &[("fixtures", keep.fixtures), ("first_stock", keep.first_stock)])?;
+    let verify = &VerifySettings { stock_is_cut: false, ..verify.clone() };
+    let wide = wider(setup, keep.fixtures, keep.first_stock);
+    let stage = LinkStage { scene: &Scene::new(&wide, verify)?, cut: None };
+    let resolved = resolve(program, setup, verify);
+    let links = links(program, &resolved.moves, &Doubts::new(program, &resolved.faults));
+    let on_links: usize = links.iter().map(|l| count_blocks(&resolved.moves[l.first..l.first + l.ends.len()])).sum();
+    monitor.advance(count_blocks(&resolved.moves).saturating_sub(on_links));
+    let found: Result<Vec<T>, Cancelled> = links
+        .par_iter()
+        .map(|link| {
+            monitor.checkpoint()?;
+            let found = look(link, &stage);
+            monitor.advance(count_blocks(&resolved.moves[link.first..link.first + link.ends.len()]));
+            Ok(found)
+        })
+        .collect();
+    Ok(found?)
+}
+
+fn check(
+    setup: &VirtualSetup<'_>,
+    verify: &VerifySettings,
+    lengths: &[(&'static str, f64)],
+) -> Result<(), VerifyError> {
     setup::check(setup, verify)?;
-    if !(link.tolerance > 0.0 && link.tolerance.is_finite()) {
-        return Err(VerifyError::Setting { field: "tolerance", value: link.tolerance, needed: "above 0" });
-    }
-    let lengths = [("clearance", Some(link.clearance)), ("from_first_stock", link.from_first_stock)];
-    match lengths.into_iter().find(|(_, value)| value.is_some_and(|v| !(v >= 0.0 && v.is_finite()))) {
-        Some((field, value)) => {
-            Err(VerifyError::Setting { field, value: value.unwrap_or(f64::NAN), needed: "at least 0" })
-        }
+    match lengths.iter().find(|(_, value)| !(*value >= 0.0 && value.is_finite())) {
+        Some(&(field, value)) => Err(VerifyError::Setting { field, value, needed: "at least 0" }),
         None => Ok(()),
     }
 }
 
-/// The setup with fixtures thicker by the clearance, and all else by what is kept from the first stock.
-fn with_clearance<'a>(setup: &VirtualSetup<'a>, link: &LinkSettings) -> VirtualSetup<'a> {
+/// The setup with fixtures, and all else, thicker by these distances.
+fn wider<'a>(setup: &VirtualSetup<'a>, fixtures: f64, others: f64) -> VirtualSetup<'a> {
     let mut wide = setup.clone();
     for o in &mut wide.obstacles {
         if o.kind == ObstacleKind::Fixture {
-            o.allowance += link.clearance;
-            o.stock += link.clearance;
+            o.allowance += fixtures;
+            o.stock += fixtures;
         } else {
-            o.stock += link.from_first_stock.unwrap_or(0.0);
+            o.stock += others;
         }
     }
     wide
@@ -228,26 +274,30 @@ impl LinkStage<'_, '_> {
     /// Whether the tool can go from the start of a link through these axis values, at rapid rate and under the link's law.
     ///
     /// Axes stay within their limits. Against part, fixtures and machine it is proven for every time of the motion, with what
-    /// the control may leave it by, as in certificates of rapids; against the stock as it is now it is held as
-    /// [`run_stock`](crate::run_stock) holds rapids, and with the clearance of the settings.
+    /// the control may leave it by, as in certificates of rapids. So it is against the stock as it was at first, where ways keep off
+    /// that; against the stock as it is now it is held as [`run_stock`](crate::run_stock) holds rapids, and with the clearance of the
+    /// settings.
     pub fn is_free(&self, link: &ProgramLink, through: &[AxisValues]) -> bool {
         let machine = self.scene.setup.machine;
         if through.iter().any(|axes| machine.first_beyond_limit(axes).is_some()) {
             return false;
         }
         let moves = moves(link, through);
-        self.is_clear_of_stock(&moves) && moves.iter().all(|m| self.is_proven(m))
+        let is_clear_of_cut = self.cut.as_ref().is_none_or(|cut| cut.is_clear(self.scene, &moves));
+        is_clear_of_cut && moves.iter().all(|m| self.is_proven(m))
     }
 
     fn is_proven(&self, m: &Move) -> bool {
         let proof = Prover::new(self.scene, m).map(|mut prover| prover.prove());
         proof.is_some_and(|p| p.depth.is_some() && p.bodies_clear)
     }
+}
 
-    fn is_clear_of_stock(&self, moves: &[Move]) -> bool {
+impl CutStock<'_> {
+    fn is_clear(&self, scene: &Scene<'_>, moves: &[Move]) -> bool {
         let mut way = Vec::new();
         for m in moves {
-            let Some(segments) = segments(self.scene, m, &self.coarse) else { return false };
+            let Some(segments) = segments(scene, m, &self.coarse) else { return false };
             way.extend(segments.into_iter().map(|s| (m, s)));
         }
         let (parts, is_kept) = self.with_clearance(way.iter().map(|(_, s)| s));

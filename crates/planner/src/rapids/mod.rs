@@ -151,8 +151,7 @@ impl Stage<'_> {
         };
         let views = [(&self.job.machine, self.job.tool.gauge_length())];
         let clock = LinkClock::new(&views);
-        let keep =
-            LinkSettings { clearance: self.clearance, tolerance: self.request.cut.tolerance, from_first_stock: None };
+        let keep = LinkSettings { clearance: self.clearance, tolerance: self.request.cut.tolerance };
         let mut found = Vec::new();
         let mut failed = None;
         let mut visit = |link: &ProgramLink, stage: &LinkStage<'_, '_>| {

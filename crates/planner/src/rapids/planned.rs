@@ -2,7 +2,10 @@
 
 use facemill_inverse_kinematics::AxisValues;
 use facemill_nc_program::{Compensation, FeedMode, ReadProgram};
-use facemill_virtual_machine::{Finding, LinkHold, LinkSettings, LinkStage, ProgramLink, VerifySettings, run_links};
+use facemill_virtual_machine::{
+    Finding, LinkDistances, LinkHold, LinkSettings, LinkStage, ProgramLink, VerifySettings, links_off_first_stock,
+    run_links,
+};
 use facemill_z_map::DexelMap;
 
 use super::choose::Choice;
@@ -11,7 +14,6 @@ use super::fastest;
 use super::planned_report::{PlannedLinkReport, ShortenedLinks};
 use super::text::LinkWords;
 use super::ways::WayKind;
-use crate::job_file::LinkStockFile;
 use crate::moves::{Move, MoveKind};
 use crate::operation::PlannedOperation;
 use crate::output::{OwnProgram, Texts, not_verified};
@@ -101,14 +103,14 @@ fn change_before(operations: &[PlannedOperation<'_>], operation: usize) -> Optio
 }
 
 impl PlannedLinks {
-    /// Looks for the fastest way of every link that is proven free, against the stock as it is then.
+    /// Looks for the fastest way of every link that is proven free: against the stock as it is then, which is `cut` with its
+    /// tolerance, or off the stock as it was at first.
     ///
     /// # Errors
     /// When the stages are cancelled.
     pub(crate) fn find(
         program: &OwnProgram<'_>,
-        mut stock: DexelMap,
-        tolerance: f64,
+        cut: Option<(DexelMap, f64)>,
         stages: &dyn Stages,
     ) -> Result<Self, Failure> {
         let job = program.job;
@@ -127,20 +129,25 @@ impl PlannedLinks {
         let runs = rapid_runs(program.operations);
         let seeker = Seeker { program, text: &text, clock: &clock, words, runs };
         let clearance = program.setup.file.rapid_clearance_mm;
-        let mut links = Vec::new();
-        let mut visit = |link: &ProgramLink, stage: &LinkStage<'_, '_>| {
-            if !matches!(link.hold, Some(LinkHold::WayIn | LinkHold::WayOut)) {
-                links.push(seeker.link(link, stage));
-            }
+        let look = |link: &ProgramLink, stage: &LinkStage<'_, '_>| {
+            let is_between = !matches!(link.hold, Some(LinkHold::WayIn | LinkHold::WayOut));
+            is_between.then(|| seeker.link(link, stage))
         };
         let monitor = stages.start("shorten links", text.blocks.len());
-        let from_first_stock = match program.setup.file.links.stock {
-            LinkStockFile::AtFirst => Some(KEPT * clearance),
-            LinkStockFile::AsCut => None,
+        let verify = VerifySettings::default();
+        let links = match cut {
+            Some((mut stock, tolerance)) => {
+                let mut links = Vec::new();
+                let mut visit = |link: &ProgramLink, stage: &LinkStage<'_, '_>| links.push(look(link, stage));
+                let keep = LinkSettings { clearance, tolerance };
+                run_links(&text, &at, (&verify, &keep), &mut stock, &mut visit, &*monitor).map(|()| links)
+            }
+            None => {
+                let keep = LinkDistances { fixtures: clearance, first_stock: KEPT * clearance };
+                links_off_first_stock(&text, &at, (&verify, keep), &look, &*monitor)
+            }
         };
-        let keep = LinkSettings { clearance, tolerance, from_first_stock };
-        let settings = (&VerifySettings::default(), &keep);
-        run_links(&text, &at, settings, &mut stock, &mut visit, &*monitor).map_err(not_verified)?;
+        let links = links.map_err(not_verified)?.into_iter().flatten().collect();
         Ok(Self { clearance, is_by_law: clock.is_by_law(), links })
     }
 
@@ -364,7 +371,7 @@ mod tests {
             texts: &texts,
             stock_is_cut: false,
         };
-        let mut links = PlannedLinks::find(&program, stock, 0.05, stages).unwrap();
+        let mut links = PlannedLinks::find(&program, Some((stock, 0.05)), stages).unwrap();
         let before = places(&operations);
         links.put_in(&mut operations);
         let after = places(&operations);

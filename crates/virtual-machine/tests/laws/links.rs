@@ -5,13 +5,16 @@ use crate::kit::{Shop, Text};
 use facemill_cl_data::Silent;
 use facemill_inverse_kinematics::AxisValues;
 use facemill_nc_program::{Dialect, read_program};
-use facemill_virtual_machine::{LinkHold, LinkSettings, VerifySettings, run_links, run_stock};
+use facemill_virtual_machine::{
+    LinkDistances, LinkHold, LinkSettings, LinkStage, ProgramLink, VerifySettings, links_off_first_stock, run_links,
+    run_stock,
+};
 use facemill_z_map::DexelMap;
 use nalgebra::Isometry3;
 
 const UP: [f64; 3] = [0.0, 0.0, 1.0];
 
-const KEEP: LinkSettings = LinkSettings { clearance: 3.0, tolerance: 0.01, from_first_stock: None };
+const KEEP: LinkSettings = LinkSettings { clearance: 3.0, tolerance: 0.01 };
 
 /// What way is kept above material whose lines are 2 mm apart, with 0.1 mm to spare.
 const ABOVE: f64 = 3.0 + 2.0 * std::f64::consts::FRAC_1_SQRT_2 + 0.1;
@@ -42,8 +45,7 @@ fn a_way_is_free_by_the_stock_at_that_moment_and_the_heights_of_the_scene() {
     let beyond_wall = |h: f64| over(&[[100.0, 0.0, h], [240.0, 0.0, h]]);
     let (mut seen, mut rest) = (Vec::new(), block());
     let settings = VerifySettings::default();
-    let mut visit = |link: &facemill_virtual_machine::ProgramLink,
-                     stage: &facemill_virtual_machine::LinkStage<'_, '_>| {
+    let mut visit = |link: &ProgramLink, stage: &LinkStage<'_, '_>| {
         seen.push(link.hold.clone());
         if link.hold.is_some() {
             return;
@@ -70,30 +72,36 @@ fn a_way_is_free_by_the_stock_at_that_moment_and_the_heights_of_the_scene() {
     assert_eq!(rest, expected);
 }
 
-/// Ways over the plate with stock of 20 mm on it, which the lines do not know: the plate itself is what the cut stock is.
+/// Ways over the plate with stock of 20 mm on it, and over the wall, which is a fixture.
 #[test]
 fn a_way_can_keep_off_the_stock_as_it_was_at_first() {
     let shop = Shop::new();
     let program = read_program(two_slots(&shop), Dialect::Fanuc).unwrap();
     let mut setup = shop.setup();
     setup.obstacles[0].stock = 20.0;
-    let lines = || DexelMap::of_box(&Isometry3::identity(), [-200.0, -200.0, -5.0], [140.0, 200.0, 0.0], 2.0).unwrap();
-    let lowest = |from_first_stock: Option<f64>| {
-        let keep = LinkSettings { from_first_stock, ..KEEP };
-        let mut free: Vec<Vec<f64>> = Vec::new();
-        let mut visit = |link: &facemill_virtual_machine::ProgramLink,
-                         stage: &facemill_virtual_machine::LinkStage<'_, '_>| {
-            if link.hold.is_none() {
-                let across = |h: &f64| [[100.0, 100.0, *h], [-260.0, 100.0, *h]].map(|tip| shop.axes_at(tip, UP));
-                let heights = [ABOVE - 0.2, ABOVE, 19.9, 20.2, 23.9, 24.2];
-                free.push(heights.into_iter().filter(|h| stage.is_free(link, &across(h))).collect());
-            }
+    let lowest = |first_stock: f64, fixtures: f64| {
+        let look = |link: &ProgramLink, stage: &LinkStage<'_, '_>| {
+            let free = |y: f64, to: f64, heights: [f64; 4]| {
+                let way = |h: &f64| [[100.0, y, *h], [to, y, *h]].map(|tip| shop.axes_at(tip, UP));
+                heights.into_iter().filter(|h| stage.is_free(link, &way(h))).fold(f64::INFINITY, f64::min)
+            };
+            let over_wall = free(0.0, 240.0, [59.9, 60.2, 62.9, 63.2]);
+            (link.blocks[0], link.hold.clone(), free(100.0, -260.0, [19.9, 20.2, 23.9, 24.2]), over_wall)
         };
-        run_links(&program, &setup, (&VerifySettings::default(), &keep), &mut lines(), &mut visit, &Silent).unwrap();
-        assert!(free.len() == 2 && free[0] == free[1], "{free:?}");
-        free[0].iter().copied().fold(f64::INFINITY, f64::min)
+        let keep = LinkDistances { fixtures, first_stock };
+        let found = links_off_first_stock(&program, &setup, (&VerifySettings::default(), keep), &look, &Silent);
+        let found = found.unwrap();
+        assert!(found.is_sorted_by_key(|f| f.0) && found[0].1 == Some(LinkHold::WayIn), "{found:?}");
+        let between: Vec<[f64; 2]> = found.iter().filter(|f| f.1.is_none()).map(|f| [f.2, f.3]).collect();
+        // Nothing is cut between them.
+        assert!(between.len() == 2 && between[0] == between[1], "{between:?}");
+        between[0]
     };
-    assert_eq!([lowest(None), lowest(Some(0.0)), lowest(Some(4.0))], [ABOVE, 20.2, 24.2]);
+    assert_eq!([lowest(0.0, 0.0), lowest(4.0, 0.0), lowest(0.0, 3.0)], [[20.2, 60.2], [24.2, 60.2], [20.2, 63.2]]);
+    let bad = LinkDistances { fixtures: 0.0, first_stock: f64::NAN };
+    let look = |_: &ProgramLink, _: &LinkStage<'_, '_>| ();
+    let why = links_off_first_stock(&program, &setup, (&VerifySettings::default(), bad), &look, &Silent).unwrap_err();
+    assert!(why.to_string().contains("first_stock"), "{why}");
 }
 
 #[test]
@@ -105,7 +113,7 @@ fn links_behind_a_fault_of_the_text_are_held() {
     let text = format!("{}M98 P1\n{}", &text[..at], &text[at..]);
     let program = read_program(text, Dialect::Fanuc).unwrap();
     let mut held = Vec::new();
-    let mut visit = |link: &facemill_virtual_machine::ProgramLink, _: &facemill_virtual_machine::LinkStage<'_, '_>| {
+    let mut visit = |link: &ProgramLink, _: &LinkStage<'_, '_>| {
         held.push(link.hold.clone());
     };
     let settings = VerifySettings::default();
