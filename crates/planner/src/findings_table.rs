@@ -26,6 +26,7 @@ pub(crate) fn findings_table(findings: &[Finding]) -> Vec<String> {
 fn cells(f: &Finding) -> [String; 6] {
     let lines = match (f.first_line, f.last_line) {
         (first, last) if first == last => f.worst_line.to_string(),
+        (first, last) if f.episodes > 1 => format!("{} ({first}-{last}, {} times)", f.worst_line, f.episodes),
         (first, last) => format!("{} ({first}-{last})", f.worst_line),
     };
     let between = match (&f.body, &f.obstacle, &f.axis) {
@@ -63,6 +64,7 @@ mod tests {
             first_line: 10,
             last_line: 11,
             worst_line: 10,
+            episodes: 1,
             block_number: None,
             block_text: "G1 X1.".to_owned(),
             body: Some("cutter".to_owned()),

@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use facemill_nc_program::WordMap;
-use facemill_virtual_machine::{Certificates, Verification};
+use facemill_virtual_machine::{Certificates, Verification, joined, rapid_lines};
 use facemill_z_map::DexelMap;
 
 use crate::cell::z_map;
@@ -118,6 +118,7 @@ pub(crate) fn planned_setup(
     let program =
         OwnProgram { job, setup: &setup, operations: &operations, words: &words, texts: &texts, stock_is_cut: false };
     report.assumptions = program.assumptions()?;
+    report.findings = joined(report.findings, &rapid_lines(&program.read()?));
     let chips = ChipFiles::new(&jobs, &setup.file.name, &operations, (&texts.timed, &texts.cut_lines()));
     let (suffix, state) = name_parts(job, &setup, &report);
     let mut files = vec![

@@ -70,7 +70,12 @@ impl StockMeshes {
             Err(MeshStockError::NotClosed { .. }) if allowance > 0.0 => made(false),
             found => found,
         };
-        found.map_err(|e| job.wrong(format!("setup \"{}\": stock: {e}", setup.file.name)))
+        let wrong = |why: String| job.wrong(format!("setup \"{}\": stock: {why}", setup.file.name));
+        let map = found.map_err(|e| wrong(e.to_string()))?;
+        if map.volume() > 0.0 {
+            return Ok(map);
+        }
+        Err(wrong(format!("none of its lines, {cell} mm apart, meets material; take a smaller distance of the lines")))
     }
 }
 

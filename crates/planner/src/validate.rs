@@ -9,6 +9,7 @@ use crate::job_file::{
     SetupFile, StockFile, TolerancesFile,
 };
 use crate::validate_feeds::{check_feed_laws, check_stock_to_cut, feeds_of_chips};
+use crate::verify_stock::{LARGEST_STOCK_TOLERANCE, is_stock_tolerance};
 
 /// First thing wrong with a job, as `field: what it must be`.
 ///
@@ -28,7 +29,14 @@ pub(crate) fn validate(job: &JobFile) -> Result<(), String> {
     check_setups(job)?;
     check_links(job)?;
     let verification = Field("verification".to_owned());
-    verification.length("stock_tolerance_mm", job.verification.stock_tolerance_mm)?;
+    let tolerance = job.verification.stock_tolerance_mm;
+    verification.length("stock_tolerance_mm", tolerance)?;
+    if !is_stock_tolerance(tolerance) {
+        return Err(format!(
+            "verification.stock_tolerance_mm: {tolerance} is more than {LARGEST_STOCK_TOLERANCE} mm: what goes less deep into the \
+             stock than twice it is no finding"
+        ));
+    }
     job.verification.stock_cell_mm.map_or(Ok(()), |cell| verification.length("stock_cell_mm", cell))?;
     let unused = job.setups.iter().position(|s| !job.operations.iter().any(|o| belongs(o, s, job)));
     unused.map_or(Ok(()), |k| Err(format!("setups[{k}]: no operation belongs to \"{}\"", job.setups[k].name)))

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
-use facemill::virtual_machine::{BetweenPositions, Verification};
+use facemill::virtual_machine::{BetweenPositions, Verification, joined};
 use facemill::z_map::DexelMap;
 use facemill::{
     CutRequest, DeviationRequest, Failure, StockRegion, StockReport, VerificationFile, Verified, VerifyRequest, clock,
@@ -88,6 +88,8 @@ pub(crate) fn run(arguments: &VerifyArguments) -> Result<ExitCode, Failure> {
         cut: cut_of(arguments)?,
     };
     let mut verified = verify_program(&job, &text, &request, &Bars)?;
+    let findings = std::mem::take(&mut verified.file.verification.findings);
+    verified.file.verification.findings = joined(findings, &verified.rapid_lines);
     verified.file.assumptions.extend(arguments.stand.assumptions(arguments.program.dialect));
     verified.file.assumptions.sort();
     let file = &verified.file;

@@ -7,7 +7,7 @@ use facemill_inverse_kinematics::Machine;
 use facemill_nc_program::{Compensation, Dialect, ReadProgram, WordMap, read_program};
 use facemill_virtual_machine::{
     Assumption, BlockCut, Certificates, RemovalLimit, Verification, VerifySettings, VirtualSetup, assumptions, certify,
-    place_findings, verify,
+    place_findings, rapid_lines, verify,
 };
 use facemill_z_map::DexelMap;
 use nalgebra::Isometry3;
@@ -24,7 +24,7 @@ use crate::load::{Job, Setup};
 use crate::output::{name_obstacles, not_verified, virtual_obstacles};
 use crate::program::{rtcp_frame, word_map};
 use crate::verify_feeds::{Asked, FastBlock, KnownCuts};
-use crate::verify_stock::{CutRequest, Stand, StockReport, cut_stock};
+use crate::verify_stock::{CutRequest, LARGEST_STOCK_TOLERANCE, Stand, StockReport, cut_stock, is_stock_tolerance};
 use crate::{Failure, Stages};
 
 /// Value of the key `format` in the file of a verification.
@@ -60,6 +60,8 @@ pub struct Verified {
     pub cuts: Vec<BlockCut>,
     /// The part's surface in the colours of its deviation, as GLB, where it was asked for.
     pub painted: Option<Vec<u8>>,
+    /// Lines of the program's rapids, in order: what findings are [joined](facemill_virtual_machine::joined) by.
+    pub rapid_lines: Vec<u32>,
 }
 
 /// What a program does on a job's setup, as it is written.
@@ -116,8 +118,11 @@ pub fn verify_program(
     if request.gouge_limit.is_some_and(|g| !(g >= 0.0 && g.is_finite())) {
         return Err(job.wrong("the gouge limit must be a depth of at least 0 mm"));
     }
-    if request.cut.as_ref().is_some_and(|c| !(c.tolerance > 0.0 && c.tolerance.is_finite())) {
-        return Err(job.wrong("the tolerance of the cut stock must be a length above 0 mm"));
+    if request.cut.as_ref().is_some_and(|c| !is_stock_tolerance(c.tolerance)) {
+        return Err(job.wrong(format!(
+            "the tolerance of the cut stock must be above 0 and at most {LARGEST_STOCK_TOLERANCE} mm: what goes less deep into the \
+             stock than twice it is no finding"
+        )));
     }
     let program = read_program(text, request.dialect).map_err(|e| Failure::input(request.program, e))?;
     let gouge_limit = request.gouge_limit.unwrap_or_else(|| {
@@ -143,7 +148,8 @@ pub fn verify_program(
         deviation: found.deviation,
         certificates: found.certificates,
     };
-    Ok(Verified { file, rest: found.rest, cuts: found.cuts, painted: found.painted })
+    let rapid_lines = rapid_lines(&program);
+    Ok(Verified { file, rest: found.rest, cuts: found.cuts, painted: found.painted, rapid_lines })
 }
 
 /// Assumptions in the order of their lines, each once, with the first line that rests on it.
@@ -344,10 +350,10 @@ impl Run<'_> {
     }
 }
 
-/// That no cut meets the stock, where all of it is seen: what is found rests on it that this is meant.
+/// That no cut takes anything of the stock, where all of it is seen: what is found rests on it that this is meant.
 fn cuts_nothing(report: &StockReport, blocks: &[BlockCut]) -> Option<Assumption> {
     let in_air = !blocks.is_empty() && report.removed_mm3 == 0.0 && report.blocks_not_covered == 0;
-    let text = "no block of the program reaches the stock: check mounting, work offset, tool length and the unit of the meshes";
+    let text = "no cutting block takes anything of the stock: check mounting, work offset, tool length and the unit of the meshes";
     in_air.then(|| Assumption { line: None, text: text.to_owned() })
 }
 

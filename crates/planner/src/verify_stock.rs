@@ -12,6 +12,14 @@ use crate::output::not_verified;
 use crate::stock_map::{StockMeshes, StockRegion};
 use crate::{Failure, Stages};
 
+/// Largest tolerance of cut stock, mm: what goes less deep into it than twice this is no finding.
+pub(crate) const LARGEST_STOCK_TOLERANCE: f64 = 0.5;
+
+/// Whether stock can be cut within a tolerance, mm.
+pub(crate) fn is_stock_tolerance(tolerance: f64) -> bool {
+    tolerance > 0.0 && tolerance <= LARGEST_STOCK_TOLERANCE
+}
+
 /// How stock is cut.
 #[derive(Clone, Debug)]
 pub struct CutRequest {

@@ -106,6 +106,9 @@ pub struct Finding {
     pub last_line: u32,
     /// Line it is worst on.
     pub worst_line: u32,
+    /// How often it begins between these lines: once, but where findings of one fault are told as one ([`joined`](crate::joined)).
+    #[serde(skip_serializing_if = "is_one")]
+    pub episodes: usize,
     /// Number (N) of that block.
     pub block_number: Option<u32>,
     /// Text of that block.
@@ -137,6 +140,11 @@ pub struct Finding {
     pub note: String,
 }
 
+/// Whether nothing has to be said of how often something is.
+fn is_one(n: &usize) -> bool {
+    *n == 1
+}
+
 impl Finding {
     /// A finding that one line of the text shows by itself: the line, from 1, with the number (N) and the text of its block.
     /// Nothing is known of bodies, axes or places, and there is no measure.
@@ -147,6 +155,7 @@ impl Finding {
             first_line: line,
             last_line: line,
             worst_line: line,
+            episodes: 1,
             block_number,
             block_text: text.to_owned(),
             body: None,
@@ -348,7 +357,11 @@ impl fmt::Display for Finding {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "line {}", self.worst_line)?;
         if self.first_line != self.last_line {
-            write!(f, " (from {} to {})", self.first_line, self.last_line)?;
+            write!(f, " (from {} to {}", self.first_line, self.last_line)?;
+            if self.episodes > 1 {
+                write!(f, ", {} times", self.episodes)?;
+            }
+            f.write_str(")")?;
         }
         write!(f, ": {}", self.kind)?;
         for part in [&self.body, &self.axis].into_iter().flatten() {

@@ -78,6 +78,7 @@ mod engagement;
 mod episodes;
 mod feeds;
 mod finding;
+mod joined;
 #[cfg(test)]
 #[path = "../tests/laws/kit/mod.rs"]
 mod kit;
@@ -119,6 +120,7 @@ pub use finding::{
     AxisReading, BetweenPositions, ClearancePlace, Finding, FindingKind, GougePlace, Measure, Pose, SectionGouge,
     Verification,
 };
+pub use joined::{joined, rapid_lines};
 pub use lengths::{
     ClearLengths, ForcedBy, LengthSettings, LengthStock, clear_lengths, posted_for_length, words_of_length,
 };

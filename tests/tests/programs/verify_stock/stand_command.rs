@@ -64,7 +64,7 @@ fn a_clean_program_is_exit_0_and_what_nobody_said_is_told() {
     let on_table = stand().replace(&format!("--mount 0,0,{TABLE}"), "--stock-cell-mm 2");
     let (told, file) = verify(&job, &on_table);
     assert!(assumptions(&file).iter().any(|text| text.starts_with("no --mount: ")), "{}", told.printed);
-    assert!(told.prints(&["no block of the program reaches the stock", "mounting"]), "{}", told.printed);
+    assert!(told.prints(&["no cutting block takes anything of the stock", "mounting"]), "{}", told.printed);
 }
 
 /// What moves workpiece and zero together changes nothing between tool and part, and a mesh means the same in any unit.
