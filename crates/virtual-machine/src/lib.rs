@@ -56,7 +56,8 @@
 //! the text. A position is tested exactly; between two of them bodies come nearer, and the cutter deeper, by no more than
 //! [`BetweenPositions`] says. There stock is a thickness on a mesh or the raw solid; [`run_stock`] cuts it and holds the tool against what is left.
 //!
-//! A program of a machine with several heads is run once for each ([`VirtualSetup`]); findings name the head in their note.
+//! A program of a machine with several heads is run once for each ([`VirtualSetup`]); findings name the head in their note. All
+//! of them cut one stock ([`run_stock_of_heads`]).
 //!
 //! [`clear_lengths`] says how short the tool assembly may be for a program, and which block forces each of its lengths.
 //!
@@ -103,7 +104,9 @@ mod segments;
 mod setup;
 mod smoothing;
 mod stepping;
+mod stock_bodies;
 mod stock_cover;
+mod stock_heads;
 mod stock_run;
 mod surface_normals;
 mod timing;
@@ -127,6 +130,6 @@ pub use lengths::{
 pub use links::{LinkDistances, LinkHold, LinkSettings, LinkStage, ProgramLink, links_off_first_stock, run_links};
 pub use setup::{GougeSection, ObstacleKind, RemovalLimit, VerifyError, VerifySettings, VirtualObstacle, VirtualSetup};
 pub use stock_cover::blocks_beyond;
-pub use stock_run::{BlockCut, StockRun, run_stock};
+pub use stock_run::{BlockCut, StockRun, run_stock, run_stock_of_heads};
 pub use tool_vectors::not_unit;
 pub use verify::{place_findings, verify};

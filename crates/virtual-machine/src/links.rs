@@ -14,7 +14,7 @@ use crate::{
     scene::Scene,
     segments::{Coarseness, Segment, segments},
     setup,
-    stock_run::Bodies,
+    stock_bodies::Bodies,
 };
 
 /// All rapids between two cutting moves.

@@ -47,29 +47,52 @@ const MAX_HALVINGS: u32 = 16;
 /// place by d and the point at the reach by e, the axis is turned by at most (d + e)/reach, so that no point of the tool is
 /// farther than 2·d + e from its place: three times the larger bound.
 pub(crate) fn segments(scene: &Scene<'_>, m: &Move, coarse: &Coarseness) -> Option<Vec<Segment>> {
-    let machine = scene.setup.machine;
-    let motion = Motion::new(machine, m.law, &m.start, &m.end, scene.tool_length).ok()?;
-    let rates = RateBounds::new(machine, motion, m.law, [&m.start, &m.end], scene.tool_length);
-    let mut breaks = vec![0.0, 1.0];
-    if m.law == BlockLaw::Rapid(RapidLaw::PerAxis) {
-        breaks.extend(stops(machine, [&m.start, &m.end]));
-        breaks.sort_by(f64::total_cmp);
-        breaks.dedup();
+    common_segments(&[MoveOfHead { scene, m, coarse }])?.pop()
+}
+
+/// A move as one head makes it.
+#[derive(Clone, Copy)]
+pub(crate) struct MoveOfHead<'r, 'a> {
+    pub(crate) scene: &'r Scene<'a>,
+    pub(crate) m: &'r Move,
+    pub(crate) coarse: &'r Coarseness,
+}
+
+/// The segments of each head in one and the same move: those of all heads that go begin and end at the same times, so that the
+/// k-th of one is driven while the k-th of the other is. None for a head that stands; `None` where its way is not known, or
+/// cannot be divided at the times of the others.
+pub(crate) fn segments_of_heads(heads: &[MoveOfHead<'_, '_>]) -> Vec<Option<Vec<Segment>>> {
+    let going: Vec<usize> = (0..heads.len()).filter(|&h| heads[h].m.moves_tool).collect();
+    let mut all = vec![Some(Vec::new()); heads.len()];
+    if let Some(segments) = common_segments(&going.iter().map(|&h| heads[h]).collect::<Vec<_>>()) {
+        going.into_iter().zip(segments).for_each(|(h, s)| all[h] = Some(s));
+        return all;
     }
-    let pose = |t: f64| -> Option<(AxisValues, ClPoint)> {
-        let axes = motion.at(t).ok()?;
-        let work_from_tool = scene.work_from_table * machine.forward(&axes, scene.tool_length);
-        let axis = Unit::new_unchecked(work_from_tool.rotation * Vector3::z());
-        Some((axes, ClPoint { tip: work_from_tool.translation.vector.into(), axis }))
-    };
-    let mut out = Vec::new();
-    let mut at = pose(0.0)?.1;
+    going.iter().for_each(|&h| all[h] = None);
+    // Where the way of one alone is known it is cut as if the other stood: of that one's there is a finding.
+    let mut known = going.into_iter().filter_map(|h| Some((h, common_segments(&[heads[h]])?.pop()?)));
+    if let (Some((h, segments)), None) = (known.next(), known.next()) {
+        all[h] = Some(segments);
+    }
+    all
+}
+
+/// The segments of all heads, divided at the same times.
+fn common_segments(heads: &[MoveOfHead<'_, '_>]) -> Option<Vec<Vec<Segment>>> {
+    let mut ways = heads.iter().map(Way::new).collect::<Option<Vec<_>>>()?;
+    let mut breaks = vec![0.0, 1.0];
+    for MoveOfHead { scene, m, .. } in heads.iter().filter(|h| h.m.law == BlockLaw::Rapid(RapidLaw::PerAxis)) {
+        breaks.extend(stops(scene.setup.machine, [&m.start, &m.end]));
+    }
+    breaks.sort_by(f64::total_cmp);
+    breaks.dedup();
     let mut open: Vec<(f64, f64, u32)> = breaks.windows(2).rev().map(|b| (b[0], b[1], 0)).collect();
     while let Some((from, to, halvings)) = open.pop() {
-        let (axes, end) = pose(to)?;
-        if is_close(&rates, (from, to), (&at, &end), coarse) {
-            out.push(Segment { from: at, to: end, axes, start: from, end: to });
-            at = end;
+        for way in &mut ways {
+            way.ahead = way.pose(to)?;
+        }
+        if ways.iter().all(|way| way.is_close(from, to)) {
+            ways.iter_mut().for_each(|way| way.go(from, to));
         } else if halvings < MAX_HALVINGS {
             let middle = 0.5 * (from + to);
             open.push((middle, to, halvings + 1));
@@ -78,17 +101,59 @@ pub(crate) fn segments(scene: &Scene<'_>, m: &Move, coarse: &Coarseness) -> Opti
             return None;
         }
     }
-    Some(out)
+    Some(ways.into_iter().map(|way| way.segments).collect())
 }
 
-/// Whether a part of a move is a segment.
-fn is_close(rates: &RateBounds<'_>, (from, to): (f64, f64), (a, b): (&ClPoint, &ClPoint), coarse: &Coarseness) -> bool {
-    let turn = a.axis.cross(&b.axis).norm().atan2(a.axis.dot(&b.axis));
-    let way = (b.tip - a.tip).norm() + coarse.reach * turn;
-    if way > coarse.max_way {
-        return false;
+/// A move that is being divided.
+struct Way<'r, 'a> {
+    head: MoveOfHead<'r, 'a>,
+    motion: Motion<'a>,
+    rates: RateBounds<'a>,
+    /// Where the tool is at the end of the last segment.
+    at: ClPoint,
+    /// Where axes and tool are at the end of the part that is looked at.
+    ahead: (AxisValues, ClPoint),
+    segments: Vec<Segment>,
+}
+
+impl<'r, 'a> Way<'r, 'a> {
+    fn new(head: &MoveOfHead<'r, 'a>) -> Option<Self> {
+        let MoveOfHead { scene, m, .. } = *head;
+        let machine = scene.setup.machine;
+        let motion = Motion::new(machine, m.law, &m.start, &m.end, scene.tool_length).ok()?;
+        let rates = RateBounds::new(machine, motion, m.law, [&m.start, &m.end], scene.tool_length);
+        let ahead = pose(scene, &motion, 0.0)?;
+        Some(Self { head: *head, motion, rates, at: ahead.1, ahead, segments: Vec::new() })
     }
-    let Some(rates) = rates.over(from, to, Parts::OneHead) else { return false };
-    let beside = (rates.acceleration(coarse.reach) + coarse.reach * turn * turn) / 8.0;
-    3.0 * beside <= coarse.tolerance
+
+    fn pose(&self, t: f64) -> Option<(AxisValues, ClPoint)> {
+        pose(self.head.scene, &self.motion, t)
+    }
+
+    /// Whether the part of the move from the end of the last segment to what is ahead is a segment.
+    fn is_close(&self, from: f64, to: f64) -> bool {
+        let (a, b, coarse) = (&self.at, &self.ahead.1, self.head.coarse);
+        let turn = a.axis.cross(&b.axis).norm().atan2(a.axis.dot(&b.axis));
+        let way = (b.tip - a.tip).norm() + coarse.reach * turn;
+        if way > coarse.max_way {
+            return false;
+        }
+        let Some(rates) = self.rates.over(from, to, Parts::OneHead) else { return false };
+        let beside = (rates.acceleration(coarse.reach) + coarse.reach * turn * turn) / 8.0;
+        3.0 * beside <= coarse.tolerance
+    }
+
+    fn go(&mut self, start: f64, end: f64) {
+        let (axes, to) = self.ahead;
+        self.segments.push(Segment { from: self.at, to, axes, start, end });
+        self.at = to;
+    }
+}
+
+/// Axes and tool at a fraction of a move's time; `None` where the axes cannot follow.
+fn pose(scene: &Scene<'_>, motion: &Motion<'_>, t: f64) -> Option<(AxisValues, ClPoint)> {
+    let axes = motion.at(t).ok()?;
+    let work_from_tool = scene.work_from_table * scene.setup.machine.forward(&axes, scene.tool_length);
+    let axis = Unit::new_unchecked(work_from_tool.rotation * Vector3::z());
+    Some((axes, ClPoint { tip: work_from_tool.translation.vector.into(), axis }))
 }

@@ -243,6 +243,14 @@ pub enum VerifyError {
         /// Why.
         problem: String,
     },
+    /// Setups of several heads do not stand on one machine with one workpiece.
+    #[error("setup {setup} of the heads that cut one stock {what}: give the setups of one machine, one for each head")]
+    OneStock {
+        /// Its number, from 1.
+        setup: usize,
+        /// What is wrong with it.
+        what: String,
+    },
     /// A section does not follow the one before.
     #[error(
         "section `{section}` starts on line {line}: sections must be in the order of their lines, from 1, each on its own"

@@ -1,22 +1,23 @@
 //! The stock as the program cuts it, and what meets it.
 
-use facemill_cl_data::{Cancelled, Monitor, Solid};
+use facemill_cl_data::{Cancelled, Monitor};
 use facemill_nc_program::ReadProgram;
-use facemill_tool_model::ToolAssembly;
-use facemill_z_map::{DexelMap, Step, StepResult, Sweep, TurnedBody};
+use facemill_z_map::{DexelMap, StepResult};
 use rayon::prelude::*;
 
 use crate::{
     Finding, FindingKind, Measure, VerifyError, VerifySettings, VirtualSetup,
     engagement::{Engagement, Part},
     episodes::{Contact, Episodes, Key},
-    moves::{Move, resolve},
-    probe::{Probe, dilated},
+    moves::{Move, Moves, resolve},
+    probe::Probe,
     ramp::{Descent, RAMP_ROUNDING},
     report::Report,
     scene::Scene,
-    segments::{Coarseness, Segment, segments},
+    segments::{Coarseness, MoveOfHead, Segment, segments_of_heads},
     setup,
+    stock_bodies::{Bodies, Phase},
+    stock_heads,
     timing::duration,
 };
 
@@ -79,102 +80,58 @@ pub fn run_stock(
     tolerance: f64,
     monitor: &dyn Monitor,
 ) -> Result<StockRun, VerifyError> {
-    setup::check(setup, settings)?;
+    let [run] = run_stock_of_heads(program, [(setup, settings)], stock, tolerance, monitor)?;
+    Ok(run)
+}
+
+/// The same for several heads of one machine that cut one stock at the same time, each with a setup and settings of its own; a run
+/// for each, in their order.
+///
+/// The heads' ways are divided at the same times. In each part the bodies and cores of all heads are asked first, as they are, then
+/// all flutes cut, then bodies are asked with their clearance. So what a body or a core meets is a collision unless a flute, its own
+/// or another head's, has taken it in an earlier part: what another one takes in the same part, or later, still counts.
+///
+/// - Where flutes overlap in one part, the volume is that of the first head in the order that cuts there.
+/// - A block certainly cuts ([`BlockCut::is_certain`]) by what is there before any of the heads has cut in that part.
+/// - A head that stands, and whose table does, is not asked: it is where it was asked last.
+/// - Where the way of one head is not known, which is a finding, the others are run as if it stood.
+///
+/// # Errors
+/// As [`run_stock`]; and when the setups are not those of different heads of one machine with one mounting, or when the text is
+/// not the same motions for all of them.
+pub fn run_stock_of_heads<const N: usize>(
+    program: &ReadProgram,
+    heads: [(&VirtualSetup<'_>, &VerifySettings); N],
+    stock: &mut DexelMap,
+    tolerance: f64,
+    monitor: &dyn Monitor,
+) -> Result<[StockRun; N], VerifyError> {
+    for (setup, settings) in heads {
+        setup::check(setup, settings)?;
+    }
+    stock_heads::check_setups(&heads.map(|(setup, _)| setup))?;
     if !(tolerance > 0.0 && tolerance.is_finite()) {
         return Err(VerifyError::Setting { field: "tolerance", value: tolerance, needed: "above 0" });
     }
-    let resolved = resolve(program, setup, settings);
-    let scene = Scene::new(setup, settings)?;
-    let bodies = Bodies::new(setup.tool, settings.clearance_slack, stock.grid().cell());
-    let coarse = Coarseness { tolerance, reach: setup.tool.gauge_length(), max_way: bodies.max_way };
-    let (radius, cell) = (setup.tool.cutter().radius(), stock.grid().cell());
-    let probe = Probe::new(program, settings, setup.tool.cutter(), [tolerance, cell]);
-    let engagement = settings.removal.map(|limit| Engagement::new(limit, settings.removal_slack, radius, cell));
-    let mut run = Run { scene: &scene, bodies: &bodies, probe: &probe, coarse, stock, engagement, out: Out::default() };
-    for (k, batch) in resolved.moves.chunks(MOVES_PER_BATCH).enumerate() {
-        run.batch(k * MOVES_PER_BATCH, batch, monitor)?;
-        monitor.advance(batch.chunk_by(|a, b| a.block == b.block).count());
+    let resolved = heads.map(|(setup, settings)| resolve(program, setup, settings));
+    stock_heads::check_moves(program, &resolved)?;
+    let accuracy = [tolerance, stock.grid().cell()];
+    let views: Result<Vec<View<'_>>, VerifyError> =
+        heads.iter().map(|(setup, settings)| View::new(program, setup, settings, accuracy)).collect();
+    let views = views?;
+    let mut run = Run { heads: views.iter().map(Head::new).collect(), stock, tolerance };
+    let n_moves = resolved.iter().map(|r| r.moves.len()).max().unwrap_or(0);
+    for first in (0..n_moves).step_by(MOVES_PER_BATCH) {
+        let batch = first..n_moves.min(first + MOVES_PER_BATCH);
+        let moves = resolved.each_ref().map(|r| &r.moves[batch.clone()]);
+        run.batch(first, &moves, monitor)?;
+        monitor.advance(moves[0].chunk_by(|a, b| a.block == b.block).count());
     }
-    let Out { episodes, taken } = run.out;
-    let report = Report::new(program, &scene, &resolved);
-    let blocks = resolved
-        .moves
-        .iter()
-        .zip(taken)
-        .filter(|(m, _)| !m.is_rapid)
-        .map(|(m, taken)| BlockCut { line: program.blocks[m.block].line, ..taken });
-    let blocks: Vec<BlockCut> = blocks.collect();
-    let mut findings: Vec<Finding> = episodes.all.iter().map(|e| report.finding(e)).collect();
-    findings.sort_by_key(|f| (f.first_line, f.kind));
-    Ok(StockRun { findings, removed_mm3: blocks.iter().fold(0.0, |all, b| all + b.removed_mm3), blocks })
+    Ok(std::array::from_fn(|h| run.heads[h].told(program, &resolved[h])))
 }
 
 /// Moves whose segments are made before the stock is cut by them: bounds the memory.
 const MOVES_PER_BATCH: usize = 512;
-
-/// Smallest and largest way of a segment, mm. Within, it is what the flute is wider than the bodies behind it.
-const WAYS: [f64; 2] = [0.5, 8.0];
-
-/// Height of the core that is asked, mm: what it meets higher the cutter's body meets, too.
-const CORE_HEIGHT: f64 = 1.0;
-
-/// The solids of the tool assembly that are swept.
-pub(crate) struct Bodies {
-    pub(crate) cutter: TurnedBody,
-    /// With half the diagonal of a cell around it.
-    cutter_in_rapid: TurnedBody,
-    core: Option<TurnedBody>,
-    /// Each body as it is and with its clearance, by its index among the scene's.
-    sections: Vec<(usize, TurnedBody, TurnedBody)>,
-    pub(crate) max_way: f64,
-}
-
-impl Bodies {
-    pub(crate) fn new(tool: &ToolAssembly, slack: f64, cell: f64) -> Self {
-        let cutter = tool.cutter();
-        let mut widest = 0.0_f64;
-        let mut sections = Vec::new();
-        for (k, body) in tool.collision_bodies().into_iter().enumerate() {
-            let Solid::Frustum(f) = body.solid else { continue };
-            let frustum =
-                |clearance: f64| TurnedBody::frustum([f.z_low, f.z_high], [f.radius_low, f.radius_high], clearance);
-            // A section without length is none.
-            let (Ok(plain), Ok(kept)) = (frustum(0.0), frustum((f.rounding - slack).max(0.0))) else { continue };
-            widest = widest.max(if f.z_low <= cutter.flute_length() { f.radius_low.max(f.radius_high) } else { 0.0 });
-            sections.push((k, plain, kept));
-        }
-        Self {
-            cutter: TurnedBody::of_cutter(cutter),
-            cutter_in_rapid: dilated(cutter, cell * std::f64::consts::FRAC_1_SQRT_2),
-            core: core(tool),
-            sections,
-            max_way: (cutter.radius() - widest.max(tool.dead_core_radius())).clamp(WAYS[0], WAYS[1]),
-        }
-    }
-
-    /// What is asked and cut on a segment, in order.
-    pub(crate) fn steps(&self, m: &Move, segment: &Segment) -> Vec<(Purpose, Step<'_>)> {
-        let sweep = |body| Sweep { body, from: segment.from, to: segment.to };
-        let kept = self.sections.iter().map(|(k, _, kept)| (Purpose::Body(*k), Step::Ask(sweep(kept))));
-        if m.is_rapid_of_tool() {
-            return std::iter::once((Purpose::Rapid, Step::Ask(sweep(&self.cutter_in_rapid)))).chain(kept).collect();
-        }
-        let core = self.core.iter().map(|core| (Purpose::Core, Step::Ask(sweep(core))));
-        let plain = self.sections.iter().map(|(k, plain, _)| (Purpose::Body(*k), Step::Ask(sweep(plain))));
-        let cut = std::iter::once((Purpose::Cut, Step::Remove(sweep(&self.cutter))));
-        core.chain(plain).chain(cut).chain(kept).collect()
-    }
-}
-
-/// The part of the cutter's bottom that does not cut, from where its recess ends; `None` where the tool may plunge.
-fn core(tool: &ToolAssembly) -> Option<TurnedBody> {
-    let radius = tool.dead_core_radius();
-    let recess = crate::dead_core::recess(tool);
-    if radius <= 0.0 || !recess.is_finite() {
-        return None;
-    }
-    TurnedBody::frustum([recess, recess + CORE_HEIGHT], [radius, radius], 0.0).ok()
-}
 
 /// Why a step is taken.
 #[derive(Clone, Copy)]
@@ -195,64 +152,122 @@ struct Out {
     taken: Vec<BlockCut>,
 }
 
-struct Run<'r, 'a> {
-    scene: &'r Scene<'a>,
-    bodies: &'r Bodies,
-    probe: &'r Probe,
+/// What is asked of one head.
+struct View<'a> {
+    scene: Scene<'a>,
+    bodies: Bodies,
+    probe: Probe,
     coarse: Coarseness,
-    stock: &'r mut DexelMap,
+    /// Distance of the stock's lines, mm.
+    cell: f64,
+}
+
+impl<'a> View<'a> {
+    fn new(
+        program: &ReadProgram,
+        setup: &'a VirtualSetup<'a>,
+        settings: &'a VerifySettings,
+        [tolerance, cell]: [f64; 2],
+    ) -> Result<Self, VerifyError> {
+        let bodies = Bodies::new(setup.tool, settings.clearance_slack, cell);
+        let coarse = Coarseness { tolerance, reach: setup.tool.gauge_length(), max_way: bodies.max_way };
+        let probe = Probe::new(program, settings, setup.tool.cutter(), [tolerance, cell]);
+        Ok(Self { scene: Scene::new(setup, settings)?, bodies, probe, coarse, cell })
+    }
+
+    fn of_move<'r>(&'r self, m: &'r Move) -> MoveOfHead<'r, 'a> {
+        MoveOfHead { scene: &self.scene, m, coarse: &self.coarse }
+    }
+}
+
+/// One head, and what is known of it so far.
+struct Head<'r, 'a> {
+    view: &'r View<'a>,
     engagement: Option<Engagement>,
     out: Out,
 }
 
+struct Run<'r, 'a> {
+    heads: Vec<Head<'r, 'a>>,
+    stock: &'r mut DexelMap,
+    tolerance: f64,
+}
+
 impl Run<'_, '_> {
-    fn batch(&mut self, first: usize, moves: &[Move], monitor: &dyn Monitor) -> Result<(), VerifyError> {
-        let of_moves: Result<Vec<Option<Vec<Segment>>>, Cancelled> = moves
-            .par_iter()
-            .map(|m| {
-                monitor.checkpoint()?;
-                Ok(if m.moves_tool { segments(self.scene, m, &self.coarse) } else { Some(Vec::new()) })
-            })
-            .collect();
-        let of_moves = of_moves?;
-        let bodies = self.bodies;
+    /// Cuts by the same moves of each head.
+    fn batch(&mut self, first: usize, moves: &[&[Move]], monitor: &dyn Monitor) -> Result<(), VerifyError> {
+        let ways = self.ways(moves, monitor)?;
+        let views: Vec<&View<'_>> = self.heads.iter().map(|head| head.view).collect();
         let mut steps = Vec::new();
         let mut about = Vec::new();
-        for (k, (m, segments)) in moves.iter().zip(&of_moves).enumerate() {
-            self.out.taken.push(BlockCut {
-                line: 0,
-                removed_mm3: 0.0,
-                way_mm: 0.0,
-                is_certain: false,
-                may_be_near: false,
-            });
-            let Some(segments) = segments else {
-                self.out.taken[first + k].may_be_near = self.probe.is_asked(m);
-                self.lost(first + k, m);
-                continue;
-            };
-            for segment in segments {
-                self.out.taken[first + k].way_mm += (segment.to.tip - segment.from.tip).norm();
-                for (purpose, step) in self.probe.steps(m, segment) {
-                    steps.push(step);
-                    about.push((k, purpose, segment));
-                }
-                for (purpose, step) in bodies.steps(m, segment) {
-                    steps.push(step);
-                    about.push((k, purpose, segment));
+        for (k, of_heads) in ways.iter().enumerate() {
+            for (h, segments) in of_heads.iter().enumerate() {
+                self.heads[h].begin(first + k, &moves[h][k], segments.as_deref());
+            }
+            let parts = of_heads.iter().flatten().map(Vec::len).max().unwrap_or(0);
+            for (part, phase) in (0..parts).flat_map(|part| Phase::ALL.map(|phase| (part, phase))) {
+                for (h, view) in views.iter().enumerate() {
+                    let Some(segment) = of_heads[h].as_ref().and_then(|segments| segments.get(part)) else { continue };
+                    let m = &moves[h][k];
+                    let probes = (phase == Phase::Before).then(|| view.probe.steps(m, segment));
+                    for (purpose, step) in probes.into_iter().flatten().chain(view.bodies.steps_in(phase, m, segment)) {
+                        steps.push(step);
+                        about.push((h, k, purpose, segment));
+                    }
                 }
             }
         }
-        let results = self.stock.run(&steps, self.coarse.tolerance);
+        let results = self.stock.run(&steps, self.tolerance);
         let results = results.map_err(|e| VerifyError::Sweep { problem: e.to_string() })?;
-        for ((k, purpose, segment), result) in about.into_iter().zip(results) {
-            self.take(first + k, &moves[k], purpose, segment, &result);
+        for ((h, k, purpose, segment), result) in about.into_iter().zip(results) {
+            self.heads[h].take(first + k, &moves[h][k], purpose, segment, &result);
         }
         Ok(())
     }
 
+    /// The segments of each head on each move.
+    fn ways(&self, moves: &[&[Move]], monitor: &dyn Monitor) -> Result<Vec<Vec<Option<Vec<Segment>>>>, Cancelled> {
+        let views: Vec<&View<'_>> = self.heads.iter().map(|head| head.view).collect();
+        let of_move = |k: usize| {
+            monitor.checkpoint()?;
+            let of_heads: Vec<_> = views.iter().zip(moves).map(|(view, moves)| view.of_move(&moves[k])).collect();
+            Ok(segments_of_heads(&of_heads))
+        };
+        (0..moves[0].len()).into_par_iter().map(of_move).collect()
+    }
+}
+
+impl<'r, 'a> Head<'r, 'a> {
+    fn new(view: &'r View<'a>) -> Self {
+        let Scene { setup, settings, .. } = view.scene;
+        let (limit, radius) = (settings.removal, setup.tool.cutter().radius());
+        let engagement = limit.map(|limit| Engagement::new(limit, settings.removal_slack, radius, view.cell));
+        Self { view, engagement, out: Out::default() }
+    }
+
+    /// Begins a move; without segments its way is not known.
+    fn begin(&mut self, index: usize, m: &Move, segments: Option<&[Segment]>) {
+        let way_mm = segments.into_iter().flatten().fold(0.0, |way, s| way + (s.to.tip - s.from.tip).norm());
+        let may_be_near = segments.is_none() && self.view.probe.is_asked(m);
+        self.out.taken.push(BlockCut { line: 0, removed_mm3: 0.0, way_mm, is_certain: false, may_be_near });
+        if segments.is_none() {
+            self.lost(index, m);
+        }
+    }
+
+    /// What this head has taken and met.
+    fn told(&self, program: &ReadProgram, resolved: &Moves) -> StockRun {
+        let report = Report::new(program, &self.view.scene, resolved);
+        let cuts = resolved.moves.iter().zip(&self.out.taken).filter(|(m, _)| !m.is_rapid);
+        let blocks: Vec<BlockCut> =
+            cuts.map(|(m, taken)| BlockCut { line: program.blocks[m.block].line, ..*taken }).collect();
+        let mut findings: Vec<Finding> = self.out.episodes.all.iter().map(|e| report.finding(e)).collect();
+        findings.sort_by_key(|f| (f.first_line, f.kind));
+        StockRun { findings, removed_mm3: blocks.iter().fold(0.0, |all, b| all + b.removed_mm3), blocks }
+    }
+
     fn take(&mut self, index: usize, m: &Move, purpose: Purpose, segment: &Segment, result: &StepResult) {
-        let stock = self.scene.obstacles.len();
+        let stock = self.view.scene.obstacles.len();
         let key = match purpose {
             Purpose::Cut => {
                 self.out.taken[index].removed_mm3 += result.volume;
@@ -260,7 +275,7 @@ impl Run<'_, '_> {
                 return self.ramp(index, m, segment, result.volume);
             }
             Purpose::Probe => {
-                let is_met = result.deepest.is_some_and(|d| d.depth > self.probe.depth);
+                let is_met = result.deepest.is_some_and(|d| d.depth > self.view.probe.depth);
                 return self.out.taken[index].is_certain |= is_met;
             }
             Purpose::Around => return self.out.taken[index].may_be_near |= result.deepest.is_some(),
@@ -272,7 +287,7 @@ impl Run<'_, '_> {
             Purpose::Body(k) => Key::of_body(FindingKind::HolderCollision, k, stock),
         };
         // Sweeps are within the tolerance: what is less deep may be rounding of the ways.
-        let Some(deepest) = result.deepest.filter(|d| d.depth > 2.0 * self.coarse.tolerance) else { return };
+        let Some(deepest) = result.deepest.filter(|d| d.depth > 2.0 * self.view.coarse.tolerance) else { return };
         let measure = Some(Measure::DepthMm(deepest.depth));
         let contact = Contact { key, measure, place: Some(deepest.place), ..contact(key, measure, segment) };
         self.out.episodes.record(index, contact);
@@ -280,37 +295,38 @@ impl Run<'_, '_> {
 
     /// A segment on which the cutter took more at a time than it may.
     fn engage(&mut self, index: usize, m: &Move, segment: &Segment, volume: f64) {
-        let (Some(engagement), setup) = (&mut self.engagement, self.scene.setup) else { return };
-        let time = duration(setup.machine, m, self.scene.tool_length).unwrap_or(0.0) * (segment.end - segment.start);
+        let (Some(engagement), setup) = (&mut self.engagement, self.view.scene.setup) else { return };
+        let time =
+            duration(setup.machine, m, self.view.scene.tool_length).unwrap_or(0.0) * (segment.end - segment.start);
         let Segment { from, to, .. } = segment;
         let tip_way = (to.tip - from.tip).norm();
         let turn = from.axis.cross(&to.axis).norm().atan2(from.axis.dot(&to.axis));
         let way = tip_way + setup.tool.cutter().radius() * turn;
         if let Some(ratio) = engagement.cut(Part { way, tip_way, volume, time }) {
-            let key = Key::of_cutter(FindingKind::OverEngagement, self.scene.obstacles.len());
+            let key = Key::of_cutter(FindingKind::OverEngagement, self.view.scene.obstacles.len());
             self.out.episodes.record(index, contact(key, Some(Measure::RemovalRatio(ratio)), segment));
         }
     }
 
     /// A segment on which the cutter took material going down too steeply.
     fn ramp(&mut self, index: usize, m: &Move, segment: &Segment, volume: f64) {
-        let tool = self.scene.setup.tool;
+        let tool = self.view.scene.setup.tool;
         let descent = Descent::between(&segment.from, &segment.to, tool.cutter().radius());
-        let limit = tool.max_ramp_angle() + self.scene.settings.ramp_slack;
+        let limit = tool.max_ramp_angle() + self.view.scene.settings.ramp_slack;
         // The ends of a segment are on the motion itself.
         let rounding = RAMP_ROUNDING * (segment.end - segment.start);
         if volume <= 0.0 || m.is_rapid || !descent.is_steeper_than(limit, rounding) {
             return;
         }
-        let key = Key::of_cutter(FindingKind::RampTooSteep, self.scene.obstacles.len());
+        let key = Key::of_cutter(FindingKind::RampTooSteep, self.view.scene.obstacles.len());
         let measure = Some(Measure::AngleDeg(descent.angle().to_degrees()));
         self.out.episodes.record(index, contact(key, measure, segment));
     }
 
     /// A move whose way is not known: nothing is cut on it.
     fn lost(&mut self, index: usize, m: &Move) {
-        let work_from_tool =
-            self.scene.work_from_table * self.scene.setup.machine.forward(&m.end, self.scene.tool_length);
+        let work_from_tool = self.view.scene.work_from_table
+            * self.view.scene.setup.machine.forward(&m.end, self.view.scene.tool_length);
         let cl = crate::dead_core::cl_of(&work_from_tool);
         let key = Key::of_axis(FindingKind::ReachFailure, None);
         self.out.episodes.record(index, Contact { key, measure: None, place: None, axes: m.end, cl, at: 1.0 });

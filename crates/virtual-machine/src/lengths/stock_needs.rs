@@ -10,7 +10,7 @@ use crate::{
     moves::Move,
     scene::Scene,
     segments::{Coarseness, Segment, segments},
-    stock_run::Bodies,
+    stock_bodies::Bodies,
 };
 
 /// Moves that the stock is cut by in one go; where a body meets it there they are gone through again one by one.

@@ -10,6 +10,7 @@ mod links;
 mod machine_bodies;
 mod mesh_bodies;
 mod planted_faults;
+mod stock_of_heads;
 mod stock_run;
 mod tool_vectors;
 mod two_heads;

@@ -1,0 +1,95 @@
+//! The solids of the tool assembly that cut the stock or are held against it, and in what order.
+
+use facemill_cl_data::Solid;
+use facemill_tool_model::ToolAssembly;
+use facemill_z_map::{Step, Sweep, TurnedBody};
+
+use crate::{moves::Move, probe::dilated, segments::Segment, stock_run::Purpose};
+
+/// Smallest and largest way of a segment, mm. Within, it is what the flute is wider than the bodies behind it.
+const WAYS: [f64; 2] = [0.5, 8.0];
+
+/// Height of the core that is asked, mm: what it meets higher the cutter's body meets, too.
+const CORE_HEIGHT: f64 = 1.0;
+
+/// The solids of the tool assembly that are swept.
+pub(crate) struct Bodies {
+    pub(crate) cutter: TurnedBody,
+    /// With half the diagonal of a cell around it.
+    cutter_in_rapid: TurnedBody,
+    core: Option<TurnedBody>,
+    /// Each body as it is and with its clearance, by its index among the scene's.
+    sections: Vec<(usize, TurnedBody, TurnedBody)>,
+    pub(crate) max_way: f64,
+}
+
+impl Bodies {
+    pub(crate) fn new(tool: &ToolAssembly, slack: f64, cell: f64) -> Self {
+        let cutter = tool.cutter();
+        let mut widest = 0.0_f64;
+        let mut sections = Vec::new();
+        for (k, body) in tool.collision_bodies().into_iter().enumerate() {
+            let Solid::Frustum(f) = body.solid else { continue };
+            let frustum =
+                |clearance: f64| TurnedBody::frustum([f.z_low, f.z_high], [f.radius_low, f.radius_high], clearance);
+            // A section without length is none.
+            let (Ok(plain), Ok(kept)) = (frustum(0.0), frustum((f.rounding - slack).max(0.0))) else { continue };
+            widest = widest.max(if f.z_low <= cutter.flute_length() { f.radius_low.max(f.radius_high) } else { 0.0 });
+            sections.push((k, plain, kept));
+        }
+        Self {
+            cutter: TurnedBody::of_cutter(cutter),
+            cutter_in_rapid: dilated(cutter, cell * std::f64::consts::FRAC_1_SQRT_2),
+            core: core(tool),
+            sections,
+            max_way: (cutter.radius() - widest.max(tool.dead_core_radius())).clamp(WAYS[0], WAYS[1]),
+        }
+    }
+
+    /// What is asked and cut on a segment, in order.
+    pub(crate) fn steps(&self, m: &Move, segment: &Segment) -> Vec<(Purpose, Step<'_>)> {
+        Phase::ALL.into_iter().flat_map(|phase| self.steps_in(phase, m, segment)).collect()
+    }
+
+    /// The same of one phase.
+    pub(crate) fn steps_in(&self, phase: Phase, m: &Move, segment: &Segment) -> Vec<(Purpose, Step<'_>)> {
+        let sweep = |body| Sweep { body, from: segment.from, to: segment.to };
+        match (phase, m.is_rapid_of_tool()) {
+            (Phase::Before, true) => vec![(Purpose::Rapid, Step::Ask(sweep(&self.cutter_in_rapid)))],
+            (Phase::Before, false) => {
+                let core = self.core.iter().map(|core| (Purpose::Core, Step::Ask(sweep(core))));
+                let plain = self.sections.iter().map(|(k, plain, _)| (Purpose::Body(*k), Step::Ask(sweep(plain))));
+                core.chain(plain).collect()
+            }
+            (Phase::Cut, true) => Vec::new(),
+            (Phase::Cut, false) => vec![(Purpose::Cut, Step::Remove(sweep(&self.cutter)))],
+            (Phase::Behind, _) => {
+                self.sections.iter().map(|(k, _, kept)| (Purpose::Body(*k), Step::Ask(sweep(kept)))).collect()
+            }
+        }
+    }
+}
+
+/// What is done on a segment one after the other, of all heads.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Phase {
+    /// Bodies as they are, and cores, are asked.
+    Before,
+    Cut,
+    /// Bodies are asked with their clearance.
+    Behind,
+}
+
+impl Phase {
+    pub(crate) const ALL: [Self; 3] = [Self::Before, Self::Cut, Self::Behind];
+}
+
+/// The part of the cutter's bottom that does not cut, from where its recess ends; `None` where the tool may plunge.
+fn core(tool: &ToolAssembly) -> Option<TurnedBody> {
+    let radius = tool.dead_core_radius();
+    let recess = crate::dead_core::recess(tool);
+    if radius <= 0.0 || !recess.is_finite() {
+        return None;
+    }
+    TurnedBody::frustum([recess, recess + CORE_HEIGHT], [radius, radius], 0.0).ok()
+}
