@@ -73,7 +73,7 @@ pub(crate) fn dilated(cutter: &Cutter, around: f64) -> TurnedBody {
 
 /// All of a cutter that is `depth` (mm) below its surface, but for the end of its flute where that is not above the corner;
 /// its tip is at the origin, so that it stands `depth` above the cutter's. `None` where nothing is left.
-fn eroded(cutter: &Cutter, depth: f64) -> Option<TurnedBody> {
+pub(crate) fn eroded(cutter: &Cutter, depth: f64) -> Option<TurnedBody> {
     let corner = (cutter.corner_radius() - depth).max(0.0);
     let flute = (cutter.flute_length() - 2.0 * depth).max(corner);
     let cutter = Cutter::new(cutter.radius() - depth, corner, flute).ok()?;

@@ -9,6 +9,7 @@ mod dead_core;
 mod links;
 mod machine_bodies;
 mod mesh_bodies;
+mod outside;
 mod planted_faults;
 mod stock_of_heads;
 mod stock_run;

@@ -1,0 +1,266 @@
+//! What may be left of the stock where no line of it shows: thin walls, fins and edges between the lines.
+
+use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
+
+use facemill_cl_data::{ClPoint, Monitor, RoundFrustum, Solid};
+use facemill_nc_program::ReadProgram;
+use facemill_tool_model::ToolAssembly;
+use facemill_z_map::{DexelMap, Step, StepResult, Sweep, TurnedBody};
+use rayon::prelude::*;
+
+use crate::{
+    Finding, FindingKind, VerifyError, VerifySettings, VirtualSetup,
+    episodes::{Contact, Episodes, Key},
+    moves::{Move, resolve},
+    probe::eroded,
+    report::Report,
+    scene::Scene,
+    segments::{Coarseness, MoveOfHead, Segment, segments_of_heads},
+    setup,
+    stock_bodies::Bodies,
+    stock_heads,
+};
+
+/// Thickness of the layer around the stock with which its lines, `cell` (mm) apart, show all of it, mm: half the diagonal of a cell.
+/// Every place of the stock is then in the material of the line in the middle of its cell, at the same height.
+#[must_use]
+pub fn outside_layer(cell: f64) -> f64 {
+    cell * FRAC_1_SQRT_2
+}
+
+/// How deep a body has to go into what is left of the stock for [`still_there`] to find it for certain, on lines `cell` (mm) apart
+/// and with a tolerance (mm), in mm. Of bodies that are thinner than twice that it is found where more than their middle goes in.
+#[must_use]
+pub fn certain_depth(cell: f64, tolerance: f64) -> f64 {
+    SQRT_2 * cell + 4.0 * tolerance
+}
+
+/// One head, and its findings against the stock as it was at first.
+pub type HeadFindings<'a> = (&'a VirtualSetup<'a>, &'a VerifySettings, Vec<Finding>);
+
+/// Of findings against the stock as it was at first those that may hold against what is left of it then: tool bodies, and the cutter in
+/// rapid, that are not proven to be free of it. They are told anew, for the blocks on which that is so, with the obstacle `stock`.
+///
+/// `outside` is the stock before the program with [`outside_layer`] around it, as lines. The cutter takes of it what a smaller one
+/// would, by half the diagonal of a cell and twice the tolerance: so long as there is material in a cell, its line has material at that
+/// height. Bodies are asked smaller by half the diagonal of a cell and four times the tolerance, so that walls that the cutter
+/// itself has left smooth are not found when it goes along them. So what goes into remaining stock deeper than
+/// [`certain_depth`] is found, however thin the stock is; and what is found goes through what was stock at first, and comes nearer than
+/// half the diagonal of a cell to what may be left, deep within the body.
+///
+/// Ways, and what is cut, are those of [`run_stock`](crate::run_stock), which tells all else.
+///
+/// # Errors
+/// As [`run_stock_of_heads`](crate::run_stock_of_heads).
+pub fn still_there<const N: usize>(
+    program: &ReadProgram,
+    heads: [HeadFindings<'_>; N],
+    outside: &mut DexelMap,
+    tolerance: f64,
+    monitor: &dyn Monitor,
+) -> Result<[Vec<Finding>; N], VerifyError> {
+    for (setup, settings, _) in &heads {
+        setup::check(setup, settings)?;
+    }
+    stock_heads::check_setups(&heads.each_ref().map(|(setup, ..)| *setup))?;
+    if !(tolerance > 0.0 && tolerance.is_finite()) {
+        return Err(VerifyError::Setting { field: "tolerance", value: tolerance, needed: "above 0" });
+    }
+    let resolved = heads.each_ref().map(|(setup, settings, _)| resolve(program, setup, settings));
+    stock_heads::check_moves(program, &resolved)?;
+    let views: Result<Vec<View<'_>>, VerifyError> = heads
+        .iter()
+        .map(|(setup, settings, findings)| View::new(setup, settings, findings, [tolerance, outside.grid().cell()]))
+        .collect();
+    let views = views?;
+    let mut episodes: [Episodes; N] = std::array::from_fn(|_| Episodes::default());
+    let n_moves = resolved.iter().map(|r| r.moves.len()).max().unwrap_or(0);
+    for first in (0..n_moves).step_by(MOVES_PER_BATCH) {
+        let batch = first..n_moves.min(first + MOVES_PER_BATCH);
+        let moves = resolved.each_ref().map(|r| &r.moves[batch.clone()]);
+        let ways = ways(&views, &moves, monitor)?;
+        let steps = steps(program, &views, &moves, &ways);
+        let taken: Vec<Step<'_>> = steps.iter().map(|step| step.step).collect();
+        let results = outside.run(&taken, tolerance).map_err(|e| VerifyError::Sweep { problem: e.to_string() })?;
+        for (step, StepResult { deepest, .. }) in steps.iter().zip(results) {
+            let (Some(key), Some(deepest)) = (step.key, deepest) else { continue };
+            let Segment { axes, to: cl, end: at, .. } = *step.segment;
+            let contact = Contact { key, measure: None, place: Some(deepest.place), axes, cl, at };
+            episodes[step.head].record(first + step.index, contact);
+        }
+        monitor.advance(moves.first().map_or(0, |m| m.chunk_by(|a, b| a.block == b.block).count()));
+    }
+    Ok(std::array::from_fn(|h| {
+        let report = Report::new(program, &views[h].scene, &resolved[h]);
+        let told = |e| {
+            let mut finding = report.finding(e);
+            let head = std::mem::take(&mut finding.note);
+            let own = Some(MAY_BE_LEFT.to_owned()).into_iter().chain((!head.is_empty()).then_some(head));
+            finding.note = own.collect::<Vec<_>>().join(", ");
+            finding
+        };
+        let mut findings: Vec<Finding> = episodes[h].all.iter().map(told).collect();
+        findings.sort_by_key(|f| (f.first_line, f.kind));
+        findings
+    }))
+}
+
+/// What is said of findings that no line shows.
+const MAY_BE_LEFT: &str = "in stock that the lines do not show to be cut";
+
+/// Moves whose segments are made before the stock is cut by them: bounds the memory.
+const MOVES_PER_BATCH: usize = 512;
+
+/// Radius and half the height of what is left of a body that is too thin to be made smaller, mm.
+const THIN: f64 = 0.01;
+
+/// A body that is smaller than the one it stands for, and begins higher above the tip.
+struct Smaller {
+    body: TurnedBody,
+    raised: f64,
+}
+
+impl Smaller {
+    fn along(&self, segment: &Segment) -> Sweep<'_> {
+        let raised = |cl: &ClPoint| ClPoint { tip: cl.tip + cl.axis.into_inner() * self.raised, axis: cl.axis };
+        Sweep { body: &self.body, from: raised(&segment.from), to: raised(&segment.to) }
+    }
+}
+
+/// What is asked of one head.
+struct View<'a> {
+    scene: Scene<'a>,
+    coarse: Coarseness,
+    /// What the cutter certainly takes; `None`: nothing.
+    takes: Option<Smaller>,
+    /// The cutter in rapid, smaller.
+    in_rapid: Option<Smaller>,
+    /// The tool's bodies, smaller, by their indices among the scene's.
+    sections: Vec<(usize, TurnedBody)>,
+    /// Kind, body and lines that are in question.
+    asked: Vec<(FindingKind, Option<String>, [u32; 2])>,
+}
+
+impl<'a> View<'a> {
+    fn new(
+        setup: &'a VirtualSetup<'a>,
+        settings: &'a VerifySettings,
+        findings: &[Finding],
+        [tolerance, cell]: [f64; 2],
+    ) -> Result<Self, VerifyError> {
+        let max_way = Bodies::new(setup.tool, settings.clearance_slack, cell).max_way;
+        let cutter = setup.tool.cutter();
+        let taken = outside_layer(cell) + 2.0 * tolerance;
+        let asked = outside_layer(cell) + 4.0 * tolerance;
+        let smaller = |depth: f64| eroded(cutter, depth).map(|body| Smaller { body, raised: depth });
+        let needle = || {
+            let top = cutter.flute_length().max(asked + THIN);
+            let body = TurnedBody::frustum([asked.min(top - THIN), top], [THIN, THIN], 0.0).ok()?;
+            Some(Smaller { body, raised: 0.0 })
+        };
+        Ok(Self {
+            scene: Scene::new(setup, settings)?,
+            coarse: Coarseness { tolerance, reach: setup.tool.gauge_length(), max_way },
+            takes: smaller(taken),
+            in_rapid: smaller(asked).or_else(needle),
+            sections: sections(setup.tool, asked),
+            asked: findings.iter().map(|f| (f.kind, f.body.clone(), [f.first_line, f.last_line])).collect(),
+        })
+    }
+
+    fn of_move<'r>(&'r self, m: &'r Move) -> MoveOfHead<'r, 'a> {
+        MoveOfHead { scene: &self.scene, m, coarse: &self.coarse }
+    }
+
+    /// Whether it is in question what a body, or the cutter, does on a line.
+    fn is_asked(&self, kind: FindingKind, body: Option<usize>, line: u32) -> bool {
+        let body = body.map_or("cutter", |k| &self.scene.bodies[k].name);
+        self.asked
+            .iter()
+            .any(|(k, b, [first, last])| *k == kind && b.as_deref() == Some(body) && (*first..=*last).contains(&line))
+    }
+}
+
+/// The bodies of a tool, each so much smaller on all sides.
+fn sections(tool: &ToolAssembly, by: f64) -> Vec<(usize, TurnedBody)> {
+    let smaller = |solid: &Solid| {
+        let Solid::Frustum(RoundFrustum { z_low, z_high, radius_low, radius_high, .. }) = *solid else { return None };
+        let (height, middle) = (z_high - z_low, 0.5 * (z_low + z_high));
+        // Measured across the side of a cone.
+        let slope = if height > 0.0 { (radius_high - radius_low) / height } else { 0.0 };
+        let off = by * (1.0 + slope * slope).sqrt();
+        let [low, high] = [(z_low + by).min(middle - THIN), (z_high - by).max(middle + THIN)];
+        let radius = |z: f64| (radius_low + slope * (z - z_low) - off).max(THIN);
+        TurnedBody::frustum([low, high], [radius(low), radius(high)], 0.0).ok()
+    };
+    let bodies = tool.collision_bodies().into_iter().enumerate();
+    bodies.filter_map(|(k, body)| Some((k, smaller(&body.solid)?))).collect()
+}
+
+/// The segments of each head on each move.
+type Ways = Vec<Vec<Option<Vec<Segment>>>>;
+
+fn ways(views: &[View<'_>], moves: &[&[Move]], monitor: &dyn Monitor) -> Result<Ways, VerifyError> {
+    let of_move = |k: usize| {
+        monitor.checkpoint()?;
+        let of_heads: Vec<_> = views.iter().zip(moves).map(|(view, moves)| view.of_move(&moves[k])).collect();
+        Ok(segments_of_heads(&of_heads))
+    };
+    (0..moves.first().map_or(0, |m| m.len())).into_par_iter().map(of_move).collect()
+}
+
+/// A step, and what it is a finding of; `None` where it cuts.
+struct Asked<'s> {
+    step: Step<'s>,
+    key: Option<Key>,
+    segment: &'s Segment,
+    head: usize,
+    /// Index of the move in its batch.
+    index: usize,
+}
+
+/// What is asked and cut on a batch of moves: in each part of a move all heads are asked before any of them cuts.
+fn steps<'s>(program: &ReadProgram, views: &'s [View<'_>], moves: &[&[Move]], ways: &'s Ways) -> Vec<Asked<'s>> {
+    let mut steps = Vec::new();
+    for (index, of_heads) in ways.iter().enumerate() {
+        let parts = of_heads.iter().flatten().map(Vec::len).max().unwrap_or(0);
+        for (part, cuts) in (0..parts).flat_map(|part| [(part, false), (part, true)]) {
+            for (head, view) in views.iter().enumerate() {
+                let Some(segment) = of_heads[head].as_ref().and_then(|segments| segments.get(part)) else { continue };
+                let m = &moves[head][index];
+                let step = |step, key| Asked { step, key, segment, head, index };
+                if cuts {
+                    let takes = view.takes.iter().filter(|_| !m.is_rapid_of_tool());
+                    steps.extend(takes.map(|takes| step(Step::Remove(takes.along(segment)), None)));
+                    continue;
+                }
+                let line = program.blocks[m.block].line;
+                let stock = view.scene.obstacles.len();
+                let rapid = FindingKind::RapidCollision;
+                let is_rapid = m.is_rapid_of_tool() && view.is_asked(rapid, None, line);
+                let in_rapid = view.in_rapid.iter().filter(|_| is_rapid);
+                let key = Key::of_cutter(rapid, stock);
+                steps.extend(in_rapid.map(|cutter| step(Step::Ask(cutter.along(segment)), Some(key))));
+                let holder = FindingKind::HolderCollision;
+                let sections = view.sections.iter().filter(|(k, _)| view.is_asked(holder, Some(*k), line));
+                steps.extend(sections.map(|(k, body)| {
+                    let sweep = Sweep { body, from: segment.from, to: segment.to };
+                    step(Step::Ask(sweep), Some(Key::of_body(holder, *k, stock)))
+                }));
+            }
+        }
+    }
+    steps
+}
+
+/// Of findings against the stock as it was at first those that a run against it as it is then does not tell: what is in question.
+#[must_use]
+pub fn in_question(at_first: &[Finding], then: &[Finding]) -> Vec<Finding> {
+    let of_tool = |f: &&Finding| matches!(f.kind, FindingKind::HolderCollision | FindingKind::RapidCollision);
+    let is_same = |a: &Finding, b: &Finding| {
+        (a.kind, &a.body, &a.obstacle) == (b.kind, &b.body, &b.obstacle)
+            && [a.first_line, a.last_line] == [b.first_line, b.last_line]
+    };
+    let known = |f: &Finding| then.iter().any(|k| is_same(k, f));
+    at_first.iter().filter(of_tool).filter(|f| !known(f)).cloned().collect()
+}
