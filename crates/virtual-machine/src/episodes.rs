@@ -13,6 +13,8 @@ pub(crate) struct Key {
     pub(crate) body: Option<usize>,
     pub(crate) obstacle: Option<usize>,
     pub(crate) axis: Option<usize>,
+    /// Whether bodies meet, not only what is around one of them.
+    pub(crate) is_contact: bool,
 }
 
 /// One fault at one position.
@@ -48,15 +50,22 @@ pub(crate) struct Episodes {
 
 impl Key {
     pub(crate) fn of_body(kind: FindingKind, body: usize, obstacle: usize) -> Self {
-        Self { kind, body: Some(body), obstacle: Some(obstacle), axis: None }
+        Self { kind, body: Some(body), obstacle: Some(obstacle), axis: None, is_contact: true }
     }
 
     pub(crate) fn of_cutter(kind: FindingKind, obstacle: usize) -> Self {
-        Self { kind, body: None, obstacle: Some(obstacle), axis: None }
+        Self { kind, body: None, obstacle: Some(obstacle), axis: None, is_contact: true }
     }
 
     pub(crate) fn of_axis(kind: FindingKind, axis: Option<usize>) -> Self {
-        Self { kind, body: None, obstacle: None, axis }
+        Self { kind, body: None, obstacle: None, axis, is_contact: true }
+    }
+}
+
+impl Key {
+    /// The same of what is around a body alone.
+    pub(crate) fn without_contact(self) -> Self {
+        Self { is_contact: false, ..self }
     }
 }
 

@@ -110,7 +110,7 @@ pub fn run_links(
     let doubts = Doubts::new(program, &resolved.faults);
     let links = links(program, &resolved.moves, &doubts);
     let cell = stock.grid().cell();
-    let bodies = Bodies::new(setup.tool, verify.clearance_slack, cell);
+    let bodies = Bodies::new(setup.tool, verify.clearance_slack, [link.tolerance, cell]);
     let kept = [1.0, 2.0, 3.0].map(|thirds| kept_bodies(setup, link.clearance * thirds / 3.0, cell));
     let coarse = Coarseness { tolerance: link.tolerance, reach: setup.tool.gauge_length(), max_way: bodies.max_way };
     // Nothing is cut on the way, so that no body has to be asked before what the cutter takes beside it is gone.

@@ -2,7 +2,7 @@
 
 use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
 
-use facemill_cl_data::{ClPoint, Monitor, RoundFrustum, Solid};
+use facemill_cl_data::{Monitor, RoundFrustum, Solid};
 use facemill_nc_program::ReadProgram;
 use facemill_tool_model::ToolAssembly;
 use facemill_z_map::{DexelMap, Step, StepResult, Sweep, TurnedBody};
@@ -12,7 +12,7 @@ use crate::{
     Finding, FindingKind, VerifyError, VerifySettings, VirtualSetup,
     episodes::{Contact, Episodes, Key},
     moves::{Move, resolve},
-    probe::eroded,
+    probe::Smaller,
     report::Report,
     scene::Scene,
     segments::{Coarseness, MoveOfHead, Segment, segments_of_heads},
@@ -114,19 +114,6 @@ const MOVES_PER_BATCH: usize = 512;
 /// Radius and half the height of what is left of a body that is too thin to be made smaller, mm.
 const THIN: f64 = 0.01;
 
-/// A body that is smaller than the one it stands for, and begins higher above the tip.
-struct Smaller {
-    body: TurnedBody,
-    raised: f64,
-}
-
-impl Smaller {
-    fn along(&self, segment: &Segment) -> Sweep<'_> {
-        let raised = |cl: &ClPoint| ClPoint { tip: cl.tip + cl.axis.into_inner() * self.raised, axis: cl.axis };
-        Sweep { body: &self.body, from: raised(&segment.from), to: raised(&segment.to) }
-    }
-}
-
 /// What is asked of one head.
 struct View<'a> {
     scene: Scene<'a>,
@@ -148,11 +135,10 @@ impl<'a> View<'a> {
         findings: &[Finding],
         [tolerance, cell]: [f64; 2],
     ) -> Result<Self, VerifyError> {
-        let max_way = Bodies::new(setup.tool, settings.clearance_slack, cell).max_way;
+        let max_way = Bodies::new(setup.tool, settings.clearance_slack, [tolerance, cell]).max_way;
         let cutter = setup.tool.cutter();
         let taken = outside_layer(cell) + 2.0 * tolerance;
         let asked = outside_layer(cell) + 4.0 * tolerance;
-        let smaller = |depth: f64| eroded(cutter, depth).map(|body| Smaller { body, raised: depth });
         let needle = || {
             let top = cutter.flute_length().max(asked + THIN);
             let body = TurnedBody::frustum([asked.min(top - THIN), top], [THIN, THIN], 0.0).ok()?;
@@ -161,8 +147,8 @@ impl<'a> View<'a> {
         Ok(Self {
             scene: Scene::new(setup, settings)?,
             coarse: Coarseness { tolerance, reach: setup.tool.gauge_length(), max_way },
-            takes: smaller(taken),
-            in_rapid: smaller(asked).or_else(needle),
+            takes: Smaller::of(cutter, taken),
+            in_rapid: Smaller::of(cutter, asked).or_else(needle),
             sections: sections(setup.tool, asked),
             asked: findings.iter().map(|f| (f.kind, f.body.clone(), [f.first_line, f.last_line])).collect(),
         })

@@ -11,12 +11,32 @@ use facemill_z_map::{RoundRing, Step, Sweep, TurnedBody};
 
 use crate::{VerifySettings, moves::Move, segments::Segment, stock_run::Purpose};
 
+/// A body that is smaller than the one it stands for, and begins higher above the tip.
+pub(crate) struct Smaller {
+    pub(crate) body: TurnedBody,
+    /// By how much, mm.
+    pub(crate) raised: f64,
+}
+
+impl Smaller {
+    /// A cutter without all that is not `depth` (mm) below its surface; `None` where nothing is left.
+    pub(crate) fn of(cutter: &Cutter, depth: f64) -> Option<Self> {
+        eroded(cutter, depth).map(|body| Self { body, raised: depth })
+    }
+
+    /// Its sweep on a segment of the whole body's way.
+    pub(crate) fn along(&self, segment: &Segment) -> Sweep<'_> {
+        let raised = |cl: &ClPoint| ClPoint { tip: cl.tip + cl.axis.into_inner() * self.raised, axis: cl.axis };
+        Sweep { body: &self.body, from: raised(&segment.from), to: raised(&segment.to) }
+    }
+}
+
 /// A smaller and a larger cutter that are asked on some blocks before they are cut.
 pub(crate) struct Probe {
     /// Indices of the blocks in the program.
     blocks: BTreeSet<usize>,
     /// The cutter, eroded; `None` where nothing would be left of it: then no block is known to cut.
-    cutter: Option<TurnedBody>,
+    cutter: Option<Smaller>,
     /// The cutter with the diagonal of a cell around it, and twice `depth`: ways and stock may each be off by that.
     around: TurnedBody,
     /// How much it is smaller on all sides, and how much of a line's material is more than the ways may be off, mm.
@@ -36,7 +56,7 @@ impl Probe {
         let depth = 2.0 * tolerance;
         let around = dilated(cutter, cell * SQRT_2 + 2.0 * depth);
         let blocks = (0..program.blocks.len()).filter(is_asked).collect();
-        Self { blocks, cutter: eroded(cutter, depth), around, depth }
+        Self { blocks, cutter: Smaller::of(cutter, depth), around, depth }
     }
 
     /// Whether a move is asked about.
@@ -49,15 +69,12 @@ impl Probe {
         let is_asked = self.is_asked(m);
         let around = Sweep { body: &self.around, from: segment.from, to: segment.to };
         let around = is_asked.then_some((Purpose::Around, Step::Ask(around)));
-        let inner = self.smaller(segment).filter(|_| is_asked).map(|sweep| (Purpose::Probe, Step::Ask(sweep)));
+        let inner = self
+            .cutter
+            .iter()
+            .filter(move |_| is_asked)
+            .map(|cutter| (Purpose::Probe, Step::Ask(cutter.along(segment))));
         around.into_iter().chain(inner)
-    }
-
-    /// The smaller cutter's sweep on a segment.
-    fn smaller(&self, segment: &Segment) -> Option<Sweep<'_>> {
-        let body = self.cutter.as_ref()?;
-        let raised = |cl: &ClPoint| ClPoint { tip: cl.tip + cl.axis.into_inner() * self.depth, axis: cl.axis };
-        Some(Sweep { body, from: raised(&segment.from), to: raised(&segment.to) })
     }
 }
 
@@ -73,7 +90,7 @@ pub(crate) fn dilated(cutter: &Cutter, around: f64) -> TurnedBody {
 
 /// All of a cutter that is `depth` (mm) below its surface, but for the end of its flute where that is not above the corner;
 /// its tip is at the origin, so that it stands `depth` above the cutter's. `None` where nothing is left.
-pub(crate) fn eroded(cutter: &Cutter, depth: f64) -> Option<TurnedBody> {
+fn eroded(cutter: &Cutter, depth: f64) -> Option<TurnedBody> {
     let corner = (cutter.corner_radius() - depth).max(0.0);
     let flute = (cutter.flute_length() - 2.0 * depth).max(corner);
     let cutter = Cutter::new(cutter.radius() - depth, corner, flute).ok()?;

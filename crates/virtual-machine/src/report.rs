@@ -26,6 +26,12 @@ pub(crate) struct Report<'a> {
     starts: Vec<f64>,
 }
 
+/// What is said of a body that comes near the cut stock.
+fn near(key: &Key) -> Option<&'static str> {
+    let of_body = if key.body.is_some() { "nearer than its clearance" } else { "nearer than half a cell" };
+    (!key.is_contact).then_some(of_body)
+}
+
 /// What the stock is called that the program cuts; its index is behind those of the obstacles.
 const STOCK: &str = "stock";
 
@@ -149,7 +155,7 @@ impl<'a> Report<'a> {
     /// What there is to say of an episode besides its numbers; of several heads which one it is of.
     fn note(&self, key: &Key) -> String {
         let head = own_head(self.scene.setup).map(|head| format!("head {}", head.name));
-        let own = surface_normals::note(key).map(str::to_owned);
+        let own = surface_normals::note(key).or_else(|| near(key)).map(str::to_owned);
         own.into_iter().chain(head).collect::<Vec<_>>().join(", ")
     }
 

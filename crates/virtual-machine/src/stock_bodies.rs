@@ -4,7 +4,12 @@ use facemill_cl_data::Solid;
 use facemill_tool_model::ToolAssembly;
 use facemill_z_map::{Step, Sweep, TurnedBody};
 
-use crate::{moves::Move, probe::dilated, segments::Segment, stock_run::Purpose};
+use crate::{
+    moves::Move,
+    probe::{Smaller, dilated},
+    segments::Segment,
+    stock_run::Purpose,
+};
 
 /// Smallest and largest way of a segment, mm. Within, it is what the flute is wider than the bodies behind it.
 const WAYS: [f64; 2] = [0.5, 8.0];
@@ -15,8 +20,10 @@ const CORE_HEIGHT: f64 = 1.0;
 /// The solids of the tool assembly that are swept.
 pub(crate) struct Bodies {
     pub(crate) cutter: TurnedBody,
+    /// Smaller by what ways and what is cut may be off; `None` where nothing is left.
+    cutter_in_rapid: Option<Smaller>,
     /// With half the diagonal of a cell around it.
-    cutter_in_rapid: TurnedBody,
+    cutter_with_cell: TurnedBody,
     core: Option<TurnedBody>,
     /// Each body as it is and with its clearance, by its index among the scene's.
     sections: Vec<(usize, TurnedBody, TurnedBody)>,
@@ -24,7 +31,7 @@ pub(crate) struct Bodies {
 }
 
 impl Bodies {
-    pub(crate) fn new(tool: &ToolAssembly, slack: f64, cell: f64) -> Self {
+    pub(crate) fn new(tool: &ToolAssembly, slack: f64, [tolerance, cell]: [f64; 2]) -> Self {
         let cutter = tool.cutter();
         let mut widest = 0.0_f64;
         let mut sections = Vec::new();
@@ -39,7 +46,8 @@ impl Bodies {
         }
         Self {
             cutter: TurnedBody::of_cutter(cutter),
-            cutter_in_rapid: dilated(cutter, cell * std::f64::consts::FRAC_1_SQRT_2),
+            cutter_in_rapid: Smaller::of(cutter, 2.0 * tolerance),
+            cutter_with_cell: dilated(cutter, cell * std::f64::consts::FRAC_1_SQRT_2),
             core: core(tool),
             sections,
             max_way: (cutter.radius() - widest.max(tool.dead_core_radius())).clamp(WAYS[0], WAYS[1]),
@@ -55,7 +63,11 @@ impl Bodies {
     pub(crate) fn steps_in(&self, phase: Phase, m: &Move, segment: &Segment) -> Vec<(Purpose, Step<'_>)> {
         let sweep = |body| Sweep { body, from: segment.from, to: segment.to };
         match (phase, m.is_rapid_of_tool()) {
-            (Phase::Before, true) => vec![(Purpose::Rapid, Step::Ask(sweep(&self.cutter_in_rapid)))],
+            (Phase::Before, true) => {
+                let inside =
+                    self.cutter_in_rapid.iter().map(|cutter| (Purpose::Rapid, Step::Ask(cutter.along(segment))));
+                inside.chain([(Purpose::NearRapid, Step::Ask(sweep(&self.cutter_with_cell)))]).collect()
+            }
             (Phase::Before, false) => {
                 let core = self.core.iter().map(|core| (Purpose::Core, Step::Ask(sweep(core))));
                 let plain = self.sections.iter().map(|(k, plain, _)| (Purpose::Body(*k), Step::Ask(sweep(plain))));
@@ -64,7 +76,7 @@ impl Bodies {
             (Phase::Cut, true) => Vec::new(),
             (Phase::Cut, false) => vec![(Purpose::Cut, Step::Remove(sweep(&self.cutter)))],
             (Phase::Behind, _) => {
-                self.sections.iter().map(|(k, _, kept)| (Purpose::Body(*k), Step::Ask(sweep(kept)))).collect()
+                self.sections.iter().map(|(k, _, kept)| (Purpose::Kept(*k), Step::Ask(sweep(kept)))).collect()
             }
         }
     }

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use crate::{
     Finding, FindingKind, Measure, VerifyError, VerifySettings, VirtualSetup,
     engagement::{Engagement, Part},
-    episodes::{Contact, Episodes, Key},
+    episodes::{Contact, Episode, Episodes, Key},
     moves::{Move, Moves, resolve},
     probe::Probe,
     ramp::{Descent, RAMP_ROUNDING},
@@ -59,11 +59,12 @@ pub struct BlockCut {
 /// tolerance of those that these ways sweep. So what is cut is within twice the tolerance of the truth, on every line of the map.
 ///
 /// - A body is asked as it is before its segment is cut: what it meets then is a collision. With its clearance, less
-///   [`VerifySettings::clearance_slack`], it is asked after the flute has passed.
-/// - In rapids the cutter is asked, with half the diagonal of a cell around it: no rapid through a cell's material is missed.
+///   [`VerifySettings::clearance_slack`], it is asked after the flute has passed; what it meets then alone is nearer than its
+///   clearance, and has no depth.
+/// - In rapids the cutter is asked. Where it only comes nearer to a line's material than half the diagonal of a cell it is a near
+///   miss: it may be along its own walls, and what is between lines is [`still_there`](crate::still_there)'s to tell.
 /// - What is no deeper than twice the tolerance is no finding: so far the ways may be off.
-/// - Bodies are found wherever else they meet the material of a line. A clearance of half a cell's diagonal or more, less the
-///   slack, makes up for what lies between lines.
+/// - Bodies are found wherever they meet the material of a line.
 /// - Faults of the text, and motions that are not simulated, are `verify`'s to tell: nothing is cut on them.
 /// - Bodies of the machine are not asked: `verify` holds them against the stock as it was before cutting.
 ///
@@ -141,7 +142,9 @@ pub(crate) enum Purpose {
     Around,
     Core,
     Rapid,
+    NearRapid,
     Body(usize),
+    Kept(usize),
 }
 
 /// What is known of the run so far.
@@ -169,7 +172,7 @@ impl<'a> View<'a> {
         settings: &'a VerifySettings,
         [tolerance, cell]: [f64; 2],
     ) -> Result<Self, VerifyError> {
-        let bodies = Bodies::new(setup.tool, settings.clearance_slack, cell);
+        let bodies = Bodies::new(setup.tool, settings.clearance_slack, [tolerance, cell]);
         let coarse = Coarseness { tolerance, reach: setup.tool.gauge_length(), max_way: bodies.max_way };
         let probe = Probe::new(program, settings, setup.tool.cutter(), [tolerance, cell]);
         Ok(Self { scene: Scene::new(setup, settings)?, bodies, probe, coarse, cell })
@@ -261,7 +264,9 @@ impl<'r, 'a> Head<'r, 'a> {
         let cuts = resolved.moves.iter().zip(&self.out.taken).filter(|(m, _)| !m.is_rapid);
         let blocks: Vec<BlockCut> =
             cuts.map(|(m, taken)| BlockCut { line: program.blocks[m.block].line, ..*taken }).collect();
-        let mut findings: Vec<Finding> = self.out.episodes.all.iter().map(|e| report.finding(e)).collect();
+        let all = &self.out.episodes.all;
+        let told = all.iter().filter(|e| e.worst.key.is_contact || !touched(e, all));
+        let mut findings: Vec<Finding> = told.map(|e| report.finding(e)).collect();
         findings.sort_by_key(|f| (f.first_line, f.kind));
         StockRun { findings, removed_mm3: blocks.iter().fold(0.0, |all, b| all + b.removed_mm3), blocks }
     }
@@ -280,15 +285,19 @@ impl<'r, 'a> Head<'r, 'a> {
             }
             Purpose::Around => return self.out.taken[index].may_be_near |= result.deepest.is_some(),
             Purpose::Core => Key::of_cutter(FindingKind::DeadCore, stock),
-            Purpose::Rapid => {
+            Purpose::Rapid => Key::of_cutter(FindingKind::RapidCollision, stock),
+            Purpose::NearRapid => {
                 self.engagement.iter_mut().for_each(Engagement::lift);
-                Key::of_cutter(FindingKind::RapidCollision, stock)
+                Key::of_cutter(FindingKind::NearMiss, stock).without_contact()
             }
             Purpose::Body(k) => Key::of_body(FindingKind::HolderCollision, k, stock),
+            Purpose::Kept(k) => Key::of_body(FindingKind::HolderCollision, k, stock).without_contact(),
         };
-        // Sweeps are within the tolerance: what is less deep may be rounding of the ways.
-        let Some(deepest) = result.deepest.filter(|d| d.depth > 2.0 * self.view.coarse.tolerance) else { return };
-        let measure = Some(Measure::DepthMm(deepest.depth));
+        // Sweeps are within the tolerance: what is less deep may be rounding of the ways. The cutter in rapid is smaller by it.
+        let least = if matches!(purpose, Purpose::Rapid) { 0.0 } else { 2.0 * self.view.coarse.tolerance };
+        let Some(deepest) = result.deepest.filter(|d| d.depth > least) else { return };
+        // The way through what is around a body is not how near it is.
+        let measure = key.is_contact.then_some(Measure::DepthMm(deepest.depth));
         let contact = Contact { key, measure, place: Some(deepest.place), ..contact(key, measure, segment) };
         self.out.episodes.record(index, contact);
     }
@@ -331,6 +340,17 @@ impl<'r, 'a> Head<'r, 'a> {
         let key = Key::of_axis(FindingKind::ReachFailure, None);
         self.out.episodes.record(index, Contact { key, measure: None, place: None, axes: m.end, cl, at: 1.0 });
     }
+}
+
+/// Whether a body that comes near on some moves meets the stock on one of them, too.
+fn touched(near: &Episode, all: &[Episode]) -> bool {
+    let Key { body, obstacle, .. } = near.worst.key;
+    let mut touching = all.iter().filter(|e| {
+        let key = e.worst.key;
+        let is_collision = matches!(key.kind, FindingKind::HolderCollision | FindingKind::RapidCollision);
+        is_collision && key.is_contact && (key.body, key.obstacle) == (body, obstacle)
+    });
+    touching.any(|e| e.first_move <= near.last_move && near.first_move <= e.last_move)
 }
 
 /// What happens at the end of a segment.

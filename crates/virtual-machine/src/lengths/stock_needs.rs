@@ -56,7 +56,7 @@ impl StockNeeds<'_, '_> {
         let tool = self.scene.setup.tool;
         let mut stock = stock.clone();
         let slack = self.scene.settings.clearance_slack;
-        let bodies = Bodies::new(tool, slack, stock.grid().cell());
+        let bodies = Bodies::new(tool, slack, [self.tolerance, stock.grid().cell()]);
         let reach = tool.gauge_length();
         let coarse = Coarseness { tolerance: self.tolerance, reach, max_way: bodies.max_way };
         let mut raised = Raised::new(self, *lengths)?;

@@ -10,6 +10,9 @@ use nalgebra::Isometry3;
 use super::pairs::{Outcome, Row, ran, row};
 use crate::kit::{HEAD, Shop, Text};
 
+/// That of the cut stock, mm.
+const TOLERANCE: f64 = 0.01;
+
 pub(crate) fn rows() -> Vec<Row> {
     use FindingKind::{DeadCore, HolderCollision, OverEngagement, RampTooSteep, RapidCollision};
     vec![
@@ -33,7 +36,7 @@ fn cut_with(setup: VirtualSetup<'_>, text: &Text<'_>, high: [f64; 3], settings: 
     let mut stock = DexelMap::of_box(&Isometry3::identity(), low, high, 1.0).unwrap();
     let program = read_program(&text.text, Dialect::Fanuc).unwrap();
     let settings = VerifySettings { stock_is_cut: true, ..settings.clone() };
-    let run = run_stock(&program, &setup, &settings, &mut stock, 0.01, &Silent).unwrap();
+    let run = run_stock(&program, &setup, &settings, &mut stock, TOLERANCE, &Silent).unwrap();
     Outcome { findings: run.findings, line }
 }
 
@@ -55,11 +58,10 @@ fn too_early(scale: f64) -> Outcome {
     cut(&shop, &Text { text, shop: &shop }, [50.0, 20.0, 20.0], &VerifySettings::default(), HEAD + 3)
 }
 
-/// A pass that leaves all above its height, and a rapid behind it a tenth of a mm below and above that.
+/// A pass that leaves all below its height, and a rapid behind it deeper than that by what is not told, twice the tolerance.
 fn left_over(scale: f64) -> Outcome {
     let shop = Shop::new();
-    // A rapid keeps half the diagonal of a cell.
-    let z = if scale > 1.0 { 15.0 - (scale - 1.0) } else { 15.75 - (scale - 1.0) };
+    let z = 15.0 - 2.0 * TOLERANCE * scale;
     let text = Text::new(&shop).rapid([-90.0, 0.0, 200.0]).rapid([-90.0, 0.0, 15.0]).cut([90.0, 0.0, 15.0]);
     let text = text.rapid([90.0, 0.0, z]).rapid([-90.0, 0.0, z]);
     cut(&shop, &text, [50.0, 20.0, 20.0], &VerifySettings::default(), HEAD + 5)
