@@ -102,7 +102,7 @@ fn heads_over_a_turning_table_take_what_each_takes_alone() {
     // In and out beside the plate.
     let at = |c: f64, x: f64, depths: [f64; 2]| (c, slots(depths, x));
     let ways = [vec![at(0.1, 200.0, [5.0, 7.0])], ways, vec![at(0.3, 600.0, [5.0, 10.0])]].concat();
-    let program = read_fanuc(&through(Program::new(&shop), &ways).text()).unwrap();
+    let program = read_fanuc(through(Program::new(&shop), &ways).text()).unwrap();
     let [mut at_once, mut in_turn] = [whole(1.0), whole(1.0)];
     let runs = together(&shop, &program, &mut at_once);
     let alone = [0, 1].map(|h| one(&shop, h, &program, &mut in_turn));
@@ -174,7 +174,7 @@ fn a_head_at_home_changes_nothing() {
         let only = |tips: [Option<[f64; 3]>; 2]| [0, 1].map(|h| tips[h].filter(|_| h == working));
         // Deep enough for the body behind the flute to meet the plate.
         let ways = [200.0, 600.0].map(|x| (0.1, only(slots([13.0, 13.0], x))));
-        let program = read_fanuc(&through(Program::new(&shop), &ways).text()).unwrap();
+        let program = read_fanuc(through(Program::new(&shop), &ways).text()).unwrap();
         let [mut at_once, mut in_turn] = [whole(2.0), whole(2.0)];
         let runs = together(&shop, &program, &mut at_once);
         let alone = one(&shop, working, &program, &mut in_turn);
@@ -192,7 +192,7 @@ fn a_head_at_home_changes_nothing() {
 fn what_both_flutes_reach_at_once_is_the_first_heads() {
     let shop = Shop::new();
     let ways = [160.0, 680.0].map(|x| (0.1, [Some([x, 0.0, 139.0]), Some([x, 0.0, 151.0])]));
-    let program = read_fanuc(&through(Program::new(&shop), &ways).text()).unwrap();
+    let program = read_fanuc(through(Program::new(&shop), &ways).text()).unwrap();
     let [mut stock, mut turned, mut in_turn] = [(); 3].map(|()| plate([140.0, 150.0], 2.0));
     let runs = together(&shop, &program, &mut stock);
     let (setups, settings) = ([1, 0].map(|h| shop.setup(h)), VerifySettings::default());
@@ -211,7 +211,7 @@ fn what_both_flutes_reach_at_once_is_the_first_heads() {
 fn setups_that_do_not_stand_on_one_machine_are_refused() {
     let shop = Shop::new();
     let ways = [200.0, 600.0].map(|x| (0.1, slots([6.0, 6.0], x)));
-    let program = read_fanuc(&through(Program::new(&shop), &ways).text()).unwrap();
+    let program = read_fanuc(through(Program::new(&shop), &ways).text()).unwrap();
     let (settings, first) = (VerifySettings::default(), shop.setup(0));
     let refused = |second: &VirtualSetup<'_>| {
         let mut stock = whole(4.0);
