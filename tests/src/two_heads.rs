@@ -181,6 +181,11 @@ impl ToolShape {
         Self { cutter: RoundedCylinder { radius, corner, height }, sections }
     }
 
+    /// Its cutter.
+    pub fn cutter(&self) -> &RoundedCylinder {
+        &self.cutter
+    }
+
     /// Distance of a point from it, workpiece frame, mm; negative inside its cutter, 0 in its other bodies.
     fn distance(&self, (tip, axis): &Place, point: &Point3<f64>) -> f64 {
         let (rho, z) = in_tool(tip, axis, point);

@@ -35,8 +35,8 @@ const MAX_PATCHES: usize = 2_000_000;
 /// Stock before and after a program, and how well it was cut.
 pub(crate) struct CutStock<'a> {
     pub program: &'a ReadProgram,
-    /// What it was run on.
-    pub at: &'a VirtualSetup<'a>,
+    /// What it was run on, for each head.
+    pub heads: &'a [&'a VirtualSetup<'a>],
     pub before: &'a DexelMap,
     pub now: &'a DexelMap,
     /// Tolerance of the cut, mm.
@@ -96,7 +96,7 @@ pub(crate) fn deviation_of(
         ),
         part: DeviationFigures::of(places(), patches.iter().copied(), tolerance_mm),
         cavity: cavity.map(|c| DeviationPlace { value_mm: c.depth, at_mm: c.position.into() }),
-        cusps: cusps(stock.program, stock.at, &scene),
+        cusps: cusps(stock.program, stock.heads, &scene),
     };
     let painted = request.painted.then(|| {
         let colours = colours(&fine, &patches, tolerance_mm);

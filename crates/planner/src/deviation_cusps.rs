@@ -72,20 +72,23 @@ pub(crate) struct CuspScene<'a> {
     pub tolerance: f64,
 }
 
-/// Compares cusps along a program; `None` where the cutter is nowhere on the surface, or its positions cannot be
-/// followed.
-pub(crate) fn cusps(program: &ReadProgram, at: &VirtualSetup<'_>, scene: &CuspScene<'_>) -> Option<CuspReport> {
-    let runs = runs(program, at, scene);
-    let all: Vec<(usize, usize)> =
-        runs.iter().enumerate().flat_map(|(r, run)| (0..run.len()).map(move |k| (r, k))).collect();
+/// Compares cusps along a program, of each head with its own passes; `None` where the cutter is nowhere on the surface, or
+/// its positions cannot be followed.
+pub(crate) fn cusps(program: &ReadProgram, heads: &[&VirtualSetup<'_>], scene: &CuspScene<'_>) -> Option<CuspReport> {
+    let of_heads: Vec<_> = heads.iter().map(|at| runs(program, at, scene)).collect();
+    let mut all: Vec<(usize, usize, usize)> = Vec::new();
+    for (h, runs) in of_heads.iter().enumerate() {
+        all.extend(runs.iter().enumerate().flat_map(|(r, run)| (0..run.len()).map(move |k| (h, r, k))));
+    }
     if all.is_empty() {
         return None;
     }
-    let boxes: Vec<Aabb> = runs.iter().map(|run| Aabb::of_points(run.iter().map(|p| &p.cc.position))).collect();
+    let boxes_of = |run: &Vec<_>| Aabb::of_points(run.iter().map(|p: &CutPoint| &p.cc.position));
+    let boxes: Vec<Vec<Aabb>> = of_heads.iter().map(|runs| runs.iter().map(boxes_of).collect()).collect();
     let drawn = sample(all.len());
     let compare = |k: &usize| {
-        let (run, point) = all[*k];
-        scene.compared(at.tool.cutter(), &runs, &boxes, run, point)
+        let (head, run, point) = all[*k];
+        scene.compared(heads[head].tool.cutter(), &of_heads[head], &boxes[head], run, point)
     };
     let found: Vec<Compared> = drawn.par_iter().map(compare).collect();
     let mut report = CuspReport { sampled: drawn.len(), ..CuspReport::default() };

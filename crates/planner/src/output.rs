@@ -244,11 +244,11 @@ impl OwnProgram<'_> {
     }
 
     /// Cuts the stock as the text goes.
-    pub(crate) fn cut_stock(&self, cut: &CutRequest, stages: &dyn Stages) -> Result<CutDone, Failure> {
+    pub(crate) fn cut_stock(&self, cut: &CutRequest, stages: &dyn Stages) -> Result<CutDone<1>, Failure> {
         let at = self.virtual_setup()?;
         let on = Stand { job: self.job, setup: self.setup, at: &at };
-        let settings = VerifySettings { removal: removal_of(self.job, self.setup.file), ..self.settings() };
-        cut_stock(&self.read()?, &on, &settings, cut, stages)
+        let settings = VerifySettings { removal: removal_of(self.job, self.setup.file, 0), ..self.settings() };
+        cut_stock(&self.read()?, [(&on, &settings)], cut, stages)
     }
 
     /// The program as it stands in the text.

@@ -23,6 +23,7 @@ use crate::report::Report;
 use crate::reporting::report;
 use crate::turning::Turning;
 use crate::validate::file_stem;
+use crate::verify_stock::CutRequest;
 use crate::{Failure, Stages};
 
 /// Stands in the names of programs with faults.
@@ -77,7 +78,7 @@ pub(crate) fn planned_setup(
     stages: &dyn Stages,
 ) -> Result<Planned, Failure> {
     if job.second.is_some() {
-        return plan_dual_setup(job, index, settings, stages);
+        return plan_dual_setup(job, index, settings, stock, stages);
     }
     let mut clock = Clock::new();
     let setup = Setup::read(job, index)?;
@@ -237,7 +238,9 @@ impl Rounds<'_, '_> {
                 texts: &texts,
                 stock_is_cut: self.stock_is_cut(),
             };
-            let cut = verification.as_mut().map(|found| cut_by_plan(&program, self.before, found, self.stages));
+            let tolerance = job.file.verification.stock_tolerance_mm;
+            let cut_stock = |request: &CutRequest| program.cut_stock(request, self.stages);
+            let cut = verification.as_mut().map(|found| cut_by_plan(self.before, tolerance, [found], cut_stock));
             let cut = cut.unwrap_or_else(|| Ok((PlannedStockReport::not_asked(false), None)))?;
             clock.lap("cut the stock");
             if take_back(verification.as_ref(), operations) {

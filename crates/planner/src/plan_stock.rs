@@ -6,10 +6,9 @@ use serde::Serialize;
 
 use crate::job_file::{LinkStockFile, SetupFile};
 use crate::load::{Job, Setup, pose};
-use crate::output::OwnProgram;
 use crate::plan::{PlanSettings, Planned, planned_setup};
 use crate::stock_map::{StockMeshes, StockRegion, rectangle};
-use crate::verify_stock::{CutRequest, StockReport};
+use crate::verify_stock::{CutDone, CutRequest, StockReport};
 use crate::{Failure, Stages};
 use facemill_virtual_machine::{Finding, Verification};
 
@@ -146,26 +145,27 @@ impl StockToCut<'_> {
     }
 }
 
-/// Cuts the stock by a program, and adds what meets it to what is found already. Findings of the same kind and body that the run
-/// against the stock as it was at first has at the same place of the text are not told twice.
+/// Cuts the stock by a program, and adds what meets it to what is found already for each head. Findings of the same kind and body
+/// that the head's run against the stock as it was at first has at the same place of the text are not told twice.
 ///
 /// # Errors
 /// When the stages are cancelled.
-pub(crate) fn cut_by_plan(
-    program: &OwnProgram<'_>,
+pub(crate) fn cut_by_plan<const N: usize>(
     before: &StockBefore,
-    verification: &mut Verification,
-    stages: &dyn Stages,
+    tolerance: f64,
+    verifications: [&mut Verification; N],
+    cut: impl FnOnce(&CutRequest) -> Result<CutDone<N>, Failure>,
 ) -> Result<CutByPlan, Failure> {
     let (stock, began_as) = match before {
         Ok((stock, began_as)) => (stock.clone(), began_as.clone()),
         Err(why) => return Ok((PlannedStockReport::not_cut(why.clone()), None)),
     };
-    let tolerance = program.job.file.verification.stock_tolerance_mm;
     let cell = stock.grid().cell();
     let request = CutRequest { cell, tolerance, region: StockRegion::Whole, rest: Some(stock), deviation: None };
-    let done = program.cut_stock(&request, stages)?;
-    add_new(&mut verification.findings, done.run.findings);
+    let done = cut(&request)?;
+    for (verification, run) in verifications.into_iter().zip(done.runs) {
+        add_new(&mut verification.findings, run.findings);
+    }
     let report = PlannedStockReport { not_cut_because: None, began_as: Some(began_as), cut: Some(done.report) };
     Ok((report, Some(done.rest)))
 }

@@ -16,7 +16,7 @@ pub enum StockRegion {
     #[default]
     Whole,
     /// The rectangle around what the setup's operations cut, in all places of their patterns, with the cutter's diameter around
-    /// it.
+    /// it, of two heads the larger one's.
     Operations,
     /// Between two corners, x and y of the workpiece frame, mm.
     Rectangle([[f64; 2]; 2]),
@@ -88,7 +88,8 @@ pub(crate) fn rectangle(job: &Job, setup: &Setup<'_>, region: StockRegion) -> Op
             let drive = setup.drive.mesh();
             let of_operation = job.operations_of(setup.file).flat_map(|(_, o)| places(o.pattern.as_ref()));
             let of_place = of_operation.map(|place| drive.transformed(&place).aabb());
-            let margin = 2.0 * job.tool.cutter().radius();
+            let tools = std::iter::once(&job.tool).chain(job.second.iter().map(|second| &second.tool));
+            let margin = tools.map(|tool| 2.0 * tool.cutter().radius()).fold(0.0, f64::max);
             let Aabb { min, max } = of_place.reduce(|a, b| a.union(&b))?.dilated(margin);
             Some([[min.x, min.y], [max.x, max.y]])
         }

@@ -6,8 +6,8 @@ use std::path::Path;
 use facemill_inverse_kinematics::Machine;
 use facemill_nc_program::{Compensation, Dialect, ReadProgram, WordMap, read_program};
 use facemill_virtual_machine::{
-    Assumption, BlockCut, Certificates, RemovalLimit, Verification, VerifySettings, VirtualSetup, assumptions, certify,
-    place_findings, rapid_lines, verify,
+    Assumption, BlockCut, Certificates, Finding, RemovalLimit, Verification, VerifySettings, VirtualSetup, assumptions,
+    certify, place_findings, rapid_lines, verify,
 };
 use facemill_z_map::DexelMap;
 use nalgebra::Isometry3;
@@ -24,7 +24,9 @@ use crate::load::{Job, Setup};
 use crate::output::{name_obstacles, not_verified, virtual_obstacles};
 use crate::program::{rtcp_frame, word_map};
 use crate::verify_feeds::{Asked, FastBlock, KnownCuts};
-use crate::verify_stock::{CutRequest, LARGEST_STOCK_TOLERANCE, Stand, StockReport, cut_stock, is_stock_tolerance};
+use crate::verify_stock::{
+    CutRequest, LARGEST_STOCK_TOLERANCE, Stand, StockReport, blocks_of_heads, cut_stock, is_stock_tolerance,
+};
 use crate::{Failure, Stages};
 
 /// Value of the key `format` in the file of a verification.
@@ -56,7 +58,8 @@ pub struct Verified {
     pub file: VerificationFile,
     /// The stock behind the program.
     pub rest: Option<DexelMap>,
-    /// What every block with a cutting move took out of the stock, in program order; empty where it was not cut.
+    /// What every block with a cutting move took out of the stock, in program order, with two heads both together; empty where it was
+    /// not cut.
     pub cuts: Vec<BlockCut>,
     /// The part's surface in the colours of its deviation, as GLB, where it was asked for.
     pub painted: Option<Vec<u8>>,
@@ -95,7 +98,7 @@ pub struct VerificationFile {
 }
 
 /// Runs a program on the virtual machine as a setup of a job stands: its machine, mounting, work offset, tool, part,
-/// fixtures and stock. Of two heads it is run for each.
+/// fixtures and stock. Of two heads it is run for each, and the stock is cut by both at the same time.
 ///
 /// How the program was made does not matter; the operations of the job only say how deep the cutter may go. What it
 /// guarantees is what [`verify`] does: positions are tested exactly, and between them nothing is worse by more than it tells;
@@ -198,6 +201,30 @@ impl Found {
     }
 }
 
+/// What cutting the stock shows.
+struct Cut<const N: usize> {
+    /// What is known of each head's cuts.
+    known: [KnownCuts; N],
+    /// What meets the stock, of each head.
+    findings: [Vec<Finding>; N],
+    report: StockReport,
+    rest: DexelMap,
+    cuts: Vec<BlockCut>,
+    deviation: Option<DeviationReport>,
+    painted: Option<Vec<u8>>,
+}
+
+impl Found {
+    /// Adds what cutting the stock shows; what is left of it is known of the heads' cuts.
+    fn take<const N: usize>(&mut self, cut: Cut<N>) -> [KnownCuts; N] {
+        self.verification.findings.extend(cut.findings.into_iter().flatten());
+        self.assumptions.extend(cuts_nothing(&cut.report, &cut.cuts));
+        (self.stock, self.rest, self.cuts) = (Some(cut.report), Some(cut.rest), cut.cuts);
+        (self.deviation, self.painted) = (cut.deviation, cut.painted);
+        cut.known
+    }
+}
+
 impl Run<'_> {
     fn one_head(&self, job: &Job) -> Result<Found, Failure> {
         let setup = Setup::read(job, self.request.setup)?;
@@ -216,40 +243,40 @@ impl Run<'_> {
         let [fast] = self.fast_blocks(asked.as_ref(), [(&job.machine, job.tool.gauge_length())], &at);
         let cut = self.request.cut.as_ref();
         let on = Stand { job, setup: &setup, at: &at };
-        let known = cut.map(|cut| self.cut(&on, cut, &fast, &mut found)).transpose()?;
-        self.compare_feeds(asked.as_ref(), &[(&fast, "")], known.as_ref(), &mut found);
+        let known = cut.map(|cut| self.cut([(&on, &fast)], cut)).transpose()?.map(|cut| found.take(cut));
+        let [known] = known.map_or([None], |known| known.map(Some));
+        self.compare_feeds(asked.as_ref(), &[(&fast, known, "")], &mut found);
         self.place(&at, &mut found.verification)?;
         Ok(found)
     }
 
-    /// Cuts the stock, and adds what was found to the rest; tells which of these blocks are cuts.
-    fn cut(
-        &self,
-        on: &Stand<'_>,
-        cut: &CutRequest,
-        fast: &[FastBlock],
-        found: &mut Found,
-    ) -> Result<KnownCuts, Failure> {
-        let probed_lines = fast.iter().map(|block| block.line).collect();
-        let settings = VerifySettings { probed_lines, removal: removal_of(on.job, on.setup.file), ..self.settings() };
-        let done = cut_stock(self.program, on, &settings, cut, self.stages)?;
-        if let (Some(asked), Some(before)) = (&cut.deviation, &done.before) {
+    /// Cuts the stock by all heads, and tells which of these blocks of each are cuts.
+    fn cut<const N: usize>(&self, heads: [(&Stand<'_>, &[FastBlock]); N], cut: &CutRequest) -> Result<Cut<N>, Failure> {
+        let settings: [VerifySettings; N] = std::array::from_fn(|h| {
+            let (on, fast) = heads[h];
+            let probed_lines = fast.iter().map(|block| block.line).collect();
+            VerifySettings { probed_lines, removal: removal_of(on.job, on.setup.file, h), ..self.settings() }
+        });
+        let stands = std::array::from_fn(|h| (heads[h].0, &settings[h]));
+        let done = cut_stock(self.program, stands, cut, self.stages)?;
+        let (mut deviation, mut painted) = (None, None);
+        if let (Some(asked), Some(before), Some((on, _))) = (&cut.deviation, &done.before, heads.first()) {
             let held = CutStock {
                 program: self.program,
-                at: on.at,
+                heads: &heads.map(|(on, _)| on.at),
                 before,
                 now: &done.rest,
                 tolerance: cut.tolerance,
                 gouge_limit: self.gouge_limit,
             };
-            let (report, painted) = deviation_of(on.job, on.setup, &held, asked, self.stages)?;
-            (found.deviation, found.painted) = (Some(report), painted);
+            let found = deviation_of(on.job, on.setup, &held, asked, self.stages)?;
+            (deviation, painted) = (Some(found.0), found.1);
         }
-        let known = KnownCuts::of(&done.run, &done.not_covered, [done.report.tolerance_mm, done.report.cell_mm]);
-        found.verification.findings.extend(done.run.findings);
-        found.assumptions.extend(cuts_nothing(&done.report, &done.run.blocks));
-        (found.stock, found.rest, found.cuts) = (Some(done.report), Some(done.rest), done.run.blocks);
-        Ok(known)
+        let accuracy = [done.report.tolerance_mm, done.report.cell_mm];
+        let known = std::array::from_fn(|h| KnownCuts::of(&done.runs[h], &done.not_covered[h], accuracy));
+        let cuts = blocks_of_heads(&done.runs);
+        let findings = done.runs.map(|run| run.findings);
+        Ok(Cut { known, findings, report: done.report, rest: done.rest, cuts, deviation, painted })
     }
 
     fn settings(&self) -> VerifySettings {
@@ -263,9 +290,6 @@ impl Run<'_> {
 
     /// For each head, with the other one's tool as it is.
     fn two_heads(&self, job: &Job) -> Result<Found, Failure> {
-        if self.request.cut.is_some() {
-            return Err(job.wrong("the stock of machines with two heads is not cut; verify without it"));
-        }
         if self.uses_rtcp() {
             let message = "its words are the tip's (RTCP), which is not known of machines with two heads";
             return Err(Failure::input(self.request.program, message));
@@ -274,22 +298,31 @@ impl Run<'_> {
         let machines = [job.seen_by(0, 0.0).machine, job.seen_by(1, 0.0).machine];
         let setups = [Setup::read(&seen[0], self.request.setup)?, Setup::read(&seen[1], self.request.setup)?];
         let words = dual_word_map([&seen[0], &seen[1]], &setups[0], self.request.setup)?;
-        let of_head = |h: usize| {
-            let frame = Isometry3::identity();
-            let setup = virtual_setup(self.request.dialect, &seen[h], &setups[h], &words, frame);
-            self.found(&VirtualSetup { machine: &machines[h], ..setup }, &setups[h], ["head 1", "head 2"][h])
-        };
-        let (first, second) = (of_head(0)?, of_head(1)?);
+        let at = [0, 1].map(|h| {
+            let setup = virtual_setup(self.request.dialect, &seen[h], &setups[h], &words, Isometry3::identity());
+            VirtualSetup { machine: &machines[h], ..setup }
+        });
+        let of_head = |h: usize| self.found(&at[h], &setups[h], ["head 1", "head 2"][h]);
+        let (mut first, mut second) = (of_head(0)?, of_head(1)?);
         let certificates = first.certificates.zip(second.certificates).map(|(a, b)| proven_for_both(&[a, b]));
-        let verification = merged_runs([first.verification, second.verification], Vec::new());
-        let lengths = [0, 1].map(|h| seen[h].tool.gauge_length());
-        let heads = [(&machines[0], lengths[0]), (&machines[1], lengths[1])];
-        let at = virtual_setup(self.request.dialect, &seen[0], &setups[0], &words, Isometry3::identity());
+        let heads = [0, 1].map(|h| (&machines[h], seen[h].tool.gauge_length()));
         let asked = Asked::of(job, setups[0].file);
-        let [first, second] = self.fast_blocks(asked.as_ref(), heads, &at);
+        // Words are the axes' own, whichever head's view they are read by.
+        let fast = self.fast_blocks(asked.as_ref(), heads, &at[0]);
+        let on = [0, 1].map(|h| Stand { job: &seen[h], setup: &setups[h], at: &at[h] });
+        let stands = [(&on[0], &fast[0][..]), (&on[1], &fast[1][..])];
+        let mut cut = self.request.cut.as_ref().map(|cut| self.cut(stands, cut)).transpose()?;
+        // With the rest of its head's findings each has the name of its head.
+        for (h, found) in [&mut first.verification, &mut second.verification].into_iter().enumerate() {
+            found.findings.extend(cut.iter_mut().flat_map(|cut| std::mem::take(&mut cut.findings[h])));
+        }
+        let verification = merged_runs([first.verification, second.verification], Vec::new());
         let mut found = Found::of(verification, certificates);
-        self.compare_feeds(asked.as_ref(), &[(&first, "head 1"), (&second, "head 2")], None, &mut found);
-        self.place(&VirtualSetup { machine: &machines[0], ..at }, &mut found.verification)?;
+        let known = cut.map(|cut| found.take(cut)).map_or([None, None], |known| known.map(Some));
+        let [first, second] = known;
+        let fast = [(&fast[0][..], first, "head 1"), (&fast[1][..], second, "head 2")];
+        self.compare_feeds(asked.as_ref(), &fast, &mut found);
+        self.place(&at[0], &mut found.verification)?;
         Ok(found)
     }
 
@@ -308,18 +341,17 @@ impl Run<'_> {
     }
 
     /// Adds findings where feeds and spindle speeds are not the job's, and what that rests on; of the fast blocks of each head,
-    /// with its name.
+    /// with what is known of its cuts, and its name.
     fn compare_feeds(
         &self,
         asked: Option<&Asked>,
-        heads: &[(&[FastBlock], &str)],
-        known: Option<&KnownCuts>,
+        heads: &[(&[FastBlock], Option<KnownCuts>, &str)],
         found: &mut Found,
     ) {
         let Some(asked) = asked else { return };
-        for &(fast, head) in heads {
-            found.verification.findings.extend(asked.findings(self.program, fast, known, head));
-            found.assumptions.extend(asked.assumptions(fast, known));
+        for (fast, known, head) in heads {
+            found.verification.findings.extend(asked.findings(self.program, fast, known.as_ref(), head));
+            found.assumptions.extend(asked.assumptions(fast, known.as_ref()));
         }
         found.verification.findings.extend(asked.other_speeds(self.program));
     }
@@ -357,15 +389,16 @@ fn cuts_nothing(report: &StockReport, blocks: &[BlockCut]) -> Option<Assumption>
     in_air.then(|| Assumption { line: None, text: text.to_owned() })
 }
 
-/// The largest removal rate of a setup's operations, where each has one. Entries and exits are not slowed down for it, so that
-/// up to their speed any rate is allowed.
-pub(crate) fn removal_of(job: &Job, setup: &SetupFile) -> Option<RemovalLimit> {
+/// The largest removal rate of a head's operations in a setup (0 or 1), where each has one. Entries and exits are not slowed down
+/// for it, so that up to their speed any rate is allowed.
+pub(crate) fn removal_of(job: &Job, setup: &SetupFile, head: usize) -> Option<RemovalLimit> {
     let of = |o: &OperationFile| {
         let removal = o.feeds.removal_rate.as_ref()?;
         let slowest = removal.min_mm_min.max(o.feeds.approach_mm_min);
         Some(RemovalLimit { largest: MM3_PER_CM3 * removal.target_cm3_min, slowest })
     };
-    let all: Option<Vec<RemovalLimit>> = job.operations_of(setup).map(|(_, o)| of(o)).collect();
+    let own = job.operations_of(setup).filter(|(_, o)| o.head as usize == head + 1);
+    let all: Option<Vec<RemovalLimit>> = own.map(|(_, o)| of(o)).collect();
     let larger = |a: RemovalLimit, b: RemovalLimit| RemovalLimit {
         largest: a.largest.max(b.largest),
         slowest: a.slowest.max(b.slowest),

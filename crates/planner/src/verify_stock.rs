@@ -1,7 +1,9 @@
 //! The stock of a job's setup as a program from anywhere cuts it.
 
+use std::collections::BTreeSet;
+
 use facemill_nc_program::ReadProgram;
-use facemill_virtual_machine::{StockRun, VerifySettings, VirtualSetup, blocks_beyond, run_stock};
+use facemill_virtual_machine::{BlockCut, StockRun, VerifySettings, VirtualSetup, blocks_beyond, run_stock_of_heads};
 use facemill_z_map::DexelMap;
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -46,7 +48,10 @@ pub struct StockReport {
     pub before_mm3: f64,
     /// What the program took, mm³.
     pub removed_mm3: f64,
-    /// Cutting blocks that took nothing.
+    /// What each of several heads took of that, mm³: what both reach at once counts for the first. Absent with one head.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub removed_by_heads_mm3: Vec<f64>,
+    /// Cutting blocks on which nothing was taken, by no head.
     pub blocks_in_air: usize,
     /// Low and high corner of the rectangle that has lines, x and y of the lines' frame, mm.
     pub region_mm: [[f64; 2]; 2],
@@ -67,6 +72,11 @@ impl StockReport {
             self.cell_mm,
             self.blocks_in_air
         )];
+        let of_head = |(k, taken): (usize, &f64)| format!("head {} {:.1}", k + 1, taken / 1000.0);
+        let of_heads: Vec<String> = self.removed_by_heads_mm3.iter().enumerate().map(of_head).collect();
+        if !of_heads.is_empty() {
+            lines.push(format!("  cut by            {} cm3", of_heads.join(", ")));
+        }
         lines.extend(self.first_line_not_covered.map(|line| {
             let [[x0, y0], [x1, y1]] = self.region_mm;
             format!(
@@ -86,29 +96,29 @@ pub(crate) struct Stand<'a> {
     pub at: &'a VirtualSetup<'a>,
 }
 
-/// What a program did to the stock.
-pub(crate) struct CutDone {
+/// What a program did to the stock, with the runs of its heads.
+pub(crate) struct CutDone<const N: usize> {
     pub report: StockReport,
-    pub run: StockRun,
-    /// Lines of the blocks that may reach stock which has no lines in the map.
-    pub not_covered: Vec<u32>,
+    pub runs: [StockRun; N],
+    /// Lines of the blocks on which each head may reach stock that has no lines in the map.
+    pub not_covered: [Vec<u32>; N],
     /// The stock before the program; `None` where its deviation is not asked for.
     pub before: Option<DexelMap>,
     /// The stock behind it.
     pub rest: DexelMap,
 }
 
-/// Cuts the stock as a program goes.
+/// Cuts the stock as a program goes, by all heads of the machine at the same time; it is that of the first one's setup.
 ///
 /// # Errors
 /// When the stock cannot be made lines of, a setting makes no sense, or the stages are cancelled.
-pub(crate) fn cut_stock(
+pub(crate) fn cut_stock<const N: usize>(
     program: &ReadProgram,
-    on: &Stand<'_>,
-    settings: &VerifySettings,
+    heads: [(&Stand<'_>, &VerifySettings); N],
     cut: &CutRequest,
     stages: &dyn Stages,
-) -> Result<CutDone, Failure> {
+) -> Result<CutDone<N>, Failure> {
+    let Some((on, _)) = heads.first() else { return Err(Failure::Internal("no head cuts the stock".to_owned())) };
     let meshes = StockMeshes::of(on.setup);
     let mut rest = match &cut.rest {
         Some(rest) => rest.clone(),
@@ -117,24 +127,50 @@ pub(crate) fn cut_stock(
     let volume = rest.volume();
     let before = cut.deviation.map(|_| rest.clone());
     let monitor = stages.start("cut the stock", program.blocks.len());
-    let run = run_stock(program, on.at, settings, &mut rest, cut.tolerance, &*monitor).map_err(not_verified)?;
-    let not_covered = blocks_beyond(program, on.at, settings, &rest, &meshes.extents(), &*monitor);
-    let not_covered = not_covered.map_err(not_verified)?;
+    let views = heads.map(|(on, settings)| (on.at, settings));
+    let runs = run_stock_of_heads(program, views, &mut rest, cut.tolerance, &*monitor).map_err(not_verified)?;
+    let mut not_covered = [const { Vec::new() }; N];
+    for (lines, (at, settings)) in not_covered.iter_mut().zip(views) {
+        *lines = blocks_beyond(program, at, settings, &rest, &meshes.extents(), &*monitor).map_err(not_verified)?;
+    }
     drop(monitor);
-    let report = stock_report(&rest, volume, cut.tolerance, &run, &not_covered);
-    Ok(CutDone { report, run, not_covered, before, rest })
+    let report = stock_report(&rest, volume, cut.tolerance, &runs, &not_covered);
+    Ok(CutDone { report, runs, not_covered, before, rest })
 }
 
-/// What is told of a run, with the stock's volume before it, mm³.
-fn stock_report(rest: &DexelMap, before: f64, tolerance: f64, run: &StockRun, not_covered: &[u32]) -> StockReport {
+/// What all heads together did on each block with a cutting move. The runs are of one program, block by block.
+pub(crate) fn blocks_of_heads(runs: &[StockRun]) -> Vec<BlockCut> {
+    let mut all = runs.first().map_or(Vec::new(), |run| run.blocks.clone());
+    for run in runs.iter().skip(1) {
+        for (sum, block) in all.iter_mut().zip(&run.blocks) {
+            sum.removed_mm3 += block.removed_mm3;
+            sum.way_mm = sum.way_mm.max(block.way_mm);
+            sum.is_certain |= block.is_certain;
+            sum.may_be_near |= block.may_be_near;
+        }
+    }
+    all
+}
+
+/// What is told of the heads' runs, with the stock's volume before them, mm³.
+fn stock_report(
+    rest: &DexelMap,
+    before: f64,
+    tolerance: f64,
+    runs: &[StockRun],
+    not_covered: &[Vec<u32>],
+) -> StockReport {
+    let by_heads: Vec<f64> = runs.iter().map(|run| run.removed_mm3).collect();
+    let not_covered: BTreeSet<u32> = not_covered.iter().flatten().copied().collect();
     let grid = rest.grid();
     let far = [0, 1].map(|k| grid.origin()[k] + grid.n_lines()[k] as f64 * grid.cell());
     StockReport {
         cell_mm: grid.cell(),
         tolerance_mm: tolerance,
         before_mm3: before,
-        removed_mm3: run.removed_mm3,
-        blocks_in_air: run.blocks.iter().filter(|b| b.removed_mm3 == 0.0).count(),
+        removed_mm3: by_heads.iter().sum(),
+        removed_by_heads_mm3: if by_heads.len() > 1 { by_heads } else { Vec::new() },
+        blocks_in_air: blocks_of_heads(runs).iter().filter(|b| b.removed_mm3 == 0.0).count(),
         region_mm: [grid.origin(), far],
         blocks_not_covered: not_covered.len(),
         first_line_not_covered: not_covered.first().copied(),

@@ -1,13 +1,14 @@
 //! Both sides of a blade at once on the mill with two heads: planned, written, run and certified; and the program held against
 //! the plan, the report and the part by matrices made from the rows of the machine file.
 
+mod cut_stock;
 mod dual_refusals;
 mod lowered_feeds;
 
 use facemill::nc_program::{AptFile, read_apt};
 use facemill::new_job::NewJob;
 use facemill::report::SpreadReport;
-use facemill::{Job, PlanSettings, Planned, SilentStages, plan_setup};
+use facemill::{Job, PlanSettings, Planned, SilentStages, plan_job, plan_setup};
 use facemill_tests::craig::Words;
 use facemill_tests::jobs::{JobFolder, text_of};
 use facemill_tests::read_back::{Place, ReadBack, apt_feeds, number};
@@ -104,7 +105,10 @@ fn both_sides_of_a_blade_are_planned_run_and_certified_at_once() {
     one_by_one.set("job.json", &[("/pairs", Value::Null)]);
     let (planned, alone) = std::thread::scope(|scope| {
         let alone = scope.spawn(|| plan(&one_by_one, false));
-        (plan(&job, true), alone.join().unwrap())
+        let settings = PlanSettings { verify: true, certificates: true };
+        let read = Job::read(&job.job()).unwrap();
+        let planned = plan_job(&read, settings, Some(cut_stock::CELL), &SilentStages).unwrap().remove(0);
+        (planned, alone.join().unwrap())
     });
     assert!((8..=12).contains(&planned.report.totals.passes), "{:?}", planned.report.totals);
     let read = ReadPlan::of(&job, &planned);
@@ -120,6 +124,7 @@ fn both_sides_of_a_blade_are_planned_run_and_certified_at_once() {
         obeys(format, &job.json(name));
     }
     separate_times_are_those_of_the_sides_one_after_the_other(&alone, &read);
+    cut_stock::both_heads_cut_the_stock(&job, &planned, &read);
 }
 
 /// Three operations one after the other, the first head's second one slower: the program says so before it, for its spindle.
@@ -211,7 +216,7 @@ fn pieces_of(planned: &Planned, head: usize) -> usize {
 fn the_whole_propeller_is_paired_in_less_than_two_thirds_of_the_time() {
     let job = workspace().join("assets/propeller-dual/job.json");
     let settings = PlanSettings { verify: true, certificates: true };
-    let planned = plan_setup(&Job::read(&job).unwrap(), 0, settings, &SilentStages).unwrap();
+    let planned = plan_job(&Job::read(&job).unwrap(), settings, None, &SilentStages).unwrap().remove(0);
     let report: Value = serde_json::from_str(&text_of(&planned, "report.json")).unwrap();
     let pair = &report["pairs"][0];
     assert!(number(&pair["paired_fraction"]) >= 0.9 && number(&pair["time_ratio"]) <= 0.65, "{pair}");
@@ -219,6 +224,8 @@ fn the_whole_propeller_is_paired_in_less_than_two_thirds_of_the_time() {
     assert!(number(&report["totals"]["planned_fraction"]) >= 0.99, "{}", report["totals"]);
     let (blocks, certified) = (&report["certified"]["blocks"], &report["certified"]["certified"]);
     assert!(number(certified) >= 0.999 * number(blocks), "{}", report["certified"]);
+    let cut = planned.report.stock.cut.as_ref().expect("is cut");
+    assert!(cut.blocks_not_covered == 0 && cut.removed_by_heads_mm3.iter().all(|v| *v > 0.0), "{cut:?}");
     println!("paired {}, time {}, certified {certified} of {blocks}", pair["paired_fraction"], pair["time_ratio"]);
 }
 

@@ -16,6 +16,7 @@ mod program;
 mod remains;
 mod report;
 mod runs;
+mod stock;
 mod telling;
 
 pub(crate) use output::{merged_runs, proven_for_both};

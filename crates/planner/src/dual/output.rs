@@ -261,12 +261,12 @@ impl DualProgram<'_, '_> {
         Ok(assumptions(&self.read()?, self.ground.machines[0]))
     }
 
-    fn read(&self) -> Result<ReadProgram, Failure> {
+    pub(super) fn read(&self) -> Result<ReadProgram, Failure> {
         let program = read_program(&self.texts.nc, self.ground.jobs[0].post.dialect());
         program.map_err(|e| self.ground.jobs[0].unread(&e))
     }
 
-    fn setup(&self, head: usize) -> VirtualSetup<'_> {
+    pub(super) fn setup(&self, head: usize) -> VirtualSetup<'_> {
         let (job, setup) = (self.ground.jobs[head], self.ground.setups[head]);
         VirtualSetup {
             machine: self.ground.machines[head],
@@ -279,7 +279,7 @@ impl DualProgram<'_, '_> {
         }
     }
 
-    fn settings(&self, head: usize) -> VerifySettings {
+    pub(super) fn settings(&self, head: usize) -> VerifySettings {
         let section = |(part, &first_line): (&Part<'_>, &u32)| {
             // A head that stands by cuts nothing.
             let limit = part.files[head].map_or(0.0, |o| budget(self.ground.jobs[head], o).simulated());

@@ -21,7 +21,7 @@ use crate::moves::{Move, MoveSettings, PieceMoves};
 use crate::operation::{Ground, PlannedOperation, move_settings};
 use crate::output::check_feeds;
 use crate::plan::{Clock, PlanSettings, Planned, name_parts, planned_files};
-use crate::plan_stock::PlannedStockReport;
+use crate::plan_stock::StockToCut;
 use crate::rapids::LinksReport;
 use crate::reporting::report;
 use crate::{Failure, Stages};
@@ -84,6 +84,7 @@ pub(crate) fn plan_dual_setup(
     job: &Job,
     index: usize,
     settings: PlanSettings,
+    stock: Option<&StockToCut<'_>>,
     stages: &dyn Stages,
 ) -> Result<Planned, Failure> {
     let mut clock = Clock::new();
@@ -126,7 +127,7 @@ pub(crate) fn plan_dual_setup(
     }
     let mut mended = 0;
     let mut rounds = 0;
-    let (mut texts, verifications, certificates) = loop {
+    let (mut texts, mut verifications, certificates) = loop {
         let texts = write_dual_texts(&ground, &parts, &words, settings.verify)?;
         clock.lap("program");
         let program = DualProgram { ground: &ground, parts: &parts, words: &words, texts: &texts };
@@ -148,6 +149,9 @@ pub(crate) fn plan_dual_setup(
     with_mended_stops(&mut planned, &parts);
     let jobs_of: Vec<&Job> = heads.iter().map(|&h| jobs[h]).collect();
     check_feeds(job, &texts.timed, verifications.as_ref().map(|[first, _]| first))?;
+    let program = DualProgram { ground: &ground, parts: &parts, words: &words, texts: &texts };
+    let (of_stock, rest) = program.cut_by_plan(stock, verifications.as_mut(), stages)?;
+    clock.lap("cut the stock");
     texts.time(&ground, &words)?;
     clock.lap("times");
     let verification = verifications.map(|v| merged(v, &heads, &parts, &planned));
@@ -157,14 +161,14 @@ pub(crate) fn plan_dual_setup(
     report.pairs = texts.pair_reports(&parts, &ground);
     report.totals.mended_blocks = mended;
     report.assumptions = DualProgram { ground: &ground, parts: &parts, words: &words, texts: &texts }.assumptions()?;
+    report.stock = of_stock;
     if settings.verify {
-        report.stock = PlannedStockReport::not_cut("that of machines with two heads is not");
         report.links = LinksReport::not_shortened("those of machines with two heads are not looked at");
     }
     let (suffix, state) = name_parts(job, setups[0], &report);
     let chips = ChipFiles::new(&jobs_of, &setups[0].file.name, &planned, (&texts.timed, &[]));
     let files = texts.files(&suffix, state, certificates)?;
-    Ok(planned_files(&suffix, report, files, picture, chips, clock))
+    Ok(Planned { rest, ..planned_files(&suffix, report, files, picture, chips, clock) })
 }
 
 /// An operation that one head machines with the other at home.

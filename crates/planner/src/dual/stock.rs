@@ -1,0 +1,38 @@
+//! The stock of a setup as both heads cut it.
+
+use facemill_virtual_machine::{Verification, VerifySettings};
+
+use super::output::DualProgram;
+use crate::plan_stock::{CutByPlan, PlannedStockReport, StockToCut, cut_by_plan};
+use crate::verify_program::removal_of;
+use crate::verify_stock::{Stand, cut_stock};
+use crate::{Failure, Stages};
+
+impl DualProgram<'_, '_> {
+    /// Cuts the stock by both heads, where it is verified and there is one to cut, and adds what meets it to each head's run.
+    ///
+    /// # Errors
+    /// When the stock cannot be made lines of that are as far apart as asked, or the stages are cancelled.
+    pub(crate) fn cut_by_plan(
+        &self,
+        stock: Option<&StockToCut<'_>>,
+        verifications: Option<&mut [Verification; 2]>,
+        stages: &dyn Stages,
+    ) -> Result<CutByPlan, Failure> {
+        let is_verified = verifications.is_some();
+        let (Some(stock), Some([first, second])) = (stock, verifications) else {
+            return Ok((PlannedStockReport::not_asked(is_verified), None));
+        };
+        let job = self.ground.jobs[0];
+        let before = stock.before(job, self.ground.setups[0])?;
+        cut_by_plan(&before, job.file.verification.stock_tolerance_mm, [first, second], |request| {
+            let at = [0, 1].map(|h| self.setup(h));
+            let stands = [0, 1].map(|h| Stand { job: self.ground.jobs[h], setup: self.ground.setups[h], at: &at[h] });
+            let settings = [0, 1].map(|h| {
+                let removal = removal_of(self.ground.jobs[h], self.ground.setups[h].file, h);
+                VerifySettings { removal, ..self.settings(h) }
+            });
+            cut_stock(&self.read()?, [(&stands[0], &settings[0]), (&stands[1], &settings[1])], request, stages)
+        })
+    }
+}
