@@ -24,6 +24,7 @@
 //! It must not know formulas: those belong to the stage crates.
 
 mod along;
+mod between_lines;
 mod cell;
 mod check;
 mod chip_files;

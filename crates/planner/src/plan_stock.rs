@@ -228,7 +228,7 @@ fn around(a: [[f64; 2]; 2], b: [[f64; 2]; 2]) -> [[f64; 2]; 2] {
 }
 
 /// Adds findings that are not there yet, in the order of lines.
-fn add_new(findings: &mut Vec<Finding>, new: Vec<Finding>) {
+pub(crate) fn add_new(findings: &mut Vec<Finding>, new: Vec<Finding>) {
     let is_known = |f: &Finding| {
         let same = |k: &&Finding| k.kind == f.kind && k.body == f.body;
         findings.iter().filter(same).any(|k| (k.first_line..=k.last_line).contains(&f.worst_line))

@@ -2,6 +2,7 @@
 
 use facemill_cl_data::Aabb;
 use facemill_surface_model::TriMesh;
+use facemill_virtual_machine::outside_layer;
 use facemill_z_map::{DexelMap, MeshStockError};
 use nalgebra::Isometry3;
 
@@ -46,6 +47,21 @@ impl StockMeshes {
     /// The box around all of it, workpiece frame.
     pub(crate) fn extents(&self) -> Aabb {
         self.mesh.aabb().dilated(self.allowance)
+    }
+
+    /// The stock before anything is cut as lines that show all of it: with a layer of half the diagonal of a cell around it.
+    ///
+    /// # Errors
+    /// As [`map`](Self::map).
+    pub(crate) fn outside(
+        &self,
+        job: &Job,
+        setup: &Setup<'_>,
+        cell: f64,
+        region: StockRegion,
+    ) -> Result<DexelMap, Failure> {
+        let mesh = self.mesh.clone();
+        Self { mesh, allowance: self.allowance + outside_layer(cell) }.map(job, setup, cell, region)
     }
 
     /// The stock before anything is cut: lines along z of the workpiece frame, `cell` mm apart. Where a mesh with an allowance

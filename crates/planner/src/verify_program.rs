@@ -14,6 +14,7 @@ use nalgebra::Isometry3;
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use crate::between_lines::between_lines;
 use crate::cell::budget;
 use crate::deviation::{CutStock, deviation_of};
 use crate::deviation_report::DeviationReport;
@@ -22,6 +23,7 @@ use crate::follow::Surroundings;
 use crate::job_file::{OperationFile, SetupFile};
 use crate::load::{Job, Setup};
 use crate::output::{name_obstacles, not_verified, virtual_obstacles};
+use crate::plan_stock::add_new;
 use crate::program::{rtcp_frame, word_map};
 use crate::verify_feeds::{Asked, FastBlock, KnownCuts};
 use crate::verify_stock::{
@@ -243,15 +245,22 @@ impl Run<'_> {
         let [fast] = self.fast_blocks(asked.as_ref(), [(&job.machine, job.tool.gauge_length())], &at);
         let cut = self.request.cut.as_ref();
         let on = Stand { job, setup: &setup, at: &at };
-        let known = cut.map(|cut| self.cut([(&on, &fast)], cut)).transpose()?.map(|cut| found.take(cut));
+        let then = [&*found.verification.findings];
+        let cut = cut.map(|cut| self.cut([(&on, &fast)], then, cut)).transpose()?;
+        let known = cut.map(|cut| found.take(cut));
         let [known] = known.map_or([None], |known| known.map(Some));
         self.compare_feeds(asked.as_ref(), &[(&fast, known, "")], &mut found);
         self.place(&at, &mut found.verification)?;
         Ok(found)
     }
 
-    /// Cuts the stock by all heads, and tells which of these blocks of each are cuts.
-    fn cut<const N: usize>(&self, heads: [(&Stand<'_>, &[FastBlock]); N], cut: &CutRequest) -> Result<Cut<N>, Failure> {
+    /// Cuts the stock by all heads, and tells which of these blocks of each are cuts; `then` are each head's findings so far.
+    fn cut<const N: usize>(
+        &self,
+        heads: [(&Stand<'_>, &[FastBlock]); N],
+        then: [&[Finding]; N],
+        cut: &CutRequest,
+    ) -> Result<Cut<N>, Failure> {
         let settings: [VerifySettings; N] = std::array::from_fn(|h| {
             let (on, fast) = heads[h];
             let probed_lines = fast.iter().map(|block| block.line).collect();
@@ -275,7 +284,11 @@ impl Run<'_> {
         let accuracy = [done.report.tolerance_mm, done.report.cell_mm];
         let known = std::array::from_fn(|h| KnownCuts::of(&done.runs[h], &done.not_covered[h], accuracy));
         let cuts = blocks_of_heads(&done.runs);
-        let findings = done.runs.map(|run| run.findings);
+        let mut findings = done.runs.map(|run| run.findings);
+        if cut.rest.is_none() {
+            let between = between_lines(self.program, stands, cut, (then, &done.not_covered), self.stages)?;
+            findings.iter_mut().zip(between).for_each(|(all, between)| add_new(all, between));
+        }
         Ok(Cut { known, findings, report: done.report, rest: done.rest, cuts, deviation, painted })
     }
 
@@ -311,7 +324,8 @@ impl Run<'_> {
         let fast = self.fast_blocks(asked.as_ref(), heads, &at[0]);
         let on = [0, 1].map(|h| Stand { job: &seen[h], setup: &setups[h], at: &at[h] });
         let stands = [(&on[0], &fast[0][..]), (&on[1], &fast[1][..])];
-        let mut cut = self.request.cut.as_ref().map(|cut| self.cut(stands, cut)).transpose()?;
+        let then = [&*first.verification.findings, &*second.verification.findings];
+        let mut cut = self.request.cut.as_ref().map(|cut| self.cut(stands, then, cut)).transpose()?;
         // With the rest of its head's findings each has the name of its head.
         for (h, found) in [&mut first.verification, &mut second.verification].into_iter().enumerate() {
             found.findings.extend(cut.iter_mut().flat_map(|cut| std::mem::take(&mut cut.findings[h])));

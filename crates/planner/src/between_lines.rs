@@ -1,0 +1,44 @@
+//! What meets the stock where the lines that it is cut on do not show it.
+
+use facemill_nc_program::ReadProgram;
+use facemill_virtual_machine::{Finding, VerifySettings, in_question, still_there, verify};
+
+use crate::output::{name_obstacles, not_verified};
+use crate::stock_map::StockMeshes;
+use crate::verify_stock::{CutRequest, Stand};
+use crate::{Failure, Stages};
+
+/// Of tool bodies and the cutter in rapid that meet the stock as it was at first, and are not known to meet what is left of it, those
+/// that are not proven to be free of that: of each head. `then` is what is found of each without the stock at first, `not_covered` the
+/// lines of the blocks on which it may reach stock that has no lines: there all of it counts as left.
+///
+/// # Errors
+/// As of [`cut_stock`](crate::verify_stock::cut_stock).
+pub(crate) fn between_lines<const N: usize>(
+    program: &ReadProgram,
+    heads: [(&Stand<'_>, &VerifySettings); N],
+    cut: &CutRequest,
+    (then, not_covered): ([&[Finding]; N], &[Vec<u32>; N]),
+    stages: &dyn Stages,
+) -> Result<[Vec<Finding>; N], Failure> {
+    let mut asked = [const { Vec::new() }; N];
+    for ((asked, (on, settings)), then) in asked.iter_mut().zip(heads).zip(then) {
+        let at_first = VerifySettings { stock_is_cut: false, probed_lines: Vec::new(), ..settings.clone() };
+        let monitor = stages.start("verify against all of the stock", program.blocks.len());
+        let mut run = verify(program, on.at, &at_first, &*monitor).map_err(not_verified)?;
+        name_obstacles(&mut run, on.setup);
+        *asked = in_question(&run.findings, then);
+    }
+    let mut found: [Vec<Finding>; N] = std::array::from_fn(|h| {
+        let is_beside = |f: &&Finding| not_covered[h].iter().any(|line| (f.first_line..=f.last_line).contains(line));
+        asked[h].iter().filter(is_beside).cloned().collect()
+    });
+    let Some((on, _)) = heads.first().filter(|_| asked.iter().any(|asked| !asked.is_empty())) else { return Ok(found) };
+    let monitor = stages.start("look between the lines", program.blocks.len());
+    let mut outside = StockMeshes::of(on.setup).outside(on.job, on.setup, cut.cell, cut.region)?;
+    let mut asked = asked.into_iter();
+    let views = heads.map(|(on, settings)| (on.at, settings, asked.next().unwrap_or_default()));
+    let between = still_there(program, views, &mut outside, cut.tolerance, &*monitor).map_err(not_verified)?;
+    found.iter_mut().zip(between).for_each(|(found, between)| found.extend(between));
+    Ok(found)
+}
