@@ -16,7 +16,7 @@ use crate::operation::{Ground, PlannedOperation};
 use crate::output::{
     OwnProgram, Texts, certificates_json, check_feeds, time_texts, try_template, write_draft, write_texts,
 };
-use crate::plan_stock::{CutByPlan, PlannedStockReport, StockBefore, StockToCut, cut_by_plan, not_asked};
+use crate::plan_stock::{CutByPlan, PlannedStockReport, StockBefore, StockToCut, add_new, cut_by_plan, not_asked};
 use crate::program::word_map;
 use crate::rapids::{LinksReport, PlannedLinks};
 use crate::report::Report;
@@ -241,7 +241,12 @@ impl Rounds<'_, '_> {
             let tolerance = job.file.verification.stock_tolerance_mm;
             let cut_stock = |request: &CutRequest| program.cut_stock(request, self.stages);
             let cut = verification.as_mut().map(|found| cut_by_plan(self.before, tolerance, [found], cut_stock));
-            let cut = cut.unwrap_or_else(|| Ok((PlannedStockReport::not_asked(false), None)))?;
+            let mut cut = cut.unwrap_or_else(|| Ok((PlannedStockReport::not_asked(false), None)))?;
+            if let (true, Some(found)) = (self.stock_is_cut() && cut.0.began_as_own(), verification.as_mut()) {
+                let (report, new) = program.between_lines(&cut.0, &found.findings, self.stages)?;
+                cut.0 = report;
+                add_new(&mut found.findings, new);
+            }
             clock.lap("cut the stock");
             if take_back(verification.as_ref(), operations) {
                 continue;

@@ -51,6 +51,11 @@ pub struct PlannedStockReport {
 }
 
 impl PlannedStockReport {
+    /// Whether the setup's own stock was cut, and not the rest of the one before.
+    pub(crate) fn began_as_own(&self) -> bool {
+        self.began_as.as_ref().is_some_and(|began_as| began_as.starts_with(OWN_STOCK))
+    }
+
     /// Of stock that was not cut.
     pub(crate) fn not_cut(why: impl Into<String>) -> Self {
         Self { not_cut_because: Some(why.into()), began_as: None, cut: None }

@@ -221,6 +221,13 @@ impl Found {
     fn take<const N: usize>(&mut self, cut: Cut<N>) -> [KnownCuts; N] {
         self.verification.findings.extend(cut.findings.into_iter().flatten());
         self.assumptions.extend(cuts_nothing(&cut.report, &cut.cuts));
+        self.assumptions.extend(cut.report.certain_depth_mm.is_none().then(|| Assumption {
+            line: None,
+            text: format!(
+                "of the rest that the stock began as, nothing is left between its lines, {} mm apart",
+                cut.report.cell_mm
+            ),
+        }));
         (self.stock, self.rest, self.cuts) = (Some(cut.report), Some(cut.rest), cut.cuts);
         (self.deviation, self.painted) = (cut.deviation, cut.painted);
         cut.known

@@ -47,7 +47,9 @@ pub struct StockReport {
     /// How far from the truth what is cut may be, on every line, mm.
     pub tolerance_mm: f64,
     /// How deep a body of the tool, or the cutter in rapid, goes into what is left between the lines where that is found for certain,
-    /// mm; `null` where the stock began as the rest of another program: only its lines are known then.
+    /// mm; absent in plans that keep off the stock as it was at first, and where the stock began as the rest of another program, of
+    /// which the lines alone are known.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub certain_depth_mm: Option<f64>,
     /// Volume of the stock before the program, mm³.
     pub before_mm3: f64,
@@ -82,12 +84,9 @@ impl StockReport {
         if !of_heads.is_empty() {
             lines.push(format!("  cut by            {} cm3", of_heads.join(", ")));
         }
-        lines.push(match self.certain_depth_mm {
-            Some(depth) => format!(
-                "  between the lines what goes into the stock deeper than {depth:.2} mm is found, however thin it is"
-            ),
-            None => "  between the lines nothing is seen: the stock began as the rest of another program".to_owned(),
-        });
+        lines.extend(self.certain_depth_mm.map(|depth| {
+            format!("  between lines     what goes into the stock deeper than {depth:.2} mm is found, however thin the stock is")
+        }));
         lines.extend(self.first_line_not_covered.map(|line| {
             let [[x0, y0], [x1, y1]] = self.region_mm;
             format!(
