@@ -3,6 +3,7 @@
 
 mod feeds;
 mod plans;
+mod planted_feeds;
 mod stand_command;
 mod stands;
 
