@@ -11,12 +11,8 @@ use facemill::{CutRequest, Failure, StockRegion, files};
 use crate::cli::{Bars, say};
 use crate::program_arguments::{ProgramArguments, ProgramOfJob};
 
-/// Controls whose programs have links that can be replaced.
-const DIALECTS: &str =
-    "Control that the program is for: fanuc, haas, mazak, linuxcnc, siemens_840d; the job's where it is not given";
-
 #[derive(Args)]
-#[command(mut_arg("dialect", |argument| argument.help(DIALECTS)), mut_arg("job", |argument| argument.required(true)))]
+#[command(mut_arg("job", |argument| argument.required(true)))]
 pub(crate) struct RapidsArguments {
     #[command(flatten)]
     program: ProgramArguments,

@@ -11,6 +11,7 @@ use facemill_tests::variants::{tiny_patch, variant};
 use serde_json::json;
 
 mod controls;
+mod heidenhain;
 mod lengths;
 mod planned;
 mod rapids_command;
@@ -184,12 +185,9 @@ fn a_link_with_nothing_in_the_way_is_one_block_and_is_so_again() {
 }
 
 #[test]
-fn programs_whose_links_are_not_replaced_are_refused() {
+fn programs_that_are_not_understood_are_refused_with_their_line() {
     let job = tiny_patch();
     let refused = |dialect, text: &str| faster(&job, dialect, text).unwrap_err().to_string();
-    assert!(
-        refused(Dialect::Heidenhain, "0 BEGIN PGM A MM\n")
-            .contains("program.nc: links are not replaced in programs for")
-    );
     assert!(refused(Dialect::Fanuc, "G0 X1.\nG77 X2.\n").contains("line 2"));
+    assert!(refused(Dialect::Heidenhain, "0 BEGIN PGM A MM\n1 L X+1 RL FMAX\n").contains("line 2"));
 }

@@ -4,7 +4,7 @@ use facemill_nc_program::read_program;
 use facemill_virtual_machine::{Finding, Verification};
 
 use super::clock::LinkClock;
-use super::text::replaced;
+use super::numbered::{replaced, without_numbers};
 use super::{Found, LinkReport, RAPIDS_FORMAT, Rapids, RapidsFile, Stage, WayKind, verified};
 use crate::{Failure, Stages, VerificationFile};
 
@@ -20,8 +20,8 @@ pub(super) fn finish(
     stages: &dyn Stages,
 ) -> Result<Rapids, Failure> {
     for _ in 0..ROUNDS {
-        let (new, places) = written(text, links);
-        same_elsewhere(stage, &new, links, &places)?;
+        let (new, places) = written(stage, text, links);
+        same_elsewhere(stage, [text, &new], links, &places)?;
         let after = verified(stage.job, &new, stage.request, stages)?;
         if !take_back(links, &places, &before.verification, &after.verification) {
             if after.verification.findings.len() > before.verification.findings.len() {
@@ -38,10 +38,10 @@ pub(super) fn finish(
 }
 
 /// The program with the links that have a better way, and each link's first and last line in it.
-fn written(text: &[u8], links: &[Found]) -> (Vec<u8>, Vec<[u32; 2]>) {
+fn written(stage: &Stage<'_>, text: &[u8], links: &[Found]) -> (Vec<u8>, Vec<[u32; 2]>) {
     let changed: Vec<(&[u32], &[String])> =
         links.iter().filter_map(|l| Some((&l.own.as_ref()?.lines[..], &l.better.as_ref()?.1[..]))).collect();
-    let (new, places) = replaced(text, &changed);
+    let (new, places) = replaced(text, &changed, stage.form.numbers_lines);
     let mut places = places.into_iter();
     let mut moved = 0_i64;
     let of_link = |link: &Found| match (&link.own, &link.better) {
@@ -55,10 +55,20 @@ fn written(text: &[u8], links: &[Found]) -> (Vec<u8>, Vec<[u32; 2]>) {
     (new, places)
 }
 
-/// Reads the new program: outside of changed links its motions are those of the old one, and links end where they did.
-fn same_elsewhere(stage: &Stage<'_>, new: &[u8], links: &[Found], places: &[[u32; 2]]) -> Result<(), Failure> {
+/// Reads the new program: outside of changed links its motions are those of the old one, and links end where they did. Where every
+/// line has its number, both texts are held against each other without them.
+fn same_elsewhere(stage: &Stage<'_>, texts: [&[u8]; 2], links: &[Found], places: &[[u32; 2]]) -> Result<(), Failure> {
     let internal = |why: String| Failure::Internal(format!("the program with other links {why}"));
-    let read = read_program(new, stage.request.dialect).map_err(|e| internal(format!("is not read: {e}")))?;
+    let read = |text: &[u8]| {
+        let program = if stage.form.numbers_lines {
+            read_program(without_numbers(text), stage.request.dialect)
+        } else {
+            read_program(text, stage.request.dialect)
+        };
+        program.map_err(|e| internal(format!("is not read: {e}")))
+    };
+    let unnumbered = stage.form.numbers_lines.then(|| read(texts[0])).transpose()?;
+    let (before, read) = (unnumbered.as_ref().unwrap_or(stage.program), read(texts[1])?);
     let old_lines: Vec<u32> = links
         .iter()
         .filter(|l| l.better.is_some())
@@ -71,7 +81,7 @@ fn same_elsewhere(stage: &Stage<'_>, new: &[u8], links: &[Found], places: &[[u32
         let k = new_lines.partition_point(|[_, last]| *last < line);
         new_lines.get(k).is_none_or(|[first, _]| line < *first)
     };
-    let mut old = stage.program.blocks.iter().filter(|b| is_old(b.line));
+    let mut old = before.blocks.iter().filter(|b| is_old(b.line));
     let mut kept = read.blocks.iter().filter(|b| is_new(b.line));
     loop {
         match (old.next(), kept.next()) {

@@ -3,6 +3,7 @@
 mod choose;
 mod clock;
 mod finish;
+mod numbered;
 mod planned;
 mod planned_report;
 mod report;
@@ -13,7 +14,7 @@ mod ways;
 use std::path::Path;
 
 use facemill_inverse_kinematics::AxisValues;
-use facemill_nc_program::{Compensation, Dialect, ReadProgram, WordMap, read_program};
+use facemill_nc_program::{Dialect, ReadProgram, WordMap, read_program};
 use facemill_virtual_machine::{
     LinkHold, LinkSettings, LinkStage, ProgramLink, VerifySettings, VirtualSetup, run_links,
 };
@@ -28,7 +29,7 @@ use crate::verify_program::virtual_setup;
 use crate::{CutRequest, Failure, Stages, VerificationFile, VerifyRequest, verify_program};
 use choose::{Choice, Chooser, Chosen};
 use finish::finish;
-use text::{LinkLines, LinkWords, link_lines};
+use text::{LinkLines, LinkWords, RapidForm, link_lines, turns_shorter};
 use ways::Ends;
 
 pub(crate) use clock::LinkClock;
@@ -82,10 +83,6 @@ pub fn faster_rapids(
     request: &RapidsRequest<'_>,
     stages: &dyn Stages,
 ) -> Result<Rapids, Failure> {
-    if request.dialect == Dialect::Heidenhain {
-        let message = "links are not replaced in programs for Heidenhain controls: every line has its number there";
-        return Err(Failure::input(request.program, message));
-    }
     if job.second.is_some() {
         return Err(job.wrong("links of machines with two heads are not replaced"));
     }
@@ -94,7 +91,9 @@ pub fn faster_rapids(
     let setup = Setup::read(job, request.setup)?;
     let words = word_map(job, &setup, request.setup)?;
     let clearance = request.clearance.unwrap_or(setup.file.rapid_clearance_mm);
-    let stage = Stage { job, setup: &setup, words: &words, program: &program, request, clearance };
+    let form = RapidForm::of(request.dialect);
+    let turns_shorter = turns_shorter(&program);
+    let stage = Stage { job, setup: &setup, words: &words, program: &program, request, clearance, form, turns_shorter };
     let mut links = stage.links(stages)?;
     finish(&stage, text, &mut links, &before, stages)
 }
@@ -136,6 +135,9 @@ struct Stage<'a> {
     program: &'a ReadProgram,
     request: &'a RapidsRequest<'a>,
     clearance: f64,
+    form: RapidForm,
+    /// Whether rotary axes go the shorter way somewhere.
+    turns_shorter: bool,
 }
 
 impl Stage<'_> {
@@ -192,25 +194,15 @@ impl Stage<'_> {
             }
         };
         let writer = self.writer(at);
-        let (choice, lines_of) = self.choose(&writer, &own, clock, link, stage)?;
-        let Choice { before, lower_bound, better, .. } = choice;
-        let better = better.zip(lines_of);
-        Ok(Found { lines, own: Some(own), before, lower_bound, better, kept_because: None })
-    }
-
-    fn choose(
-        &self,
-        writer: &LinkWords<'_>,
-        own: &LinkLines,
-        clock: &LinkClock<'_>,
-        link: &ProgramLink,
-        stage: &LinkStage<'_, '_>,
-    ) -> Result<(Choice, Option<Vec<String>>), String> {
-        let compensation: Compensation = own.compensation();
-        let rounded = |axes: &AxisValues| writer.rounded(compensation, axes).map(|(_, rounded)| rounded);
+        let rounded = |axes: &AxisValues| writer.rounded(own.compensation(), axes).map(|(_, rounded)| rounded);
         let choice = fastest(self.job, self.setup, clock, (link, stage), &rounded)?;
-        let lines = choice.better.as_ref().and_then(|better| writer.lines(own, &better.through));
-        Ok((choice, lines))
+        let Choice { before, lower_bound, better, .. } = choice;
+        let said = |way: &Chosen| writer.lines(&self.form, self.turns_shorter, &own, &way.through);
+        let (better, kept_because) = match better.map(|way| said(&way).map(|texts| (way, texts))).transpose() {
+            Ok(better) => (better, None),
+            Err(why) => (None, Some(why)),
+        };
+        Ok(Found { lines, own: Some(own), before, lower_bound, better, kept_because })
     }
 
     fn writer<'w>(&'w self, at: &VirtualSetup<'_>) -> LinkWords<'w> {
@@ -220,7 +212,6 @@ impl Stage<'_> {
             words: self.words,
             table_from_rtcp_words: at.table_from_rtcp_words,
             decimals: self.job.post.decimals(),
-            always_point: self.request.dialect.file().numbers.always_point,
         }
     }
 }

@@ -124,7 +124,6 @@ impl PlannedLinks {
             words: program.words,
             table_from_rtcp_words: table_from_rtcp_words(job, program.words)?,
             decimals: job.post.decimals(),
-            always_point: false,
         };
         let runs = rapid_runs(program.operations);
         let seeker = Seeker { program, text: &text, clock: &clock, words, runs };

@@ -2,8 +2,8 @@
 
 use facemill_inverse_kinematics::{AxisValues, Machine};
 use facemill_nc_program::{
-    AxisAt, AxisKind, AxisLetter, AxisWords, Compensation, Decimals, Dialect, MotionKind, ReadBlock, ReadCommand,
-    ReadMotion, ReadProgram, WordMap,
+    AxisAt, AxisKind, AxisLetter, AxisWords, Compensation, Decimals, Dialect, MotionKind, Numbering, ReadBlock,
+    ReadCommand, ReadMotion, ReadProgram, WordMap,
 };
 use facemill_virtual_machine::ProgramLink;
 use nalgebra::{Isometry3, Point3};
@@ -15,7 +15,45 @@ pub(crate) struct LinkWords<'a> {
     pub words: &'a WordMap,
     pub table_from_rtcp_words: Isometry3<f64>,
     pub decimals: Decimals,
-    pub always_point: bool,
+}
+
+/// How a control's rapids are written.
+pub(crate) struct RapidForm {
+    /// What stands before the words, and behind them.
+    code: String,
+    end: String,
+    always_point: bool,
+    plus_sign: bool,
+    /// Whether every line has its number, which is no word of it.
+    pub numbers_lines: bool,
+}
+
+impl RapidForm {
+    pub(crate) fn of(dialect: Dialect) -> Self {
+        let file = dialect.file();
+        Self {
+            code: file.words.rapid,
+            end: file.words.rapid_end,
+            always_point: file.numbers.always_point,
+            plus_sign: file.numbers.plus_sign,
+            numbers_lines: file.lines.numbering == Numbering::EveryLine,
+        }
+    }
+
+    /// A number with these decimals at least that is read as exactly this one.
+    fn number(&self, decimals: u8, value: f64) -> Option<String> {
+        let text =
+            (decimals.into()..=MOST_DECIMALS).map(|n| format!("{value:.n$}")).find(|t| t.parse() == Ok(value))?;
+        let text = if text.contains('.') { text.trim_end_matches('0') } else { &text };
+        let text = if text == "-0." || text == "-0" { &text[1..] } else { text };
+        let sign = if self.plus_sign && !text.starts_with('-') { "+" } else { "" };
+        let is_whole = !text.contains('.');
+        Some(match self.always_point {
+            true if is_whole => format!("{sign}{text}."),
+            true => format!("{sign}{text}"),
+            false => format!("{sign}{}", text.trim_end_matches('.')),
+        })
+    }
 }
 
 /// The lines of a link that can be replaced.
@@ -71,39 +109,57 @@ impl LinkWords<'_> {
         AxisWords::from_words(rounded).ok().filter(|all| all.iter().all(|w| w.value.abs() < 1e6))
     }
 
-    /// The lines of a way through these positions in place of a link, without their endings: as many words as change. The last
-    /// position is the link's own, to the last bit.
-    pub(crate) fn lines(&self, link: &LinkLines, through: &[AxisValues]) -> Option<Vec<String>> {
-        let (_, over) = through.split_last()?;
+    /// The lines of a way through these positions in place of a link, without their endings, and without numbers where the control
+    /// has one on each: as many words as change. The last position is the link's own, to the last bit.
+    ///
+    /// # Errors
+    /// When no words say it, or where rotary axes go the shorter way (`turns_shorter`), and one would turn by 180 deg or more
+    /// in a block.
+    pub(crate) fn lines(
+        &self,
+        form: &RapidForm,
+        turns_shorter: bool,
+        link: &LinkLines,
+        through: &[AxisValues],
+    ) -> Result<Vec<String>, String> {
+        let not_said = || "no words of the control say the faster way".to_owned();
+        let (_, over) = through.split_last().ok_or_else(not_said)?;
         let mut at = link.before;
         let mut lines = Vec::with_capacity(through.len());
         let places = over.iter().map(|axes| Some(self.rounded(link.compensation, axes)?.0));
         for words in places.chain([Some(link.end)]) {
-            let words = words?;
+            let words = words.ok_or_else(not_said)?;
+            if let Some(axis) = half_turn(&at, &words).filter(|_| turns_shorter) {
+                return Err(format!("{axis} would turn by 180 deg or more in one block of the faster way, under M126"));
+            }
             let mut line = link.numbers.get(lines.len()).cloned().unwrap_or_default();
-            line.push_str("G0");
+            line.push_str(&form.code);
             for word in words.iter().filter(|w| at.get(w.letter) != Some(w.value)) {
-                line.push_str(&format!(" {}{}", word.letter, self.number(word.letter, word.value)?));
+                let decimals = self.decimals.of(word.letter.kind());
+                line.push_str(&format!(" {}{}", word.letter, form.number(decimals, word.value).ok_or_else(not_said)?));
+            }
+            if !form.end.is_empty() {
+                line.push(' ');
+                line.push_str(&form.end);
             }
             at = words;
             lines.push(line);
         }
-        Some(lines)
+        Ok(lines)
     }
+}
 
-    /// A number that is read as exactly this one.
-    fn number(&self, letter: AxisLetter, value: f64) -> Option<String> {
-        let least = usize::from(self.decimals.of(letter.kind()));
-        let text = (least..=MOST_DECIMALS).map(|n| format!("{value:.n$}")).find(|t| t.parse() == Ok(value))?;
-        let text = if text.contains('.') { text.trim_end_matches('0') } else { &text };
-        let text = if text == "-0." || text == "-0" { &text[1..] } else { text };
-        let is_whole = !text.contains('.');
-        Some(match self.always_point {
-            true if is_whole => format!("{text}."),
-            true => text.to_owned(),
-            false => text.trim_end_matches('.').to_owned(),
-        })
-    }
+/// A rotary axis that turns by half a turn or more from some words to others.
+fn half_turn(from: &AxisWords, to: &AxisWords) -> Option<AxisLetter> {
+    let turns = |letter| Some((to.get(letter)? - from.get(letter)?).abs() >= 180.0);
+    let rotary = to.iter().map(|w| w.letter).filter(|letter| letter.kind() == AxisKind::Rotary);
+    rotary.into_iter().find(|letter| turns(*letter) == Some(true))
+}
+
+/// Whether M126 stands anywhere in a program for Heidenhain: rotary axes then go the shorter way.
+pub(crate) fn turns_shorter(program: &ReadProgram) -> bool {
+    let says = |block: &ReadBlock| block.text.to_ascii_uppercase().replace(' ', "").contains("M126");
+    program.dialect == Dialect::Heidenhain && program.blocks.iter().any(says)
 }
 
 /// Decimals of the words of programs from elsewhere that are told again.
@@ -129,7 +185,9 @@ pub(crate) fn link_lines(program: &ReadProgram, words: &WordMap, link: &ProgramL
             return Err(format!("line {}: its words refer to {}", block.line, motion.work_offset));
         }
         lines.push(block.line);
-        numbers.push(block.number.map_or_else(String::new, |_| number_text(&block.text)));
+        // On Heidenhain every line has its number, which counts on.
+        let number = block.number.filter(|_| program.dialect != Dialect::Heidenhain);
+        numbers.push(number.map_or_else(String::new, |_| number_text(&block.text)));
         motion_of = motion_of.or(Some(motion)).filter(|m| m.compensation == motion.compensation);
         if motion_of.is_none() {
             return Err(format!("line {}: the length compensation is another", block.line));
@@ -179,8 +237,13 @@ fn plain_rapid(dialect: Dialect, block: &ReadBlock) -> Result<&ReadMotion, Strin
     if !block.commands.is_empty() {
         return Err("says something besides a place".to_owned());
     }
-    for (letter, number, value) in words_of(&block.text)? {
+    let is_dialogue = dialect == Dialect::Heidenhain;
+    let words = if is_dialogue { words_of(&dialogue_places(&block.text)?) } else { words_of(&block.text) };
+    for (letter, number, value) in words? {
         let is_plain = match letter {
+            // No compensation of the radius.
+            'R' if is_dialogue => number == "0",
+            'N' | 'G' if is_dialogue => false,
             'N' => true,
             'G' => value == 0.0 && number.bytes().all(|b| b == b'0'),
             _ => {
@@ -195,6 +258,14 @@ fn plain_rapid(dialect: Dialect, block: &ReadBlock) -> Result<&ReadMotion, Strin
         }
     }
     Ok(motion)
+}
+
+/// What stands between L and FMAX of a line in dialogue format, and behind it, with decimal points.
+fn dialogue_places(text: &str) -> Result<String, String> {
+    let code = text.trim_start_matches(|c: char| c.is_ascii_digit()).trim_start();
+    let places = code.strip_prefix(['L', 'l']).filter(|rest| rest.starts_with(' '));
+    let places = places.map(|rest| rest.to_ascii_uppercase().replacen("FMAX", " ", 1).replace(',', "."));
+    places.ok_or_else(|| format!("`{code}` is not understood as places"))
 }
 
 /// Letter, number and value of every word of a line.
@@ -217,35 +288,4 @@ fn words_of(text: &str) -> Result<Vec<(char, String, f64)>, String> {
 fn number_text(text: &str) -> String {
     let digits = text[1..].find(|c: char| !c.is_ascii_digit()).map_or(text.len(), |k| k + 1);
     format!("{} ", &text[..digits])
-}
-
-/// A program with some lines replaced: each of these lists of lines by these texts, where the first of them stood. Says, for
-/// every list, from which line to which its texts stand.
-pub(crate) fn replaced(text: &[u8], all: &[(&[u32], &[String])]) -> (Vec<u8>, Vec<[u32; 2]>) {
-    let mut out = Vec::with_capacity(text.len());
-    let mut places = vec![[0; 2]; all.len()];
-    let (mut line, mut written) = (0, 0);
-    let mut next = 0;
-    for source in text.split_inclusive(|byte| *byte == b'\n') {
-        line += 1;
-        while next < all.len() && all[next].0.last().is_none_or(|last| *last < line) {
-            next += 1;
-        }
-        let Some((lines, texts)) = all.get(next).filter(|(lines, _)| lines.contains(&line)) else {
-            out.extend_from_slice(source);
-            written += 1;
-            continue;
-        };
-        if lines.first() != Some(&line) {
-            continue;
-        }
-        let ending: &[u8] = if source.ends_with(b"\r\n") { b"\r\n" } else { b"\n" };
-        places[next] = [written + 1, written + texts.len() as u32];
-        for text in *texts {
-            out.extend_from_slice(text.as_bytes());
-            out.extend_from_slice(ending);
-        }
-        written += texts.len() as u32;
-    }
-    (out, places)
 }

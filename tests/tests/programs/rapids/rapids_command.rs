@@ -115,7 +115,7 @@ fn what_cannot_be_done_is_exit_2_and_writes_nothing() {
     let job = block();
     job.write("old.nc", two_ways(HEAD, FAR).as_bytes());
     job.write("wrong.nc", two_ways(HEAD, "G0 Z440. Q$\n").as_bytes());
-    job.write("tnc.nc", b"0 BEGIN PGM A MM\n1 END PGM A MM\n");
+    job.write("tnc.nc", b"0 BEGIN PGM A MM\n1 L X+1 R0 F$\n");
     let before = files_of(&job);
     for (words, expected) in [
         ("gone.nc --job job.json -o new.nc", &["cannot read", "gone.nc"][..]),
@@ -131,7 +131,7 @@ fn what_cannot_be_done_is_exit_2_and_writes_nothing() {
         ("old.nc --job job.json -o new.nc --stock-tolerance-mm 0", &["tolerance", "above 0 mm"]),
         ("old.nc --job job.json -o new.nc --rest tool.json", &["tool.json"]),
         ("old.nc --job job.json -o new.nc --rest a.stock --stock-cell-mm 1", &["--rest", "--stock-cell-mm"]),
-        ("tnc.nc --job job.json -o new.nc --dialect heidenhain", &["tnc.nc", "Heidenhain", "not replaced"]),
+        ("tnc.nc --job job.json -o new.nc --dialect heidenhain", &["tnc.nc", "line 2, column"]),
         ("old.nc --job job.json -o new.nc --dialect tnc", &["--dialect", "heidenhain"]),
         ("old.nc --job job.json -o new.nc --setup 2", &["job.json", "no setup \"2\""]),
         ("old.nc -o new.nc", &["--job"]),

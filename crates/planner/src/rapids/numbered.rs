@@ -1,0 +1,128 @@
+//! Lines of a program in place of others, and the numbers of all lines where the control has one on each.
+
+use std::ops::Range;
+
+/// A program with some lines replaced: each of these lists of lines by these texts, where the first of them stood. Says, for
+/// every list, from which line to which its texts stand.
+///
+/// With `counts` lines that begin with their number (behind a `/`, too) count on: the texts have numbers where the first line that
+/// they replace has one, and those of all lines behind are moved by as many as there are more or fewer. Lines without a number
+/// get none.
+pub(super) fn replaced(text: &[u8], all: &[(&[u32], &[String])], counts: bool) -> (Vec<u8>, Vec<[u32; 2]>) {
+    let mut out = Vec::with_capacity(text.len());
+    let mut places = vec![[0; 2]; all.len()];
+    let (mut line, mut written) = (0, 0);
+    let mut next = 0;
+    // How many more lines with a number there are than in the text.
+    let mut shift = 0;
+    for source in text.split_inclusive(|byte| *byte == b'\n') {
+        line += 1;
+        while next < all.len() && all[next].0.last().is_none_or(|last| *last < line) {
+            next += 1;
+        }
+        let number = number_of(source).filter(|_| counts);
+        let Some((lines, texts)) = all.get(next).filter(|(lines, _)| lines.contains(&line)) else {
+            push_moved(&mut out, source, number, shift);
+            written += 1;
+            continue;
+        };
+        if lines.first() == Some(&line) {
+            let ending: &[u8] = if source.ends_with(b"\r\n") { b"\r\n" } else { b"\n" };
+            places[next] = [written + 1, written + texts.len() as u32];
+            for text in *texts {
+                if let Some(digits) = &number {
+                    out.extend_from_slice(moved(&source[digits.clone()], shift).as_bytes());
+                    out.push(b' ');
+                    shift += 1;
+                }
+                out.extend_from_slice(text.as_bytes());
+                out.extend_from_slice(ending);
+            }
+            written += texts.len() as u32;
+        }
+        shift -= i64::from(number.is_some());
+    }
+    (out, places)
+}
+
+/// The line with its number moved.
+fn push_moved(out: &mut Vec<u8>, source: &[u8], number: Option<Range<usize>>, shift: i64) {
+    match number.filter(|_| shift != 0) {
+        Some(digits) => {
+            out.extend_from_slice(&source[..digits.start]);
+            out.extend_from_slice(moved(&source[digits.clone()], shift).as_bytes());
+            out.extend_from_slice(&source[digits.end..]);
+        }
+        None => out.extend_from_slice(source),
+    }
+}
+
+/// The digits of a number that is moved, as many as before where it begins with zeros; at least 0.
+fn moved(digits: &[u8], shift: i64) -> String {
+    let text = String::from_utf8_lossy(digits);
+    let Ok(number) = text.parse::<i64>() else { return text.into_owned() };
+    let width = if digits.first() == Some(&b'0') { digits.len() } else { 1 };
+    format!("{:0width$}", number.saturating_add(shift).max(0))
+}
+
+/// Bytes of a line that are its number.
+fn number_of(line: &[u8]) -> Option<Range<usize>> {
+    let count = |from: usize, is: fn(&u8) -> bool| line[from..].iter().take_while(|byte| is(byte)).count();
+    let blanks = |from: usize| from + count(from, u8::is_ascii_whitespace);
+    let mut start = blanks(0);
+    if line.get(start) == Some(&b'/') {
+        start = blanks(start + 1);
+    }
+    let end = start + count(start, u8::is_ascii_digit);
+    (end > start).then_some(start..end)
+}
+
+/// The text without the numbers of its lines: what it says besides them.
+pub(super) fn without_numbers(text: &[u8]) -> Vec<u8> {
+    let mut out = Vec::with_capacity(text.len());
+    for source in text.split_inclusive(|byte| *byte == b'\n') {
+        let digits = number_of(source).unwrap_or(0..0);
+        out.extend_from_slice(&source[..digits.start]);
+        out.extend_from_slice(&source[digits.end..]);
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The new text, and where the texts stand.
+    fn told(text: &str, all: &[(&[u32], &[String])]) -> (String, Vec<[u32; 2]>) {
+        let (new, places) = replaced(text.as_bytes(), all, true);
+        (String::from_utf8(new).unwrap(), places)
+    }
+
+    #[test]
+    fn numbers_count_on_over_fewer_and_more_lines_and_comments_between_them() {
+        let text = "0 A\r\n1 B\r\n2 ; C\r\n3 D\r\n/4 E\r\nF\r\n5 G\r\n6 H ~\r\n  Q1=+1\r\n / 7 I\r\n8 J";
+        let [one, three] =
+            [&["X"][..], &["U", "V", "W"]].map(|t| t.iter().map(|t| (*t).to_owned()).collect::<Vec<_>>());
+        let (new, places) = told(text, &[(&[2, 4], &one), (&[7], &three)]);
+        let expected = "0 A\r\n1 X\r\n2 ; C\r\n/3 E\r\nF\r\n4 U\r\n5 V\r\n6 W\r\n7 H ~\r\n  Q1=+1\r\n / 8 I\r\n9 J";
+        assert_eq!((&*new, &places[..]), (expected, &[[2, 2], [6, 8]][..]));
+        // Without numbers both say the same besides what was replaced.
+        let rest = |text: &str, lines: &[usize]| -> Vec<String> {
+            let text = String::from_utf8(without_numbers(text.as_bytes())).unwrap();
+            text.lines().enumerate().filter(|(k, _)| !lines.contains(k)).map(|(_, l)| l.to_owned()).collect()
+        };
+        assert_eq!(rest(text, &[1, 3, 6]), rest(&new, &[1, 5, 6, 7]));
+    }
+
+    #[test]
+    fn zeros_before_numbers_stay_and_lines_without_one_get_none() {
+        let one = ["X".to_owned()];
+        assert_eq!(told("0008 A\n0009 B\n0010 C\n", &[(&[1, 2], &one)]).0, "0008 X\n0009 C\n");
+        assert_eq!(told("A\nB\nC\n10 D\n", &[(&[1, 2], &one)]).0, "X\nC\n10 D\n");
+        // A first line without a number, a second one with.
+        assert_eq!(told("A\n1 B\n2 C\n", &[(&[1, 2], &one)]).0, "X\n1 C\n");
+        // Numbers of other controls are words of their lines.
+        let (new, places) = replaced(b"N1 A\nN2 B\n3 C\n", &[(&[1, 2], &one)], false);
+        assert_eq!((&new[..], &places[..]), (&b"X\n3 C\n"[..], &[[1, 1]][..]));
+    }
+}
