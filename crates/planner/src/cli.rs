@@ -15,6 +15,7 @@ use crate::chip_area_command::{self, ChipAreaArguments};
 use crate::feedrate_command::{self, FeedrateArguments};
 use crate::lengths_command::{self, LengthsArguments};
 use crate::machine_commands::{self, MachineCommand};
+use crate::option_lengths::above_zero;
 use crate::progress::Bar;
 use crate::rapids_command::{self, RapidsArguments};
 use crate::verify_command::{self, VerifyArguments};
@@ -43,7 +44,7 @@ enum Command {
         #[arg(long)]
         no_verify: bool,
         /// Cut the stock on lines so far apart; as the job says, or as suits what is cut, where it is not given
-        #[arg(long, value_name = "MM", allow_negative_numbers = true, conflicts_with = "no_verify")]
+        #[arg(long, value_name = "MM", allow_negative_numbers = true, conflicts_with = "no_verify", value_parser = above_zero)]
         stock_cell_mm: Option<f64>,
         /// Prove for every block what happens between its ends, and write certificates.json
         #[arg(long)]
@@ -119,7 +120,7 @@ enum NewPart {
         #[arg(long, default_value = "dtmb4119")]
         series: SeriesName,
         /// Diameter
-        #[arg(long, value_name = "MM", default_value_t = 3048.0)]
+        #[arg(long, value_name = "MM", default_value_t = 3048.0, allow_negative_numbers = true, value_parser = above_zero)]
         diameter_mm: f64,
         /// Number of blades (Wageningen B only; 4 where it is not given)
         #[arg(long, value_name = "N")]
@@ -136,7 +137,7 @@ enum NewPart {
         /// Folder to write to; it must be empty or not exist
         dir: PathBuf,
         /// Diameter
-        #[arg(long, value_name = "MM", default_value_t = 1000.0)]
+        #[arg(long, value_name = "MM", default_value_t = 1000.0, allow_negative_numbers = true, value_parser = above_zero)]
         diameter_mm: f64,
     },
     /// A wavy sculptured patch
@@ -144,7 +145,7 @@ enum NewPart {
         /// Folder to write to; it must be empty or not exist
         dir: PathBuf,
         /// Length of its sides
-        #[arg(long, value_name = "MM", default_value_t = 400.0)]
+        #[arg(long, value_name = "MM", default_value_t = 400.0, allow_negative_numbers = true, value_parser = above_zero)]
         size_mm: f64,
     },
     /// The blade of NASA Rotor 37

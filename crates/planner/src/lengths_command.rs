@@ -11,6 +11,7 @@ use facemill::z_map::DexelMap;
 use facemill::{CutRequest, Failure, StockRegion, files};
 
 use crate::cli::{Bars, say};
+use crate::option_lengths::{above_zero, from_zero};
 use crate::program_arguments::{ProgramArguments, ProgramOfJob};
 
 #[derive(Args)]
@@ -19,16 +20,16 @@ pub(crate) struct LengthsArguments {
     #[command(flatten)]
     program: ProgramArguments,
     /// What every length that is forced has above the least that is free
-    #[arg(long, value_name = "MM", default_value_t = 0.5, allow_negative_numbers = true)]
+    #[arg(long, value_name = "MM", default_value_t = 0.5, allow_negative_numbers = true, value_parser = from_zero)]
     margin_mm: f64,
     /// Length that none goes beyond
-    #[arg(long, value_name = "MM", default_value_t = 1000.0, allow_negative_numbers = true)]
+    #[arg(long, value_name = "MM", default_value_t = 1000.0, allow_negative_numbers = true, value_parser = from_zero)]
     longest_mm: f64,
     /// Cut the stock on lines so far apart, and hold the tool assembly against it as it is at every moment
-    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
+    #[arg(long, value_name = "MM", allow_negative_numbers = true, value_parser = above_zero)]
     stock_cell_mm: Option<f64>,
     /// How far from the truth what is cut may be
-    #[arg(long, value_name = "MM", default_value_t = 0.05, allow_negative_numbers = true)]
+    #[arg(long, value_name = "MM", default_value_t = 0.05, allow_negative_numbers = true, value_parser = above_zero)]
     stock_tolerance_mm: f64,
     /// Begin with the rest that another program left (facemill verify --rest-out) in place of the job's stock
     #[arg(long, value_name = "FILE", conflicts_with = "stock_cell_mm")]
@@ -64,21 +65,8 @@ fn cut_of(arguments: &LengthsArguments) -> Result<Option<CutRequest>, Failure> {
     Ok(Some(of(rest.grid().cell(), Some(rest))))
 }
 
-/// Refuses options that are no lengths; no file of the job says them.
-fn check_lengths(arguments: &LengthsArguments) -> Result<(), Failure> {
-    let lengths = [("--margin-mm", arguments.margin_mm), ("--longest-mm", arguments.longest_mm)];
-    match lengths.iter().find(|(_, mm)| !(*mm >= 0.0 && mm.is_finite())) {
-        Some((option, mm)) => {
-            let message = format!("{option}: must be a length of at least 0, is {mm}");
-            Err(Failure::input(&arguments.program.program, message))
-        }
-        None => Ok(()),
-    }
-}
-
 pub(crate) fn run(arguments: &LengthsArguments) -> Result<ExitCode, Failure> {
     crate::progress::watch_interrupts().map_err(Failure::Internal)?;
-    check_lengths(arguments)?;
     let library = match &arguments.holders {
         Some(path) => Some(HolderLibrary::from_json(&files::read(path)?).map_err(|e| Failure::input(path, e))?),
         None => None,

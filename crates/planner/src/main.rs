@@ -11,6 +11,7 @@ mod feedrate_command;
 mod findings_table;
 mod lengths_command;
 mod machine_commands;
+mod option_lengths;
 mod program_arguments;
 mod progress;
 mod rapids_command;

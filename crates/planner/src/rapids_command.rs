@@ -9,6 +9,7 @@ use facemill::z_map::DexelMap;
 use facemill::{CutRequest, Failure, StockRegion, files};
 
 use crate::cli::{Bars, say};
+use crate::option_lengths::{above_zero, from_zero};
 use crate::program_arguments::{ProgramArguments, ProgramOfJob};
 
 #[derive(Args)]
@@ -17,19 +18,19 @@ pub(crate) struct RapidsArguments {
     #[command(flatten)]
     program: ProgramArguments,
     /// Depth of the cutter that is a finding; where it is not given the smallest that the setup's operations allow
-    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
+    #[arg(long, value_name = "MM", allow_negative_numbers = true, value_parser = from_zero)]
     gouge_mm: Option<f64>,
     /// Cut the stock on lines so far apart
-    #[arg(long, value_name = "MM", default_value_t = 1.0, allow_negative_numbers = true)]
+    #[arg(long, value_name = "MM", default_value_t = 1.0, allow_negative_numbers = true, value_parser = above_zero)]
     stock_cell_mm: f64,
     /// How far from the truth what is cut may be
-    #[arg(long, value_name = "MM", default_value_t = 0.05, allow_negative_numbers = true)]
+    #[arg(long, value_name = "MM", default_value_t = 0.05, allow_negative_numbers = true, value_parser = above_zero)]
     stock_tolerance_mm: f64,
     /// Begin with the rest that another program left (facemill verify --rest-out) in place of the job's stock
     #[arg(long, value_name = "FILE", conflicts_with = "stock_cell_mm")]
     rest: Option<PathBuf>,
     /// Distance to keep from stock and fixtures; the setup's for rapids where it is not given
-    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
+    #[arg(long, value_name = "MM", allow_negative_numbers = true, value_parser = from_zero)]
     clearance_mm: Option<f64>,
     /// Program to write
     #[arg(short, long, value_name = "FILE")]
@@ -64,9 +65,6 @@ fn cut_of(arguments: &RapidsArguments) -> Result<CutRequest, Failure> {
 pub(crate) fn run(arguments: &RapidsArguments) -> Result<ExitCode, Failure> {
     crate::progress::watch_interrupts().map_err(Failure::Internal)?;
     let program = &arguments.program.program;
-    if arguments.clearance_mm.is_some_and(|c| !(c >= 0.0 && c.is_finite())) {
-        return Err(Failure::input(program, "--clearance-mm: must be a length of at least 0"));
-    }
     let ProgramOfJob { job, setup, dialect, text } = arguments.program.read()?;
     let request = RapidsRequest {
         program,

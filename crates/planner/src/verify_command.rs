@@ -14,6 +14,7 @@ use facemill::{
 use crate::cli::{Bars, say};
 use crate::deviation_command::{mesh_bytes, painted_mesh, rest_mesh, told_deviation};
 use crate::findings_table::findings_table;
+use crate::option_lengths::{above_zero, from_zero};
 use crate::program_arguments::{ProgramArguments, ProgramOfJob};
 use crate::stand_arguments::StandArguments;
 
@@ -33,16 +34,16 @@ pub(crate) struct VerifyArguments {
     stand: StandArguments,
     /// Depth of the cutter that is a finding; where it is not given the smallest that the setup's operations allow, and 0.02 with
     /// --part
-    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
+    #[arg(long, value_name = "MM", allow_negative_numbers = true, value_parser = from_zero)]
     gouge_mm: Option<f64>,
     /// Prove for every block what happens between its ends
     #[arg(long)]
     certificates: bool,
     /// Cut the stock on lines so far apart, and hold tool assembly and rapids against it as it is at every moment
-    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
+    #[arg(long, value_name = "MM", allow_negative_numbers = true, value_parser = above_zero)]
     stock_cell_mm: Option<f64>,
     /// How far from the truth what is cut may be [default: 0.05]
-    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
+    #[arg(long, value_name = "MM", allow_negative_numbers = true, value_parser = above_zero)]
     stock_tolerance_mm: Option<f64>,
     /// Which part of the stock to cut: whole, operations (the rectangle around what the job's operations cut, with the cutter's
     /// diameter around it), or X0,Y0,X1,Y1 in mm of the workpiece frame. What meets stock elsewhere is not seen
@@ -63,7 +64,7 @@ pub(crate) struct VerifyArguments {
     deviation: Option<PathBuf>,
     /// Hold the stock behind the program against the part, with this deviation to both sides within tolerance; where it
     /// is not given with --deviation, the largest cusp of the setup's operations with all that is allowed for gouges
-    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
+    #[arg(long, value_name = "MM", allow_negative_numbers = true, value_parser = above_zero)]
     deviation_tolerance_mm: Option<f64>,
     /// File to write what was found to, as JSON
     #[arg(short, long, value_name = "FILE")]

@@ -100,6 +100,10 @@ fn usage_errors_are_exit_2() {
         assert_eq!(code, 2, "--threads {threads}: {errors}");
         assert!(errors.contains("--threads"), "--threads {threads}: {errors}");
     }
+    for cell in ["0", "-1", "nan", "inf"] {
+        let (code, errors) = plan(&job, "out", &[&format!("--stock-cell-mm={cell}")]);
+        assert!(code == 2 && errors.contains("--stock-cell-mm") && !errors.contains("job.json"), "{cell}: {errors}");
+    }
     assert!(names(&job.path("out")).is_empty());
     // More threads than the machine has are none of its business.
     assert_eq!(plan(&job, "out", &["--threads", "1024", "--no-verify"]).0, 0);

@@ -580,9 +580,10 @@ fn programs_from_anywhere_are_run_as_the_job_stands() {
         ("wrong.nc", &[][..], "line 2, column"),
         ("nothing.nc", &[], "nothing.nc"),
         ("program.nc", &["--setup", "3"], "no setup \"3\""),
-        ("program.nc", &["--gouge-mm", "-1"], "at least 0"),
-        ("program.nc", &["--stock-cell-mm", "0"], "dexel cell of 0 mm"),
-        ("program.nc", &["--stock-cell-mm", "1", "--stock-tolerance-mm", "0"], "above 0 mm"),
+        ("program.nc", &["--gouge-mm", "-1"], "'--gouge-mm <MM>': must be a length of at least 0 mm"),
+        ("program.nc", &["--stock-cell-mm", "0"], "'--stock-cell-mm <MM>': must be a length above 0 mm"),
+        ("program.nc", &["--stock-cell-mm", "1", "--stock-tolerance-mm", "0"], "'--stock-tolerance-mm <MM>': must"),
+        ("program.nc", &["--stock-cell-mm", "1", "--deviation-tolerance-mm", "nan"], "'--deviation-tolerance-mm <MM>'"),
         (
             "program.nc",
             &["--stock-cell-mm", "1", "--stock-region", "1,2,3"],

@@ -110,7 +110,7 @@ fn what_cannot_be_meant_is_exit_2_and_writes_nothing() {
     let before = files_of(&job);
     let job_of = "past.nc --job job.json -o lengths.json --tool-out short.json";
     let holders = |name: &str| format!("{job_of} --holders {name}");
-    let wrong: [(String, &[&str]); 20] = [
+    let wrong: Vec<(String, &[&str])> = vec![
         (holders("gone.json"), &["cannot read", "gone.json"]),
         (holders("bore.json"), &["bore.json", "holders[0].bore_mm", "more than 0"]),
         (holders("range.json"), &["range.json", "holders[0].stick_out_mm[1]"]),
@@ -124,7 +124,8 @@ fn what_cannot_be_meant_is_exit_2_and_writes_nothing() {
         (format!("{job_of} --margin-mm -1"), &["--margin-mm", "at least 0"]),
         (format!("{job_of} --margin-mm inf"), &["--margin-mm", "at least 0"]),
         (format!("{job_of} --longest-mm -1"), &["--longest-mm", "at least 0"]),
-        (format!("{job_of} --stock-cell-mm 0"), &["dexel cell of 0 mm"]),
+        (format!("{job_of} --stock-cell-mm 0"), &["--stock-cell-mm", "above 0 mm"]),
+        (format!("{job_of} --stock-cell-mm 1 --stock-tolerance-mm -1"), &["--stock-tolerance-mm", "above 0 mm"]),
         (format!("{job_of} --rest tool.json"), &["tool.json"]),
         (job_of.replace("past.nc", "wrong.nc"), &["wrong.nc", "line 8, column"]),
         (job_of.replace("--job job.json", ""), &["--job"]),

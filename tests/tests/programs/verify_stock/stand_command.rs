@@ -190,7 +190,7 @@ fn what_contradicts_itself_or_is_missing_is_exit_2_and_writes_nothing() {
         (and("--work-offset 1,2"), &["--work-offset", "X,Y,Z"]),
         (and("--work-register G99"), &["register", "G99", "G54"]),
         (and("--length-register 0"), &["tool.json", "length_register"]),
-        (and("--gouge-mm -0.1"), &["gouge limit", "at least 0"]),
+        (and("--gouge-mm -0.1"), &["--gouge-mm", "at least 0"]),
         (and("--rest-out rest.stock"), &["--rest-out", "--stock-cell-mm"]),
         (and("--rest-mesh rest.json"), &["--rest-mesh", ".obj"]),
         (and("--fixture gone.obj"), &["cannot read", "gone.obj"]),
