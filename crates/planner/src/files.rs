@@ -129,6 +129,18 @@ pub fn remove_counterparts(folder: &Path, written: &[(String, Vec<u8>)]) -> Resu
     Ok(())
 }
 
+/// Removes the file that an earlier run wrote under a name that the user gave again, where this run has nothing to write to it: what
+/// is there would be taken for its result. A symbolic link stays one: its target goes. Says whether there was one.
+///
+/// # Errors
+/// [`Failure::Write`], naming the file; [`Failure::Input`] where [`write_each`] would not write it, either.
+pub fn remove_earlier(file: &Path) -> Result<bool, Failure> {
+    let place = place_of(file)?;
+    let was_there = place.exists();
+    remove(place)?;
+    Ok(was_there)
+}
+
 fn remove(file: PathBuf) -> Result<(), Failure> {
     match std::fs::remove_file(&file) {
         Err(source) if source.kind() != std::io::ErrorKind::NotFound => Err(Failure::Write { file, source }),

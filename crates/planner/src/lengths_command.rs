@@ -96,6 +96,24 @@ pub(crate) fn run(arguments: &LengthsArguments) -> Result<ExitCode, Failure> {
     outputs.extend(program.map(|(out, (_, text))| (out.as_path(), text.clone())));
     files::write_each(&outputs)?;
     say(&found.file.table())?;
+    let why_no_program =
+        if found.tool.is_some() { "no shorter assembly passes with other postures" } else { NOTHING_WORKS };
+    let missing = [
+        (&arguments.tool_out, found.tool.is_none(), NOTHING_WORKS),
+        (&arguments.program_out, found.replanned.is_none(), why_no_program),
+    ];
+    for (out, _, why) in missing.into_iter().filter(|(_, is_missing, _)| *is_missing) {
+        out.as_deref().map_or(Ok(()), |out| leave_out(out, why))?;
+    }
     let clean = found.tool.is_some() && !found.file.findings.iter().any(|f| f.kind.is_fault());
     Ok(if clean { ExitCode::SUCCESS } else { ExitCode::from(1) })
+}
+
+const NOTHING_WORKS: &str = "no tool works";
+
+/// Tells that a file is not written, and removes what an earlier run has left there.
+fn leave_out(out: &Path, why: &str) -> Result<(), Failure> {
+    let removed = if files::remove_earlier(out)? { "; the one of an earlier run is removed" } else { "" };
+    eprintln!("facemill: {why}: {} is not written{removed}", out.display());
+    Ok(())
 }

@@ -71,12 +71,20 @@ fn where_nothing_works_it_is_exit_1_with_the_report_and_no_tool() {
     let job = past_the_wall();
     shelve(&job, "shelf.json", &[("too short", [5.0, 15.0])]);
     for (option, of) in [("--holders shelf.json", "too short"), ("--longest-mm 15", "is free of")] {
+        // A tool that an earlier run wrote, which would be taken for this run's.
+        let has_earlier = option.starts_with("--longest");
+        if has_earlier {
+            job.write("short.json", &std::fs::read(job.path("tool.json")).unwrap());
+        }
         let told = facemill_in(
             &job,
             &format!("lengths past.nc --job job.json {option} -o lengths.json --tool-out short.json"),
         );
         assert_eq!(told.code, 1, "{option}: {}{}", told.errors, told.printed);
         assert!(told.printed.contains(of), "{option}: {}", told.printed);
+        let said = |what: &str| told.errors.contains(what);
+        assert!(said("no tool works") && said("short.json is not written"), "{option}: {}", told.errors);
+        assert_eq!(said("earlier run is removed"), has_earlier, "{option}: {}", told.errors);
         let file = job.json("lengths.json");
         assert!(file.get("holder").is_none() && !job.path("short.json").exists(), "{option}: {file}");
     }
