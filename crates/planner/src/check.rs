@@ -1,10 +1,29 @@
 //! What `check` says of a setup.
 
+use facemill_surface_model::{LengthUnit, UpAxis};
+
 use crate::load::Setup;
 use crate::output::try_template;
 use crate::path::lay;
 use crate::program::word_map;
 use crate::{Failure, Job};
+
+fn units(unit: LengthUnit) -> &'static str {
+    match unit {
+        LengthUnit::Metre => "metres",
+        LengthUnit::Centimetre => "centimetres",
+        LengthUnit::Millimetre => "millimetres",
+        LengthUnit::Inch => "inches",
+    }
+}
+
+fn up(axis: UpAxis) -> &'static str {
+    match axis {
+        UpAxis::X => "x",
+        UpAxis::Y => "y",
+        UpAxis::Z => "z",
+    }
+}
 
 /// Reads a setup, lays its passes, and tells in lines what was found; nothing is planned.
 ///
@@ -19,7 +38,8 @@ pub fn describe_setup(job: &Job, index: usize) -> Result<Vec<String>, Failure> {
         let counts = mesh.repair.iter().filter(|(_, v)| v.as_u64().is_some_and(|n| n > 0));
         let counts: Vec<String> =
             counts.map(|(k, v)| format!("{v} {}", k.trim_start_matches("n_").replace('_', " "))).collect();
-        lines.push(format!("mesh {}: {}", mesh.file, counts.join(", ")));
+        let taken = format!("in {}, {} up", units(mesh.unit), up(mesh.up_axis));
+        lines.push(format!("mesh {} {taken}: {}", mesh.file, counts.join(", ")));
     }
     let b = setup.aabb();
     lines.push(format!(

@@ -49,6 +49,7 @@ mod machine_load;
 #[cfg(test)]
 mod machine_load_laws;
 mod mending;
+mod mesh_files;
 #[cfg(test)]
 mod move_laws;
 mod moves;
@@ -104,9 +105,10 @@ pub use deviation_cusps::{CuspRatios, CuspReport};
 pub use deviation_report::{DeviationAreas, DeviationBin, DeviationFigures, DeviationPlace, DeviationReport};
 pub use dual::{PairReport, PairSplit};
 pub use failure::Failure;
-pub use load::{Job, read_mesh};
+pub use load::Job;
 pub use machine_check::{MachineCheck, describe_heads, describe_hulls, describe_machine};
 pub use machine_load::{BodyHull, ReadMachine, read_machine};
+pub use mesh_files::read_mesh;
 pub use pass_order::PassOrderReport;
 pub use plan::{PlanSettings, Planned, REJECTED, plan_setup};
 pub use plan_stock::{PlannedStockReport, plan_job};

@@ -1,6 +1,5 @@
 //! From a job file to everything it names, checked.
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use facemill_cl_data::{Aabb, CcPoint, CuttingLaw, PlacedSolid, RoundBox, Solid};
@@ -8,21 +7,18 @@ use facemill_cutter_location::Pieces;
 use facemill_interference::{Interference, MeshTree, solid_mesh};
 use facemill_inverse_kinematics::{AxisKind, BlockLaw, BodyPose, Carrier, Machine};
 use facemill_nc_program::{AxisWords, FeedMode, LAST_PROGRAM_NUMBER, PostSettings, ReadError, RtcpRapids, WorkOffset};
-use facemill_surface_model::{
-    Group, ImportSettings, Imported, LengthUnit, MeshFormat, Surface, SurfaceSettings, TriMesh, UpAxis, import_mesh,
-};
+use facemill_surface_model::{Group, Surface, SurfaceSettings, TriMesh};
 use facemill_tool_model::ToolAssembly;
 use nalgebra::{Isometry3, Point3, Translation3, Unit, UnitQuaternion, Vector3};
 
 use crate::enclosure::check_enclosure;
-use crate::job_file::{
-    JobFile, MeshFile, OperationFile, PoseFile, RoleFile, SetupFile, StockFile, UnitFile, UpAxisFile,
-};
+use crate::job_file::{JobFile, MeshFile, OperationFile, PoseFile, RoleFile, SetupFile, StockFile};
 use crate::machine_load::read_machine;
+use crate::mesh_files::{FileKey, MeshFiles};
 use crate::post_load::read_post;
 use crate::report::MeshReport;
 use crate::stock::stock_mesh;
-use crate::validate::{FARTHEST, belongs, check_feeds, check_gouge_tolerances, check_heads, check_rounding, validate};
+use crate::validate::{belongs, check_feeds, check_gouge_tolerances, check_heads, check_rounding, validate};
 use crate::validate_feeds::check_chip_thickness;
 use crate::{Failure, files};
 
@@ -261,7 +257,7 @@ impl<'a> Setup<'a> {
     pub(crate) fn read(job: &'a Job, index: usize) -> Result<Self, Failure> {
         let file = &job.file.setups[index];
         let work_from_part = pose(&file.work_from_part);
-        let mut read_files = MeshFiles { job, read: BTreeMap::new() };
+        let mut read_files = MeshFiles::of(job);
         let mut drive: Option<TriMesh> = None;
         let mut selections: Vec<Selection> = Vec::new();
         for (k, entry) in file.meshes.iter().enumerate() {
@@ -280,7 +276,7 @@ impl<'a> Setup<'a> {
                 RoleFile::Check => ObstacleRole::Check,
                 RoleFile::Fixture => ObstacleRole::Fixture,
             };
-            let file = file_key(&entry.file, entry.unit, entry.up_axis);
+            let file = FileKey::new(&entry.file, entry.unit, entry.up_axis);
             select_also(&mut selections, Selection { role, allowance: entry.allowance_mm, file, groups: selected });
         }
         let drive = drive.ok_or_else(|| job.wrong(format!("setups[{index}].meshes: no drive surface")))?;
@@ -302,7 +298,7 @@ impl<'a> Setup<'a> {
         check_enclosure(&format!("setups[{index}]"), file, stock_thickness, &obstacles).map_err(|e| job.wrong(e))?;
         let table_from_work = pose(&file.table_from_work);
         obstacles.extend(table_bodies(&job.machine, &table_from_work));
-        let reports = read_files.read.iter().map(|((name, ..), m)| MeshReport::new(name, &m.report)).collect();
+        let reports = read_files.reports();
         Ok(Self {
             file,
             drive: Surface::new(drive, SurfaceSettings::default()),
@@ -372,7 +368,7 @@ fn around_drive(file: &SetupFile, files: &MeshFiles<'_>, work_from_part: &Isomet
     let mut names = Vec::new();
     let mut seen: Vec<FileKey> = Vec::new();
     for entry in file.meshes.iter().filter(|m| m.role == RoleFile::Drive) {
-        let key = file_key(&entry.file, entry.unit, entry.up_axis);
+        let key = FileKey::new(&entry.file, entry.unit, entry.up_axis);
         let Some(imported) = files.read.get(&key) else { continue };
         if !seen.contains(&key) {
             around = around.joined(&imported.mesh.transformed(work_from_part));
@@ -434,7 +430,7 @@ fn joined_obstacles(
     for s in selections {
         let mesh = only(&files.read[&s.file].mesh, &s.groups).transformed(work_from_part);
         let of_group =
-            |g: &Group| if g.name.is_empty() { s.file.0.clone() } else { format!("{}: {}", s.file.0, g.name) };
+            |g: &Group| if g.name.is_empty() { s.file.name.clone() } else { format!("{}: {}", s.file.name, g.name) };
         let labels = mesh.groups().iter().map(of_group).collect();
         match joined.iter_mut().find(|(r, a, ..)| *r == s.role && *a == s.allowance) {
             Some((_, _, all, all_labels)) => {
@@ -456,73 +452,6 @@ fn joined_obstacles(
             ObstacleMesh { labels, ..obstacle(role, allowance, name.to_owned(), mesh) }
         })
         .collect()
-}
-
-type FileKey = (String, Option<String>, Option<String>);
-
-fn file_key(name: &str, unit: Option<UnitFile>, up: Option<UpAxisFile>) -> FileKey {
-    (name.to_owned(), unit.map(|u| format!("{u:?}")), up.map(|u| format!("{u:?}")))
-}
-
-/// Mesh files already read, by name, unit and up axis.
-struct MeshFiles<'a> {
-    job: &'a Job,
-    read: BTreeMap<FileKey, Imported>,
-}
-
-impl MeshFiles<'_> {
-    fn get(&mut self, name: &str, unit: Option<UnitFile>, up: Option<UpAxisFile>) -> Result<&Imported, Failure> {
-        let key = file_key(name, unit, up);
-        if !self.read.contains_key(&key) {
-            let imported = read_mesh(&self.job.beside(name), unit, up)?;
-            self.read.insert(key.clone(), imported);
-        }
-        Ok(&self.read[&key])
-    }
-}
-
-/// Reads a mesh file with the unit and up axis that the job states, or the format's own.
-///
-/// # Errors
-/// When it cannot be read or is no mesh.
-pub fn read_mesh(path: &Path, unit: Option<UnitFile>, up: Option<UpAxisFile>) -> Result<Imported, Failure> {
-    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("");
-    let format = MeshFormat::from_extension(extension)
-        .ok_or_else(|| Failure::input(path, "unknown kind of mesh file; known are .obj, .stl, .gltf and .glb"))?;
-    let mut settings = ImportSettings::default_for(format);
-    if let Some(unit) = unit {
-        settings.unit = match unit {
-            UnitFile::Metre => LengthUnit::Metre,
-            UnitFile::Centimetre => LengthUnit::Centimetre,
-            UnitFile::Millimetre => LengthUnit::Millimetre,
-            UnitFile::Inch => LengthUnit::Inch,
-        };
-    }
-    if let Some(up) = up {
-        settings.up_axis = match up {
-            UpAxisFile::X => UpAxis::X,
-            UpAxisFile::Y => UpAxis::Y,
-            UpAxisFile::Z => UpAxis::Z,
-        };
-    }
-    let folder = path.parent().unwrap_or(Path::new("")).to_owned();
-    let bytes = files::read(path)?;
-    let imported = import_mesh(&path.display().to_string(), &bytes, format, &settings, &|name| {
-        files::read_beside(&folder.join(name))
-    })
-    .map_err(|e| Failure::input(path, e.fault))?;
-    let far = |p: &Point3<f64>| p.coords.amax() > FARTHEST;
-    match imported.mesh.vertices().iter().position(far) {
-        None => Ok(imported),
-        Some(vertex) => {
-            let p = imported.mesh.vertices()[vertex];
-            let message = format!(
-                "vertex {vertex} is at ({:e}, {:e}, {:e}) mm, more than a kilometre from the origin; is the unit right?",
-                p.x, p.y, p.z
-            );
-            Err(Failure::Input { file: path.to_owned(), message })
-        }
-    }
 }
 
 /// Which groups of a mesh a job's entry means.

@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 
 use facemill_cl_data::ErrorBudget;
-use facemill_surface_model::RepairReport;
+use facemill_surface_model::{ImportSettings, LengthUnit, RepairReport, UpAxis};
 use facemill_virtual_machine::{Assumption, Certificates, Finding};
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -371,18 +371,22 @@ pub struct HelpReport {
 pub struct MeshReport {
     /// The file, as the job names it.
     pub file: String,
+    /// Unit that its numbers were taken in.
+    pub unit: LengthUnit,
+    /// Its axis that was taken to point up.
+    pub up_axis: UpAxis,
     /// Counts.
     pub repair: BTreeMap<String, serde_json::Value>,
 }
 
 impl MeshReport {
-    /// The report of a mesh file.
-    pub fn new(file: &str, repair: &RepairReport) -> Self {
+    /// The report of a mesh file that was read with these settings.
+    pub fn new(file: &str, taken: ImportSettings, repair: &RepairReport) -> Self {
         let counts = match serde_json::to_value(repair) {
             Ok(serde_json::Value::Object(map)) => map.into_iter().collect(),
             _ => BTreeMap::new(),
         };
-        Self { file: file.to_owned(), repair: counts }
+        Self { file: file.to_owned(), unit: taken.unit, up_axis: taken.up_axis, repair: counts }
     }
 
     /// Whether a component of the mesh bounds no volume.

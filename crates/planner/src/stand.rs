@@ -8,7 +8,8 @@ use facemill_tool_model::{ToolAssembly, ToolFile};
 use serde_json::{Value, json};
 
 use crate::job_file::{JOB_FORMAT, JobFile, UnitFile, UpAxisFile};
-use crate::load::{Job, read_mesh};
+use crate::load::Job;
+use crate::mesh_files::read_mesh;
 use crate::validate::check_setups;
 use crate::{Failure, files};
 

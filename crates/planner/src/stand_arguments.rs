@@ -1,6 +1,6 @@
 //! Arguments that name what a program is run on one by one, in place of a job.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use facemill::job_file::{UnitFile, UpAxisFile};
@@ -56,10 +56,7 @@ impl StandArguments {
         let (Some(part), Some(tool)) = (&self.part, &self.tool) else { return Vec::new() };
         let control = dialect.unwrap_or_default();
         let has_registers = !matches!(control, Dialect::Siemens840d | Dialect::Heidenhain);
-        let unit_and_up = match MeshFormat::from_extension(part.extension().and_then(|e| e.to_str()).unwrap_or("")) {
-            Some(MeshFormat::Gltf) => ("metres", "y"),
-            _ => ("millimetres", "z"),
-        };
+        let [units, ups] = self.taken_meshes(part);
         let taken = [
             (dialect.is_none(), format!("no --dialect: the program is read as one for {}", control.name())),
             (self.mount.is_none(), "no --mount: the workpiece frame is taken to be that of the table".to_owned()),
@@ -76,13 +73,36 @@ impl StandArguments {
                 self.length_register.is_none() && has_registers,
                 format!("no --length-register: the tool's length is taken to be where {} says", tool.display()),
             ),
-            (self.mesh_unit.is_none(), format!("no --mesh-unit: {} is taken in {}", part.display(), unit_and_up.0)),
-            (
-                self.mesh_up.is_none(),
-                format!("no --mesh-up: {} of {} is taken to be up", unit_and_up.1, part.display()),
-            ),
+            (self.mesh_unit.is_none(), format!("no --mesh-unit: {units}")),
+            (self.mesh_up.is_none(), format!("no --mesh-up: {ups}")),
         ];
         taken.into_iter().filter(|(is_taken, _)| *is_taken).map(|(_, text)| Assumption { line: None, text }).collect()
+    }
+
+    /// What the unit and the up axis of part, stock and fixtures are where nobody says it, by their formats.
+    fn taken_meshes(&self, part: &Path) -> [String; 2] {
+        let stock = self.stock.iter().filter_map(|stock| match stock {
+            StandStock::Mesh(file) => Some(file.as_path()),
+            StandStock::Box | StandStock::Offset(_) => None,
+        });
+        let mut meshes: Vec<&Path> = vec![part];
+        for mesh in stock.chain(self.fixture.iter().map(PathBuf::as_path)) {
+            if !meshes.contains(&mesh) {
+                meshes.push(mesh);
+            }
+        }
+        let taken = |mesh: &Path| match MeshFormat::from_extension(mesh.extension()?.to_str()?)? {
+            MeshFormat::Gltf => Some(["metres", "y"]),
+            MeshFormat::Obj | MeshFormat::Stl => Some(["millimetres", "z"]),
+        };
+        let of_each = |told: &dyn Fn(&Path, [&str; 2]) -> String| {
+            let all = meshes.iter().filter_map(|mesh| Some(told(mesh, taken(mesh)?)));
+            all.collect::<Vec<_>>().join(", ")
+        };
+        [
+            of_each(&|mesh, [unit, _]| format!("{} is taken in {unit}", mesh.display())),
+            of_each(&|mesh, [_, up]| format!("{up} of {} is taken to be up", mesh.display())),
+        ]
     }
 
     /// Depth of the cutter that is a finding where nobody says it, mm; `None` where no part is named, where the job says it.
@@ -201,6 +221,14 @@ mod tests {
         assert!(all.iter().any(|text| text.ends_with("p.stl is taken in millimetres")), "{all:?}");
         let gltf = taken(&STAND.replace("p.stl", "p.glb"));
         assert!(gltf.iter().any(|text| text.ends_with("p.glb is taken in metres")), "{gltf:?}");
+        // Each mesh by its own format, once.
+        let beside = taken(&format!("{} --fixture c.glb --fixture p.stl", STAND.replace("box", "s.obj")));
+        for told in [
+            "no --mesh-unit: p.stl is taken in millimetres, s.obj is taken in millimetres, c.glb is taken in metres",
+            "no --mesh-up: z of p.stl is taken to be up, z of s.obj is taken to be up, y of c.glb is taken to be up",
+        ] {
+            assert!(beside.iter().any(|text| text == told), "{beside:?}");
+        }
         assert_eq!(taken(""), Vec::<String>::new());
     }
 

@@ -4,10 +4,11 @@ use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 use facemill::new_job::{NewJob, Series};
+use facemill_tests::commands::facemill_in;
 use facemill_tests::jobs::{JobFolder, copy_of, small_patch, small_propeller};
 use facemill_tests::program::{code_and_errors, facemill, run};
 use facemill_tests::shared::workspace;
-use facemill_tests::variants::tiny_patch;
+use facemill_tests::variants::{box_obj, tiny_patch};
 use serde_json::{Value, json};
 
 fn plan(job: &JobFolder, out: &str, more: &[&str]) -> (i32, String) {
@@ -397,4 +398,19 @@ fn an_operation_of_a_setup_that_does_not_exist_is_named() {
     let (code, errors) = code_and_errors(&run(&["check".as_ref(), f.job().as_os_str()]));
     assert_eq!(code, 2);
     assert!(errors.contains("operations[0].setup") && errors.contains("bottom"), "{errors}");
+}
+
+/// Each file by what is said of it, or by its format.
+#[test]
+fn check_tells_unit_and_up_axis_of_every_mesh() {
+    let f = tiny_patch();
+    f.write("clamp.obj", box_obj([-0.1, -0.1, 0.1], [0.1, 0.1, 0.2]).as_bytes());
+    let meshes = &f.json("job.json")["setups"][0]["meshes"];
+    let clamp = json!({ "file": "clamp.obj", "role": "fixture", "unit": "inch", "up_axis": "x" });
+    job(&f, "/setups/0/meshes", json!([meshes[0], clamp]));
+    let told = facemill_in(&f, "check job.json");
+    assert_eq!(told.code, 0, "{}", told.errors);
+    for taken in ["mesh patch.obj in millimetres, z up: ", "mesh clamp.obj in inches, x up: "] {
+        assert!(told.prints(&[taken]), "{}", told.printed);
+    }
 }

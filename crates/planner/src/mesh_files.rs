@@ -1,0 +1,111 @@
+//! The mesh files that a job names, and what their numbers are taken for.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use facemill_surface_model::{ImportSettings, Imported, LengthUnit, MeshFormat, UpAxis, import_mesh};
+use nalgebra::Point3;
+
+use crate::job_file::{UnitFile, UpAxisFile};
+use crate::report::MeshReport;
+use crate::validate::FARTHEST;
+use crate::{Failure, Job, files};
+
+/// A mesh file with what is said of it.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct FileKey {
+    pub(crate) name: String,
+    unit: Option<UnitFile>,
+    up: Option<UpAxisFile>,
+}
+
+impl FileKey {
+    pub(crate) fn new(name: &str, unit: Option<UnitFile>, up: Option<UpAxisFile>) -> Self {
+        Self { name: name.to_owned(), unit, up }
+    }
+}
+
+/// Mesh files already read, by name, unit and up axis.
+pub(crate) struct MeshFiles<'a> {
+    job: &'a Job,
+    pub(crate) read: BTreeMap<FileKey, Imported>,
+}
+
+impl<'a> MeshFiles<'a> {
+    pub(crate) fn of(job: &'a Job) -> Self {
+        Self { job, read: BTreeMap::new() }
+    }
+
+    pub(crate) fn get(
+        &mut self,
+        name: &str,
+        unit: Option<UnitFile>,
+        up: Option<UpAxisFile>,
+    ) -> Result<&Imported, Failure> {
+        let key = FileKey::new(name, unit, up);
+        if !self.read.contains_key(&key) {
+            let imported = read_mesh(&self.job.beside(name), unit, up)?;
+            self.read.insert(key.clone(), imported);
+        }
+        Ok(&self.read[&key])
+    }
+
+    /// What was found in the files, and what they were taken for.
+    pub(crate) fn reports(&self) -> Vec<MeshReport> {
+        let report = |(key, read): (&FileKey, &Imported)| {
+            let format = MeshFormat::from_extension(Path::new(&key.name).extension()?.to_str()?)?;
+            Some(MeshReport::new(&key.name, import_settings(format, key.unit, key.up), &read.report))
+        };
+        self.read.iter().filter_map(report).collect()
+    }
+}
+
+/// How a mesh file is meant, with the unit and up axis that the job states, or the format's own.
+fn import_settings(format: MeshFormat, unit: Option<UnitFile>, up: Option<UpAxisFile>) -> ImportSettings {
+    let mut settings = ImportSettings::default_for(format);
+    if let Some(unit) = unit {
+        settings.unit = match unit {
+            UnitFile::Metre => LengthUnit::Metre,
+            UnitFile::Centimetre => LengthUnit::Centimetre,
+            UnitFile::Millimetre => LengthUnit::Millimetre,
+            UnitFile::Inch => LengthUnit::Inch,
+        };
+    }
+    if let Some(up) = up {
+        settings.up_axis = match up {
+            UpAxisFile::X => UpAxis::X,
+            UpAxisFile::Y => UpAxis::Y,
+            UpAxisFile::Z => UpAxis::Z,
+        };
+    }
+    settings
+}
+
+/// Reads a mesh file with the unit and up axis that the job states, or the format's own.
+///
+/// # Errors
+/// When it cannot be read or is no mesh.
+pub fn read_mesh(path: &Path, unit: Option<UnitFile>, up: Option<UpAxisFile>) -> Result<Imported, Failure> {
+    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("");
+    let format = MeshFormat::from_extension(extension)
+        .ok_or_else(|| Failure::input(path, "unknown kind of mesh file; known are .obj, .stl, .gltf and .glb"))?;
+    let settings = import_settings(format, unit, up);
+    let folder = path.parent().unwrap_or(Path::new("")).to_owned();
+    let bytes = files::read(path)?;
+    let imported = import_mesh(&path.display().to_string(), &bytes, format, &settings, &|name| {
+        files::read_beside(&folder.join(name))
+    })
+    .map_err(|e| Failure::input(path, e.fault))?;
+    let far = |p: &Point3<f64>| p.coords.amax() > FARTHEST;
+    match imported.mesh.vertices().iter().position(far) {
+        None => Ok(imported),
+        Some(vertex) => {
+            let p = imported.mesh.vertices()[vertex];
+            let message = format!(
+                "vertex {vertex} is at ({:e}, {:e}, {:e}) mm, more than a kilometre from the origin; is the unit right?",
+                p.x, p.y, p.z
+            );
+            Err(Failure::Input { file: path.to_owned(), message })
+        }
+    }
+}
