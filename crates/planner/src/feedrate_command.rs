@@ -98,6 +98,7 @@ pub(crate) fn run(arguments: &FeedrateArguments) -> Result<ExitCode, Failure> {
         dialect: arguments.dialect.unwrap_or_else(|| dialect_of(&arguments.program)),
         time_law: arguments.time_law.then_some(RefeedLaw { blend_tolerance: arguments.blend_tolerance_mm }),
     };
+    files::check_outputs(arguments.out.as_deref())?;
     let refed = refeed(&text, &settings).map_err(|why| Failure::input(&arguments.program, why))?;
     let told = told(&refed.summary);
     let Some(out) = &arguments.out else {

@@ -8,6 +8,7 @@ use facemill_nc_program::Dialect;
 use crate::{Failure, REJECTED};
 
 pub use output_place::guard_inputs;
+pub(crate) use output_place::note_input;
 use output_place::{folder_of, is_same_place, place_of};
 
 mod output_place;
@@ -23,7 +24,7 @@ pub fn read(file: &Path) -> Result<Vec<u8>, Failure> {
 /// Reads a file that another one names; it is an input as that one is.
 pub(crate) fn read_beside(file: &Path) -> std::io::Result<Vec<u8>> {
     let bytes = std::fs::read(file)?;
-    output_place::note_input(file);
+    note_input(file);
     Ok(bytes)
 }
 
@@ -51,22 +52,31 @@ pub fn write_all(folder: &Path, files: &[(String, Vec<u8>)]) -> Result<(), Failu
 /// [`Failure::Write`], naming the file; [`Failure::Input`] when a path names no file, or something else than a regular file
 /// (a device, a pipe), or an input ([`guard_inputs`]), or two are one and the same, where case does not count.
 pub fn write_each(files: &[(&Path, Vec<u8>)]) -> Result<(), Failure> {
-    for (file, _) in files {
-        if file.file_name().is_none() {
-            return Err(Failure::input(file, "is no name of a file; give one to write to"));
-        }
-    }
-    let places: Vec<PathBuf> = files.iter().map(|(file, _)| place_of(file)).collect::<Result<_, _>>()?;
-    for (k, place) in places.iter().enumerate() {
-        if places[..k].iter().any(|other| is_same_place(place, other)) {
-            return Err(Failure::input(files[k].0, "is named for two files; give each a name of its own"));
-        }
-    }
+    check_outputs(files.iter().map(|(file, _)| *file))?;
     for folder in files.iter().map(|(file, _)| folder_of(file)) {
         std::fs::create_dir_all(folder).map_err(|source| Failure::Write { file: folder.to_owned(), source })?;
     }
     let placed: Vec<(PathBuf, &[u8])> = files.iter().map(|(file, bytes)| ((*file).to_owned(), &bytes[..])).collect();
     put_in_place(&placed)
+}
+
+/// Refuses names of files that [`write_each`] would refuse when it is called now: for a command that has read its inputs and has
+/// long to compute.
+///
+/// # Errors
+/// As [`write_each`], but for what is found out in writing.
+pub fn check_outputs<'a>(files: impl IntoIterator<Item = &'a Path>) -> Result<(), Failure> {
+    let files: Vec<&Path> = files.into_iter().collect();
+    if let Some(file) = files.iter().find(|file| file.file_name().is_none()) {
+        return Err(Failure::input(file, "is no name of a file; give one to write to"));
+    }
+    let places: Vec<PathBuf> = files.iter().map(|file| place_of(file)).collect::<Result<_, _>>()?;
+    for (k, place) in places.iter().enumerate() {
+        if places[..k].iter().any(|other| is_same_place(place, other)) {
+            return Err(Failure::input(files[k], "is named for two files; give each a name of its own"));
+        }
+    }
+    Ok(())
 }
 
 /// Writes one file, as [`write_each`] does.

@@ -83,6 +83,8 @@ pub(crate) fn run(arguments: &LengthsArguments) -> Result<ExitCode, Failure> {
         holders: library.as_ref(),
         replan: arguments.replan,
     };
+    let outputs = [&arguments.out, &arguments.tool_out, &arguments.program_out];
+    files::check_outputs(outputs.into_iter().flatten().map(PathBuf::as_path))?;
     let found = lengths_of_program(&job, &text, &request, &Bars)?;
     if !crate::progress::start_writing() {
         return Err(Failure::Interrupted);

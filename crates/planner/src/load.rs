@@ -78,6 +78,7 @@ impl Job {
     /// As [`Job::read`].
     pub(crate) fn of(path: &Path, file: JobFile) -> Result<Self, Failure> {
         let beside = |name: &str| path.parent().unwrap_or(Path::new("")).join(name);
+        mesh_names(&file).for_each(|name| files::note_input(&beside(name)));
         let tool_path = beside(&file.tool);
         let tool = ToolAssembly::from_json(&files::read(&tool_path)?).map_err(|e| Failure::input(&tool_path, e))?;
         check_gouge_tolerances(&file, 1, tool.cutter().radius()).map_err(|e| Failure::input(path, e))?;
@@ -452,6 +453,14 @@ fn joined_obstacles(
             ObstacleMesh { labels, ..obstacle(role, allowance, name.to_owned(), mesh) }
         })
         .collect()
+}
+
+/// The mesh files that a job names.
+fn mesh_names(file: &JobFile) -> impl Iterator<Item = &str> {
+    file.setups.iter().flat_map(|setup| {
+        let stock = if let StockFile::Mesh(mesh) = &setup.stock { Some(mesh.file.as_str()) } else { None };
+        setup.meshes.iter().map(|mesh| mesh.file.as_str()).chain(stock)
+    })
 }
 
 /// Which groups of a mesh a job's entry means.

@@ -74,6 +74,7 @@ pub(crate) fn run(arguments: &RapidsArguments) -> Result<ExitCode, Failure> {
         cut: cut_of(arguments)?,
         clearance: arguments.clearance_mm,
     };
+    files::check_outputs([&arguments.out].into_iter().chain(&arguments.report).map(PathBuf::as_path))?;
     let made = faster_rapids(&job, &text, &request, &Bars)?;
     let clean = made.verification.verification.faults().next().is_none();
     let mut outputs: Vec<(&Path, Vec<u8>)> = vec![(&arguments.out, made.text)];

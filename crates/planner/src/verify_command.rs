@@ -88,6 +88,8 @@ pub(crate) fn run(arguments: &VerifyArguments) -> Result<ExitCode, Failure> {
         certificates: arguments.certificates,
         cut: cut_of(arguments)?,
     };
+    let outputs_asked = [&arguments.out, &arguments.rest_mesh, &arguments.rest_out, &arguments.deviation];
+    files::check_outputs(outputs_asked.into_iter().flatten().map(PathBuf::as_path))?;
     let mut verified = verify_program(&job, &text, &request, &Bars)?;
     let findings = std::mem::take(&mut verified.file.verification.findings);
     verified.file.verification.findings = joined(findings, &verified.rapid_lines);

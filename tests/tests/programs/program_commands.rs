@@ -389,6 +389,7 @@ fn feedrate_refuses_what_cannot_be_meant() {
     for (program, length, more, expected) in [
         ("empty.nc", "100", &[][..], "empty.nc"),
         ("mixed.nc", "100", &[], "F changes in 19 of 19 blocks"),
+        ("mixed.nc", "100", &["-o", &path("mixed.nc")], "is an input"),
         ("one.nc", "0", &[], "--tool-length-mm"),
         ("one.nc", "-5", &[], "--tool-length-mm"),
         ("one.nc", "NaN", &[], "--tool-length-mm"),

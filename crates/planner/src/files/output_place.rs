@@ -6,7 +6,7 @@ use std::sync::{Mutex, OnceLock, PoisonError};
 
 use crate::Failure;
 
-/// Files that were read, as they were named and as the system knows them.
+/// Files that were read or will be, as they were named and as the system knows them.
 #[derive(Default)]
 pub(super) struct Inputs(Vec<[PathBuf; 2]>);
 
@@ -25,7 +25,7 @@ impl Inputs {
         match self.0.iter().find(|[_, other]| *other == known) {
             Some([named, _]) => {
                 let what = format!(
-                    "is to be written, and is {}, which was read; give another file to write to",
+                    "is to be written, and is {}, which is an input; give another file to write to",
                     named.display()
                 );
                 Err(Failure::input(file, what))
@@ -38,13 +38,14 @@ impl Inputs {
 /// The inputs of the process; none are kept until this is set.
 static INPUTS: OnceLock<Mutex<Inputs>> = OnceLock::new();
 
-/// From now on every file that is read here counts as an input of this process, and none of them is written over. For a
+/// From now on every file that is read here, or named by a job that is, counts as an input of this process, and none of them is written over. For a
 /// process that does one thing, as a command does; without it nothing is kept.
 pub fn guard_inputs() {
     INPUTS.get_or_init(Mutex::default);
 }
 
-pub(super) fn note_input(file: &Path) {
+/// Counts a file as an input.
+pub(crate) fn note_input(file: &Path) {
     if let Some(inputs) = INPUTS.get() {
         inputs.lock().unwrap_or_else(PoisonError::into_inner).note(file);
     }

@@ -138,8 +138,9 @@ fn what_cannot_be_meant_is_exit_2_and_writes_nothing() {
         (job_of.replace("past.nc", "wrong.nc"), &["wrong.nc", "line 8, column"]),
         (job_of.replace("--job job.json", ""), &["--job"]),
         // The job's own tool is an input, and one file is not two.
-        (job_of.replace("short.json", "tool.json"), &["tool.json", "was read"]),
-        (holders("shelf.json").replace("lengths.json", "shelf.json"), &["shelf.json", "was read"]),
+        (job_of.replace("short.json", "tool.json"), &["tool.json", "is an input"]),
+        (job_of.replace("past.nc", "wrong.nc").replace("lengths.json", "wrong.nc"), &["wrong.nc", "is an input"]),
+        (holders("shelf.json").replace("lengths.json", "shelf.json"), &["shelf.json", "is an input"]),
         (job_of.replace("short.json", "lengths.json"), &["lengths.json", "named for two files"]),
     ];
     for (words, expected) in wrong {

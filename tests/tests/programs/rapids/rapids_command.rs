@@ -120,9 +120,13 @@ fn what_cannot_be_done_is_exit_2_and_writes_nothing() {
     for (words, expected) in [
         ("gone.nc --job job.json -o new.nc", &["cannot read", "gone.nc"][..]),
         ("wrong.nc --job job.json -o new.nc --report links.json", &["wrong.nc", "line 9, column"]),
-        ("old.nc --job job.json --stock-cell-mm 4 -o old.nc", &["old.nc", "was read", "another file"]),
-        ("old.nc --job job.json --stock-cell-mm 4 -o new.nc --report old.nc", &["old.nc", "was read"]),
-        ("old.nc --job job.json --stock-cell-mm 4 -o tool.json", &["tool.json", "was read"]),
+        ("old.nc --job job.json --stock-cell-mm 4 -o old.nc", &["old.nc", "is an input", "another file"]),
+        ("old.nc --job job.json --stock-cell-mm 4 -o new.nc --report old.nc", &["old.nc", "is an input"]),
+        ("old.nc --job job.json --stock-cell-mm 4 -o tool.json", &["tool.json", "is an input"]),
+        // Told before anything of the program is looked at.
+        ("wrong.nc --job job.json -o wrong.nc", &["wrong.nc", "is an input"]),
+        ("wrong.nc --job job.json -o new.nc --report patch.obj", &["patch.obj", "is an input"]),
+        ("wrong.nc --job job.json -o new.nc --report new.nc", &["new.nc", "named for two files"]),
         ("old.nc --job job.json --stock-cell-mm 4 -o new.nc --report new.nc", &["new.nc", "named for two files"]),
         ("old.nc --job job.json -o new.nc --clearance-mm -1", &["--clearance-mm", "at least 0"]),
         ("old.nc --job job.json -o new.nc --clearance-mm nan", &["--clearance-mm", "at least 0"]),

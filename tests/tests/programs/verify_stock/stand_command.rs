@@ -200,7 +200,7 @@ fn what_contradicts_itself_or_is_missing_is_exit_2_and_writes_nothing() {
         (whole.replace("--tool tool.json", "--tool machine.json"), &["machine.json", "format"]),
         // One file for two outputs leaves neither, and what was read is not written over.
         (and("--stock-cell-mm 2 --rest-out found.json"), &["found.json", "named for two files"]),
-        (and("--stock-cell-mm 2 --rest-out plate.obj"), &["plate.obj", "was read"]),
+        (and("--stock-cell-mm 2 --rest-out plate.obj"), &["plate.obj", "is an input"]),
     ];
     for (words, expected) in wrong {
         let told = facemill_in(&job, &format!("verify program.nc --out found.json {words}"));
