@@ -253,16 +253,25 @@ fn pass(run: &[Contact]) -> Option<Vec<CutPoint>> {
 fn pose_at(motion: &ReadMotion, at: &VirtualSetup<'_>) -> Option<ClPoint> {
     let (machine, length) = (at.machine, at.tool.gauge_length());
     let mut axes = machine.home();
+    let vector = motion.tool.as_ref().and_then(|tool| tool.axis);
     let on_table = if matches!(motion.compensation, Compensation::Rtcp(_)) {
         let mut tip = Point3::origin();
         for (k, axis) in at.words.axes().iter().enumerate() {
+            // Where the axes turn for a vector does not matter: the tool is along it.
+            if vector.is_some() && machine.axes()[k].kind == AxisKind::Rotary {
+                continue;
+            }
             let AxisAt::Word(word) = motion.position.get(axis.letter)? else { return None };
             match machine.axes()[k].kind {
                 AxisKind::Rotary => axes[k] = axis.offset + word.to_radians(),
                 AxisKind::Linear => tip["XYZ".find(axis.letter.letter())?] = word,
             }
         }
-        ClPoint { tip: at.table_from_rtcp_words * tip, ..machine.cl_point(&axes, length) }
+        let axis = match vector {
+            Some(vector) => at.table_from_rtcp_words * Unit::try_new(Vector3::from(vector), f64::MIN_POSITIVE)?,
+            None => machine.cl_point(&axes, length).axis,
+        };
+        ClPoint { tip: at.table_from_rtcp_words * tip, axis }
     } else {
         let joints = at.words.joints_at(motion, axes.as_slice()).ok()?;
         joints.iter().enumerate().for_each(|(k, joint)| axes[k] = *joint);

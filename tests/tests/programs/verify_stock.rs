@@ -103,9 +103,19 @@ fn program(last: i32, gouge: f64) -> String {
 }
 
 fn verified(job: &JobFolder, text: &str, cell: f64, tolerance: Option<f64>) -> Result<Verified, Failure> {
+    verified_for(Dialect::Fanuc, job, text, cell, tolerance)
+}
+
+fn verified_for(
+    dialect: Dialect,
+    job: &JobFolder,
+    text: &str,
+    cell: f64,
+    tolerance: Option<f64>,
+) -> Result<Verified, Failure> {
     let request = VerifyRequest {
         program: Path::new("program.nc"),
-        dialect: Dialect::Fanuc,
+        dialect,
         setup: 0,
         gouge_limit: Some(0.05),
         certificates: false,
@@ -173,6 +183,47 @@ fn cusps_are_those_of_the_tilted_disc() {
         let over = |from: f64| drive.histogram.iter().filter(move |b| b.from_mm.is_some_and(|f| f >= from - 1e-9));
         assert!((over(0.04).map(|b| b.area_mm2).sum::<f64>() - a.excess).abs() < 1e-6);
         assert!(over(0.1).all(|b| b.area_mm2 == 0.0));
+    }
+}
+
+/// The passes of [`program`] with words of the tip, the tool's axis in cuts as it is told.
+fn tip_program(axis: &str) -> String {
+    let (sin, cos) = TILT_DEG.to_radians().sin_cos();
+    let tip = |[x, y, z]: [f64; 3]| format!("X{:+.4} Y{:+.4} Z{:+.4}", x - RADIUS * cos, y, z + RADIUS * sin + TABLE);
+    let words = format!("B{TILT_DEG:+} C+0");
+    let cut = if axis.starts_with('T') { "LN" } else { "L" };
+    let mut text =
+        "BEGIN PGM TIPS MM\nTOOL CALL 1 Z S6000\nM3\nFUNCTION TCPM F TCP AXIS POS PATHCTRL AXIS\n".to_owned();
+    for k in -3..=3 {
+        let y = STEP * f64::from(k);
+        let _ = writeln!(text, "L {} {words} R0 FMAX\nL {} R0 F2000", tip([-30.0, y, 40.0]), tip([-30.0, y, 0.0]));
+        for x in (-25..=35).step_by(5).map(f64::from) {
+            let _ = writeln!(text, "{cut} {} {axis}", tip([x, y, 0.0]));
+        }
+        let _ = writeln!(text, "L {} {words} R0 FMAX", tip([35.0, y, 40.0]));
+    }
+    text + "M30\nEND PGM TIPS MM\n"
+}
+
+/// A vector, of any length, is the tool's axis as rotary words are.
+#[test]
+fn cusps_of_tool_vectors_are_those_of_rotary_words() {
+    let job = plate();
+    job.set("machine.json", &[("/motion/cutting", json!("tip_and_rotaries_linear"))]);
+    let (sin, cos) = TILT_DEG.to_radians().sin_cos();
+    let of = |axis: &str| {
+        let found = verified_for(Dialect::Heidenhain, &job, &tip_program(axis), 1.0, Some(0.04)).unwrap();
+        report(&found).cusps.clone().unwrap_or_else(|| panic!("{axis}: no cusps"))
+    };
+    let by_words = of(&format!("B{TILT_DEG:+} C+0"));
+    assert!(by_words.compared > 10 && (by_words.largest_predicted_mm - cusp()).abs() < 1e-3, "{by_words:?}");
+    for length in [1.0, 2.5] {
+        let by_vectors = of(&format!("TX{:+.12} TY+0 TZ{:+.12}", length * sin, length * cos));
+        // Neighbours on both sides are equally near: which one is taken is up to rounding.
+        assert!(by_vectors.compared.abs_diff(by_words.compared) <= 2, "{by_vectors:?} {by_words:?}");
+        assert_eq!(by_vectors.sampled, by_words.sampled);
+        assert!((by_vectors.largest_predicted_mm - by_words.largest_predicted_mm).abs() < 1e-5, "{by_vectors:?}");
+        assert!((by_vectors.ratio.unwrap().median - by_words.ratio.unwrap().median).abs() < 1e-3, "{by_vectors:?}");
     }
 }
 
