@@ -372,7 +372,10 @@ fn the_stock_that_is_left_asks_for_flute_and_stick_out() {
         let shop = with_tool(assembly.built(&lengths).unwrap().tool, true);
         let program = read_program(way(&shop), Dialect::Fanuc).unwrap();
         let settings = VerifySettings::default();
-        run_stock(&program, &scene.setup(&shop), &settings, &mut block(), TOLERANCE, &Silent).unwrap().findings
+        let mut stock = block();
+        let run = run_stock(&program, &scene.setup(&shop), &settings, &mut stock, TOLERANCE, &Silent).unwrap();
+        stock.check_invariants().unwrap();
+        run.findings
     };
     assert_eq!(met(found.lengths), []);
     for k in 0..4 {

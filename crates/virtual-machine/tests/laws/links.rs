@@ -1,13 +1,13 @@
 //! Links of a program against the stock as it is there: what is free above uncut stock, in a slot once it is cut, and over a
 //! fixture, by heights that the scene tells.
 
+use crate::kit::stock::cut_stock;
 use crate::kit::{Shop, Text};
 use facemill_cl_data::Silent;
 use facemill_inverse_kinematics::AxisValues;
 use facemill_nc_program::{Dialect, read_program};
 use facemill_virtual_machine::{
     LinkDistances, LinkHold, LinkSettings, LinkStage, ProgramLink, VerifySettings, links_off_first_stock, run_links,
-    run_stock,
 };
 use facemill_z_map::DexelMap;
 use nalgebra::Isometry3;
@@ -67,8 +67,9 @@ fn a_way_is_free_by_the_stock_at_that_moment_and_the_heights_of_the_scene() {
     assert_eq!(seen, [Some(LinkHold::WayIn), None, None, Some(LinkHold::WayOut)]);
     // What is left is what the run of the stock leaves.
     let mut expected = block();
-    let run = run_stock(&program, &shop.setup(), &settings, &mut expected, KEEP.tolerance, &Silent).unwrap();
+    let run = cut_stock(&program, &shop.setup(), &settings, &mut expected, KEEP.tolerance);
     assert!(run.findings.is_empty(), "{:?}", run.findings);
+    rest.check_invariants().unwrap();
     assert_eq!(rest, expected);
 }
 

@@ -1,9 +1,10 @@
 //! The stock as programs cut it: volumes of slots, what meets it in rapids and behind the flute, and laws of the run.
 
+use crate::kit::stock::cut_stock;
 use crate::kit::{CORNER, HEAD, RADIUS, Shop, Text};
 use facemill_cl_data::{Aabb, Silent};
 use facemill_nc_program::{Dialect, read_program};
-use facemill_virtual_machine::{FindingKind, StockRun, VerifySettings, blocks_beyond, run_stock};
+use facemill_virtual_machine::{FindingKind, StockRun, VerifySettings, blocks_beyond};
 use facemill_z_map::DexelMap;
 use nalgebra::{Isometry3, Point3};
 
@@ -16,12 +17,7 @@ fn block(height: f64, cell: f64) -> DexelMap {
 
 fn run(shop: &Shop, text: &str, stock: &mut DexelMap) -> StockRun {
     let program = read_program(text, Dialect::Fanuc).unwrap();
-    let before = stock.volume();
-    let run = run_stock(&program, &shop.setup(), &VerifySettings::default(), stock, TOLERANCE, &Silent).unwrap();
-    stock.check_invariants().unwrap();
-    let lost = before - stock.volume();
-    assert!((run.removed_mm3 - lost).abs() <= 1e-9 * before, "{} told, {lost} lost", run.removed_mm3);
-    run
+    cut_stock(&program, &shop.setup(), &VerifySettings::default(), stock, TOLERANCE)
 }
 
 fn kinds(run: &StockRun) -> Vec<(FindingKind, u32)> {
@@ -161,7 +157,7 @@ fn blocks_that_cut_deeper_than_the_tolerance_are_certain() {
         let told = |probed_lines: Vec<u32>| -> Vec<bool> {
             let settings = VerifySettings { probed_lines, ..VerifySettings::default() };
             let mut stock = block(height, 2.0);
-            let run = run_stock(&program, &shop.setup(), &settings, &mut stock, TOLERANCE, &Silent).unwrap();
+            let run = cut_stock(&program, &shop.setup(), &settings, &mut stock, TOLERANCE);
             assert_eq!(run.blocks[1].removed_mm3 > 0.0, depth > 0.0);
             run.blocks.iter().map(|b| b.is_certain).collect()
         };
@@ -177,7 +173,7 @@ fn blocks_that_cut_deeper_than_the_tolerance_are_certain() {
     // A tolerance that leaves nothing of the cutter tells nothing.
     let program = read_program(slot(&shop, 10.0), Dialect::Fanuc).unwrap();
     let settings = VerifySettings { probed_lines: (1..100).collect(), ..VerifySettings::default() };
-    let run = run_stock(&program, &shop.setup(), &settings, &mut block(height, 4.0), RADIUS, &Silent).unwrap();
+    let run = cut_stock(&program, &shop.setup(), &settings, &mut block(height, 4.0), RADIUS);
     assert!(run.removed_mm3 > 0.0 && run.blocks.iter().all(|b| !b.is_certain), "{:?}", run.blocks);
 }
 
@@ -192,7 +188,7 @@ fn blocks_that_may_take_stock_between_the_lines_are_near_it() {
         let program = read_program(&text, Dialect::Fanuc).unwrap();
         let probed_lines = if is_asked { vec![HEAD + 3] } else { Vec::new() };
         let settings = VerifySettings { probed_lines, ..VerifySettings::default() };
-        let run = run_stock(&program, &shop.setup(), &settings, &mut block(20.0, cell), TOLERANCE, &Silent).unwrap();
+        let run = cut_stock(&program, &shop.setup(), &settings, &mut block(20.0, cell), TOLERANCE);
         let [taken] = run.blocks[..] else { panic!("one cut: {:?}", run.blocks) };
         assert!(taken.removed_mm3 == 0.0 && !taken.is_certain, "{taken:?}");
         taken.may_be_near

@@ -27,11 +27,17 @@ pub(crate) fn body(radius: f64, corner_radius: f64, flute_length: f64) -> Turned
 
 /// Removes one sweep, and checks the map and that the volume is what the map lost.
 pub(crate) fn cut(map: &mut DexelMap, body: &TurnedBody, from: ClPoint, to: ClPoint, tolerance: f64) -> Cut {
+    cut_all(map, &[Sweep { body, from, to }], tolerance)[0]
+}
+
+/// Removes sweeps at once, and checks the map and that their volume is what the map lost.
+pub(crate) fn cut_all(map: &mut DexelMap, sweeps: &[Sweep], tolerance: f64) -> Vec<Cut> {
     let before = map.volume();
-    let cut = map.remove(&Sweep { body, from, to }, tolerance).expect("the motion is in range");
+    let cuts = map.remove_all(sweeps, tolerance).expect("the motions are in range");
     map.check_invariants().expect("the map is sound");
-    assert!((before - map.volume() - cut.volume).abs() < 1e-9 * before.max(1.0), "{cut:?}");
-    cut
+    let lost: f64 = cuts.iter().map(|cut| cut.volume).sum();
+    assert!((before - map.volume() - lost).abs() < 1e-9 * before.max(1.0), "{cuts:?}");
+    cuts
 }
 
 /// How far a point is outside a cutter, or less; 0 or below inside. Convex.

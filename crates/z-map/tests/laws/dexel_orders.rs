@@ -11,7 +11,7 @@ use facemill_cl_data::ClPoint;
 use facemill_z_map::{DexelMap, Sweep, TurnedBody};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
-use crate::dexel_kit::{block, body, pose, upright};
+use crate::dexel_kit::{block, body, cut_all, pose, upright};
 use crate::kit::Random;
 
 /// Cells in the mean, mm, each half of the one before.
@@ -34,9 +34,7 @@ fn anywhere(random: &mut Random, cell: f64) -> Isometry3<f64> {
 fn removed(map: &mut DexelMap, body: &TurnedBody, way: &[ClPoint], place: &Isometry3<f64>, tolerance: f64) -> f64 {
     let moved: Vec<ClPoint> = way.iter().map(|p| p.transformed(place)).collect();
     let sweeps: Vec<Sweep> = moved.windows(2).map(|w| Sweep { body, from: w[0], to: w[1] }).collect();
-    let cuts = map.remove_all(&sweeps, tolerance).expect("motions are in range");
-    map.check_invariants().expect("the map is sound");
-    cuts.iter().map(|c| c.volume).sum()
+    cut_all(map, &sweeps, tolerance).iter().map(|c| c.volume).sum()
 }
 
 /// Slope of the straight line through the logarithms of errors, each at half the cell of the one before.

@@ -3,6 +3,7 @@
 
 pub mod depth;
 pub mod dual;
+pub mod stock;
 
 use std::fmt::Write;
 

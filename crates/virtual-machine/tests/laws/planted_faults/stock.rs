@@ -1,13 +1,13 @@
 //! The stock as it is when something meets it.
 
-use facemill_cl_data::Silent;
 use facemill_nc_program::{Dialect, read_program};
 use facemill_tool_model::ToolAssembly;
-use facemill_virtual_machine::{FindingKind, RemovalLimit, VerifySettings, VirtualSetup, run_stock};
+use facemill_virtual_machine::{FindingKind, RemovalLimit, VerifySettings, VirtualSetup};
 use facemill_z_map::DexelMap;
 use nalgebra::Isometry3;
 
 use super::pairs::{Outcome, Row, ran, row};
+use crate::kit::stock::cut_stock;
 use crate::kit::{HEAD, Shop, Text};
 
 /// That of the cut stock, mm.
@@ -36,7 +36,7 @@ fn cut_with(setup: VirtualSetup<'_>, text: &Text<'_>, high: [f64; 3], settings: 
     let mut stock = DexelMap::of_box(&Isometry3::identity(), low, high, 1.0).unwrap();
     let program = read_program(&text.text, Dialect::Fanuc).unwrap();
     let settings = VerifySettings { stock_is_cut: true, ..settings.clone() };
-    let run = run_stock(&program, &setup, &settings, &mut stock, TOLERANCE, &Silent).unwrap();
+    let run = cut_stock(&program, &setup, &settings, &mut stock, TOLERANCE);
     Outcome { findings: run.findings, line }
 }
 
