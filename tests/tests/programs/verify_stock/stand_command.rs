@@ -5,7 +5,7 @@ use facemill_tests::jobs::JobFolder;
 use facemill_tests::variants::box_obj;
 use serde_json::{Value, json};
 
-use super::{GOUGED_AT, NEAR, TABLE, plate, program};
+use super::{GOUGED_AT, NEAR, TABLE, plate, program, words};
 
 /// The plate with [`program`] beside it, with tool, spindle and points behind all numbers, so that nothing else is to be found.
 fn with_program(last: i32, gouge: f64) -> JobFolder {
@@ -207,4 +207,47 @@ fn what_contradicts_itself_or_is_missing_is_exit_2_and_writes_nothing() {
         assert!(told.is_refused_for(expected), "{words}: exit {}: {}{}", told.code, told.errors, told.printed);
         assert!(files_of(&job) == before, "{words}");
     }
+}
+
+/// A fin that no line is in stands beside the plate, and a rapid goes through it, or over it.
+#[test]
+fn cutting_the_stock_hides_nothing_that_stands_between_its_lines() {
+    let job = with_program(3, 0.0);
+    let text = std::fs::read_to_string(job.path("program.nc")).unwrap();
+    // Lines of 1 mm from the plate's side on are at half millimetres.
+    let (plate, fin) =
+        (box_obj([-15.0, -15.0, -6.0], [15.0, 15.0, 0.5]), box_obj([22.1, -60.0, -6.0], [22.4, -40.0, 30.0]));
+    job.write("stock.obj", joined_obj(&plate, &fin).as_bytes());
+    let stand = stand().replace("offset:0.5", "stock.obj");
+    for (height, code) in [(10.0, 1), (31.0, 0)] {
+        let [above, beside, behind] = [[-30.0, -50.0, 60.0], [-30.0, -50.0, height], [70.0, -50.0, height]].map(words);
+        let rapids = format!("G0 {above}\nG0 {beside}\nG0 {behind}\nM30").replace("B10 ", "B10. ");
+        job.write("program.nc", text.replace("M30", &rapids).as_bytes());
+        let line = text.lines().count() as u64 + 2;
+        for cell in ["", "--stock-cell-mm 1", "--stock-cell-mm 0.7"] {
+            let (told, file) = verify(&job, &format!("{stand} {cell}"));
+            let findings = file["findings"].as_array().unwrap();
+            let rapid: Vec<&Value> = findings.iter().filter(|f| f["kind"] == "rapid_collision").collect();
+            assert_eq!((told.code, rapid.len()), (code, code as usize), "{cell}: {}", told.printed);
+            assert!(rapid.iter().all(|f| f["worst_line"] == json!(line)), "{cell}: {}", told.printed);
+            assert!(cell.is_empty() || told.prints(&["between lines", "however thin"]), "{}", told.printed);
+        }
+    }
+    let told = facemill_in(&job, &format!("verify program.nc {stand} --stock-cell-mm 1 --stock-tolerance-mm 0.6"));
+    assert!(told.code == 2 && told.errors.contains("at most 0.5 mm"), "{}", told.errors);
+    let told = facemill_in(&job, &format!("verify program.nc {stand} --stock-cell-mm 500"));
+    assert!(told.code == 2 && told.errors.contains("none of its lines, 500 mm apart"), "{}", told.errors);
+}
+
+/// Both boxes in one file.
+fn joined_obj(one: &str, other: &str) -> String {
+    let n = one.lines().filter(|line| line.starts_with("v ")).count();
+    let moved = |line: &str| match line.strip_prefix("f ") {
+        Some(face) => {
+            let corners: Vec<String> = face.split(' ').map(|k| (k.parse::<usize>().unwrap() + n).to_string()).collect();
+            format!("f {}\n", corners.join(" "))
+        }
+        None => format!("{line}\n"),
+    };
+    format!("{one}\n{}", other.lines().map(moved).collect::<String>())
 }
