@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use facemill_inverse_kinematics::{AxisValues, Machine};
+use facemill_inverse_kinematics::{AxisKind, AxisValues, Machine};
 use facemill_nc_program::{FeedMode, MotionKind, ReadBlock, ReadCommand, ReadProgram};
 use facemill_virtual_machine::{Assumption, BlockCut, Finding, FindingKind, Measure, StockRun};
 
@@ -33,7 +33,7 @@ pub(crate) struct FastBlock {
     nth: usize,
     /// Speed of the tip, mm/min.
     speed: f64,
-    /// Whether that is more than any feed of the job.
+    /// Whether that is more than any feed of the job, which none is of a head that stands by.
     is_above_all: bool,
 }
 
@@ -91,6 +91,9 @@ impl<'a> Episode<'a> {
         }
     }
 }
+
+/// How far from its reference position an axis is at it, mm or rad: rounding of sums.
+const AT_HOME: f64 = 1e-6;
 
 /// What a finding says that is not of one S alone.
 const OTHERS: &str = "; other speeds up to the last line are not asked for either";
@@ -171,10 +174,22 @@ impl Asked {
             nth += 1;
             let faster_than = |limit: f64| self.faster_than(limit, view, block, &cut);
             let Some(speed) = faster_than(self.cuts) else { continue };
-            let is_above_all = faster_than(self.all).is_some();
+            let is_above_all = faster_than(self.all).is_some() && !self.stands_by(view.0, &cut);
             found.push(FastBlock { line: block.line, block: index, nth, speed, is_above_all });
         }
         found
+    }
+
+    /// Whether a head of several is at home on a block, up to rounding of words: the table turns under its tip for another one.
+    fn stands_by(&self, machine: &Machine, cut: &FollowedCut) -> bool {
+        let is_home = |k: usize, value: f64| {
+            let axis = &machine.axes()[k];
+            let rounding = self.rounding[usize::from(axis.kind == AxisKind::Rotary)];
+            (value - axis.home).abs() <= rounding + AT_HOME
+        };
+        let own = |k: &usize| machine.moves_tool(*k) && !machine.is_shared(*k);
+        machine.head_count() > 1
+            && (0..machine.axes().len()).filter(own).all(|k| is_home(k, cut.from[k]) && is_home(k, cut.to[k]))
     }
 
     /// Findings of one head where the tip is faster than the job asks for: in blocks that are known to cut, than it asks

@@ -70,6 +70,9 @@ fn a_block_at_rapid_rate_is_found_for_both_heads(job: &JobFolder, planned: &Plan
     }
     let of_blocks: f64 = verified.cuts.iter().map(|block| block.removed_mm3).sum();
     assert!((of_blocks - own.removed_mm3).abs() <= 1e-9 * own.removed_mm3);
+    // A head at home, whose tip the table turns under, is not at work.
+    let others = file.verification.faults().filter(|f| f.first_line != line);
+    assert_eq!(others.map(ToString::to_string).collect::<Vec<_>>(), [""; 0]);
     for head in 1..=2 {
         let cutter = format!("head {head}: cutter");
         let is_it = |f: &&Finding| f.obstacle.as_deref() == Some("stock") && f.body.as_ref() == Some(&cutter);

@@ -105,10 +105,7 @@ fn both_sides_of_a_blade_are_planned_run_and_certified_at_once() {
     one_by_one.set("job.json", &[("/pairs", Value::Null)]);
     let (planned, alone) = std::thread::scope(|scope| {
         let alone = scope.spawn(|| plan(&one_by_one, false));
-        let settings = PlanSettings { verify: true, certificates: true };
-        let read = Job::read(&job.job()).unwrap();
-        let planned = plan_job(&read, settings, Some(cut_stock::CELL), &SilentStages).unwrap().remove(0);
-        (planned, alone.join().unwrap())
+        (plan(&job, true), alone.join().unwrap())
     });
     assert!((8..=12).contains(&planned.report.totals.passes), "{:?}", planned.report.totals);
     let read = ReadPlan::of(&job, &planned);
@@ -124,7 +121,6 @@ fn both_sides_of_a_blade_are_planned_run_and_certified_at_once() {
         obeys(format, &job.json(name));
     }
     separate_times_are_those_of_the_sides_one_after_the_other(&alone, &read);
-    cut_stock::both_heads_cut_the_stock(&job, &planned, &read);
 }
 
 /// Three operations one after the other, the first head's second one slower: the program says so before it, for its spindle.
@@ -237,7 +233,9 @@ fn what_both_heads_cannot_cut_at_once_is_cut_by_each_alone() {
     for (pointer, value) in [narrow(0), narrow(1), ("/pairs/0/lean_back_deg".to_owned(), json!(0.0))] {
         job.set("job.json", &[(&pointer, value)]);
     }
-    let planned = plan(&job, true);
+    let settings = PlanSettings { verify: true, certificates: true };
+    let of_job = Job::read(&job.job()).unwrap();
+    let planned = plan_job(&of_job, settings, Some(cut_stock::CELL), &SilentStages).unwrap().remove(0);
     let read = ReadPlan::of(&job, &planned);
     holds(&planned, &read);
     let alone = |h: usize| read.blocks.iter().filter(|b| b.working[h] && !b.working[1 - h]).count();
@@ -252,6 +250,7 @@ fn what_both_heads_cannot_cut_at_once_is_cut_by_each_alone() {
             }
         }
     }
+    cut_stock::both_heads_cut_the_stock(&job, &planned, &read);
 }
 
 /// A C that comes to its limit in the middle of passes parts them; with a pair each head goes the same ways as without.
