@@ -3,7 +3,7 @@
 use facemill_cl_data::Aabb;
 use facemill_surface_model::TriMesh;
 use facemill_virtual_machine::outside_layer;
-use facemill_z_map::{DexelMap, MeshStockError};
+use facemill_z_map::{DexelMap, GridError, MeshStockError};
 use nalgebra::Isometry3;
 
 use crate::Failure;
@@ -87,13 +87,20 @@ impl StockMeshes {
             found => found,
         };
         let wrong = |why: String| job.wrong(format!("setup \"{}\": stock: {why}", setup.file.name));
-        let map = found.map_err(|e| wrong(e.to_string()))?;
+        let map = found.map_err(|e| {
+            let is_of_cell = matches!(e, MeshStockError::Grid(GridError::TooManyLines { .. }));
+            let option = if is_of_cell { OF_CELL } else { "" };
+            wrong(format!("{e}{option}"))
+        })?;
         if map.volume() > 0.0 {
             return Ok(map);
         }
-        Err(wrong(format!("none of its lines, {cell} mm apart, meets material; take a smaller distance of the lines")))
+        Err(wrong(format!("none of its lines, {cell} mm apart, meets material{OF_CELL}")))
     }
 }
+
+/// Where the distance of the lines is said.
+const OF_CELL: &str = " (--stock-cell-mm, in a plan verification.stock_cell_mm)";
 
 /// Low and high corner of a region; `None` where it is all of the stock.
 pub(crate) fn rectangle(job: &Job, setup: &Setup<'_>, region: StockRegion) -> Option<[[f64; 2]; 2]> {
