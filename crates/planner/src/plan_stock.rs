@@ -189,7 +189,7 @@ const KEPT: f64 = 0.85;
 const STEP: f64 = 0.01;
 
 /// Distance of lines that suits a rectangle, mm: 200 of them along its longer side, no less than 1 mm apart. Rapids are asked with half
-/// the diagonal of a cell around the cutter: that has to be within the rapid clearance, or every link would be a finding.
+/// the diagonal of a cell around the cutter: that has to be within the rapid clearance, or every link would be a near miss.
 ///
 /// # Errors
 /// With what to do, where so many lines would be needed for that clearance that a plan has to be told to take the time.

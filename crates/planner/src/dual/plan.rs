@@ -2,6 +2,7 @@
 
 use facemill_cutter_location::{PairTest, PoseTest, Workcell};
 use facemill_inverse_kinematics::{AxisValues, Machine};
+use facemill_virtual_machine::{joined, rapid_lines};
 use facemill_z_map::ZMap;
 use nalgebra::Point3;
 
@@ -160,7 +161,9 @@ pub(crate) fn plan_dual_setup(
     let mut report = report(&jobs_of, setups[0], &planned, &texts.timed, turning, verification, certificates.as_ref());
     report.pairs = texts.pair_reports(&parts, &ground);
     report.totals.mended_blocks = mended;
-    report.assumptions = DualProgram { ground: &ground, parts: &parts, words: &words, texts: &texts }.assumptions()?;
+    let program = DualProgram { ground: &ground, parts: &parts, words: &words, texts: &texts };
+    report.assumptions = program.assumptions()?;
+    report.findings = joined(report.findings, &rapid_lines(&program.read()?));
     report.stock = of_stock;
     if settings.verify {
         report.links = LinksReport::not_shortened("those of machines with two heads are not looked at");
