@@ -151,7 +151,8 @@ impl StockToCut<'_> {
 }
 
 /// Cuts the stock by a program, and adds what meets it to what is found already for each head. Findings of the same kind and body
-/// that the head's run against the stock as it was at first has at the same place of the text are not told twice.
+/// that the head's run against the stock as it was at first has at the same place of the text are not told twice, and what is only near
+/// a line is not told: a plan keeps its clearances by proof.
 ///
 /// # Errors
 /// When the stages are cancelled.
@@ -169,7 +170,8 @@ pub(crate) fn cut_by_plan<const N: usize>(
     let request = CutRequest { cell, tolerance, region: StockRegion::Whole, rest: Some(stock), deviation: None };
     let done = cut(&request)?;
     for (verification, run) in verifications.into_iter().zip(done.runs) {
-        add_new(&mut verification.findings, run.findings);
+        let faults = run.findings.into_iter().filter(|f| f.kind.is_fault());
+        add_new(&mut verification.findings, faults.collect());
     }
     let report = PlannedStockReport { not_cut_because: None, began_as: Some(began_as), cut: Some(done.report) };
     Ok((report, Some(done.rest)))

@@ -32,7 +32,7 @@ pub fn outside_layer(cell: f64) -> f64 {
 /// and with a tolerance (mm), in mm. Of bodies that are thinner than twice that it is found where more than their middle goes in.
 #[must_use]
 pub fn certain_depth(cell: f64, tolerance: f64) -> f64 {
-    SQRT_2 * cell + 4.0 * tolerance
+    SQRT_2 * cell + 8.0 * tolerance
 }
 
 /// One head, and its findings against the stock as it was at first.
@@ -43,8 +43,8 @@ pub type HeadFindings<'a> = (&'a VirtualSetup<'a>, &'a VerifySettings, Vec<Findi
 ///
 /// `outside` is the stock before the program with [`outside_layer`] around it, as lines. The cutter takes of it what a smaller one
 /// would, by half the diagonal of a cell and twice the tolerance: so long as there is material in a cell, its line has material at that
-/// height. Bodies are asked smaller by half the diagonal of a cell and four times the tolerance, so that walls that the cutter
-/// itself has left smooth are not found when it goes along them. So what goes into remaining stock deeper than
+/// height. Bodies are asked smaller by half the diagonal of a cell and six times the tolerance, so that walls that the cutter
+/// itself has left smooth are not found when it goes along them, though ways are off by twice the tolerance. So what goes into remaining stock deeper than
 /// [`certain_depth`] is found, however thin the stock is; and what is found goes through what was stock at first, and comes nearer than
 /// half the diagonal of a cell to what may be left, deep within the body.
 ///
@@ -138,7 +138,7 @@ impl<'a> View<'a> {
         let max_way = Bodies::new(setup.tool, settings.clearance_slack, [tolerance, cell]).max_way;
         let cutter = setup.tool.cutter();
         let taken = outside_layer(cell) + 2.0 * tolerance;
-        let asked = outside_layer(cell) + 4.0 * tolerance;
+        let asked = outside_layer(cell) + 6.0 * tolerance;
         let needle = || {
             let top = cutter.flute_length().max(asked + THIN);
             let body = TurnedBody::frustum([asked.min(top - THIN), top], [THIN, THIN], 0.0).ok()?;

@@ -109,20 +109,43 @@ fn a_setup_in_another_frame_or_with_other_stock_begins_with_its_own_and_says_why
     }
 }
 
-/// Half of a cell's diagonal that is more than the rapid clearance makes a finding of every rapid beside stock: such a program is
-/// rejected, where one without cut stock is not.
+/// Lines that are farther apart than the rapid clearance say nothing of rapids that are proven to keep off the stock as it was at
+/// first.
 #[test]
-fn what_meets_the_cut_stock_rejects_the_program() {
+fn lines_far_apart_are_no_findings_of_a_program_that_keeps_off_the_stock() {
     let with = &plans(&tiny_patch(), Some(30.0))[0];
-    let met = with.report.findings.iter().filter(|f| f.obstacle.as_deref() == Some("stock"));
-    let all = &with.report.findings;
-    assert!(met.clone().count() > 0 && met.clone().all(|f| f.kind == FindingKind::RapidCollision), "{all:?}");
-    assert!(!with.is_clean() && with.report.verified);
-    assert!(with.files.iter().any(|(name, _)| name == "program.rejected.nc"));
+    assert!(with.is_clean() && with.report.verified && with.report.findings.is_empty(), "{:?}", with.report.findings);
+    assert!(with.report.stock.cut.is_some());
     let without = &plans(&variant(&[("/verification", json!({ "cut_stock": false }))]), Some(30.0))[0];
     assert!(without.is_clean(), "{:?}", without.report.findings);
     let why = without.report.stock.not_cut_because.as_ref().unwrap();
     assert!(why.contains("verification.cut_stock") && without.rest.is_none(), "{why}");
+}
+
+/// A template that goes straight down behind the last pass: how steep that is, the cut stock alone tells where links go through what
+/// has been cut.
+#[test]
+fn what_meets_the_cut_stock_rejects_the_program() {
+    let job = tiny_patch();
+    let plain = &plans(&job, None)[0];
+    let text = String::from_utf8(plain.files.iter().find(|(name, _)| name == "program.nc").unwrap().1.clone()).unwrap();
+    let is_cut = |line: &&str| ["X", "Y", "Z", "B", "C"].iter().all(|word| line.contains(&format!(" {word}")));
+    let cuts: Vec<&str> = text.lines().filter(is_cut).collect();
+    let words: Vec<&str> = cuts[cuts.len() / 2].split(' ').filter(|w| !w.starts_with(['N', 'F', 'G'])).collect();
+    let z = words.iter().find_map(|word| word.strip_prefix('Z')).unwrap();
+    let at = |height: f64| format!("Z{:.3}", z.parse::<f64>().unwrap() + height);
+    let over = words.join(" ").replace(&format!("Z{z}"), &at(30.0));
+    let down = format!("{{{{ body }}}}\nG0 {over}\nG1 {} F500.\nG0 {}\n", at(-0.3), at(30.0));
+    let template = Dialect::Fanuc.template().text.replacen("{{ body }}\n", &down, 1);
+    assert!(template.contains(&down), "{template}");
+    job.write("shop.j2", template.as_bytes());
+    job.set("job.json", &[("/post/template", json!("shop.j2")), ("/setups/0/links", json!({ "stock": "as_cut" }))]);
+    let with = &plans(&job, Some(1.0))[0];
+    let all = &with.report.findings;
+    let steep = all.iter().filter(|f| f.kind == FindingKind::RampTooSteep);
+    assert!(steep.clone().count() > 0 && steep.clone().all(|f| f.obstacle.as_deref() == Some("stock")), "{all:?}");
+    assert!(!with.is_clean() && with.report.verified);
+    assert!(with.files.iter().any(|(name, _)| name == "program.rejected.nc"));
 }
 
 /// Where nobody asks for a distance of lines, stock that cannot be cut is no fault of the program; where somebody does, it is
