@@ -1,7 +1,10 @@
 //! What meets the stock where the lines that it is cut on do not show it.
 
 use facemill_nc_program::ReadProgram;
-use facemill_virtual_machine::{Finding, VerifySettings, in_question, still_there, verify};
+use facemill_tool_model::ToolAssembly;
+use facemill_virtual_machine::{
+    Finding, VerifySettings, certain_depth, in_question, is_known_to_cut, still_there, verify,
+};
 
 use crate::output::{name_obstacles, not_verified};
 use crate::stock_map::StockMeshes;
@@ -23,7 +26,14 @@ pub(crate) fn between_lines<const N: usize>(
 ) -> Result<[Vec<Finding>; N], Failure> {
     let mut asked = [const { Vec::new() }; N];
     for ((asked, (on, settings)), then) in asked.iter_mut().zip(heads).zip(then) {
-        let at_first = VerifySettings { stock_is_cut: false, probed_lines: Vec::new(), ..settings.clone() };
+        // Whatever is deep enough to be found between the lines is in question.
+        let at_first = VerifySettings {
+            stock_is_cut: false,
+            probed_lines: Vec::new(),
+            gouge_limit: 0.0,
+            sections: Vec::new(),
+            ..(*settings).clone()
+        };
         let monitor = stages.start("verify against all of the stock", program.blocks.len());
         let mut run = verify(program, on.at, &at_first, &*monitor).map_err(not_verified)?;
         name_obstacles(&mut run, on.setup);
@@ -41,4 +51,31 @@ pub(crate) fn between_lines<const N: usize>(
     let between = still_there(program, views, &mut outside, cut.tolerance, &*monitor).map_err(not_verified)?;
     found.iter_mut().zip(between).for_each(|(found, between)| found.extend(between));
     Ok(found)
+}
+
+/// Adds what was found between the lines, but for what is told of all of these blocks already, of the same bodies in the stock.
+pub(crate) fn add_between(findings: &mut Vec<Finding>, between: Vec<Finding>) {
+    let is_told = |f: &Finding| {
+        let alike = |k: &&Finding| (k.kind, &k.body, &k.obstacle) == (f.kind, &f.body, &f.obstacle);
+        findings.iter().filter(alike).any(|k| k.first_line <= f.first_line && f.last_line <= k.last_line)
+    };
+    let new: Vec<Finding> = between.into_iter().filter(|f| !is_told(f)).collect();
+    findings.extend(new);
+    findings.sort_by_key(|f| (f.first_line, f.kind));
+}
+
+/// What is seen between the lines of cut stock by these tools.
+pub(crate) fn seen_between(tools: &[&ToolAssembly], cell: f64, tolerance: f64) -> String {
+    if tools.iter().any(|tool| !is_known_to_cut(tool.cutter(), cell, tolerance)) {
+        return format!(
+            "between the lines of the stock, {cell} mm apart, nothing is seen: the flute is too short for it; take a smaller \
+             distance of the lines"
+        );
+    }
+    let depth = certain_depth(cell, tolerance);
+    format!(
+        "between the lines of the stock, {cell} mm apart, cutter and sections of the tool are found that go deeper than {depth:.2} mm below \
+         their surface into it; sections thinner than {:.2} mm are not asked there",
+        2.0 * depth
+    )
 }

@@ -10,7 +10,7 @@ use facemill_nc_program::{
 };
 use facemill_virtual_machine::{
     Assumption, Certificates, Finding, GougeSection, ObstacleKind, Verification, VerifyError, VerifySettings,
-    VirtualObstacle, VirtualSetup, assumptions, certain_depth, certify, verify,
+    VirtualObstacle, VirtualSetup, assumptions, certify, verify,
 };
 
 use crate::between_lines::between_lines;
@@ -20,7 +20,6 @@ use crate::load::{Job, ObstacleRole, Setup};
 use crate::mending::CutBlock;
 use crate::moves::MoveKind;
 use crate::operation::PlannedOperation;
-use crate::plan_stock::PlannedStockReport;
 use crate::post_probe::probe;
 use crate::program::{BlockWriter, Timed, rtcp_frame, table_from_rtcp_words};
 use crate::program_spec::program_spec;
@@ -30,7 +29,7 @@ use crate::timing::{TimedText, Written, time_program, time_text};
 use crate::tip_feed::programmed_feed;
 use crate::verify_feeds::Asked;
 use crate::verify_program::removal_of;
-use crate::verify_stock::{CutDone, CutRequest, Stand, cut_stock};
+use crate::verify_stock::{CutDone, CutRequest, Stand, StockReport, cut_stock};
 use crate::{Failure, Stages};
 
 /// What a program says of itself that was not run on the virtual machine.
@@ -254,24 +253,20 @@ impl OwnProgram<'_> {
         cut_stock(&self.read()?, [(&on, &settings)], cut, stages)
     }
 
-    /// What meets the setup's own stock between the lines that it was cut on, all over it; and the report that says how deep that is
-    /// found. `then` is what is found without.
+    /// What meets the setup's own stock between the lines that it was cut on, all over it; `then` is what is found without.
     pub(crate) fn between_lines(
         &self,
-        report: &PlannedStockReport,
+        cut: &StockReport,
         then: &[Finding],
         stages: &dyn Stages,
-    ) -> Result<(PlannedStockReport, Vec<Finding>), Failure> {
-        let mut report = report.clone();
-        let Some(cut) = &mut report.cut else { return Ok((report, Vec::new())) };
+    ) -> Result<Vec<Finding>, Failure> {
         let (cell, tolerance) = (cut.cell_mm, cut.tolerance_mm);
-        cut.certain_depth_mm = Some(certain_depth(cell, tolerance));
         let request = CutRequest { cell, tolerance, region: StockRegion::Whole, rest: None, deviation: None };
         let at = self.virtual_setup()?;
         let on = Stand { job: self.job, setup: self.setup, at: &at };
         let heads = [(&on, &self.settings())];
         let [found] = between_lines(&self.read()?, heads, &request, ([then], &[Vec::new()]), stages)?;
-        Ok((report, found))
+        Ok(found)
     }
 
     /// The program as it stands in the text.

@@ -3,9 +3,10 @@
 use std::time::Instant;
 
 use facemill_nc_program::WordMap;
-use facemill_virtual_machine::{Certificates, Verification, joined, rapid_lines};
+use facemill_virtual_machine::{Assumption, Certificates, Verification, joined, rapid_lines};
 use facemill_z_map::DexelMap;
 
+use crate::between_lines::{add_between, seen_between};
 use crate::cell::z_map;
 use crate::chip_files::ChipFiles;
 use crate::dual::plan_dual_setup;
@@ -16,7 +17,7 @@ use crate::operation::{Ground, PlannedOperation};
 use crate::output::{
     OwnProgram, Texts, certificates_json, check_feeds, time_texts, try_template, write_draft, write_texts,
 };
-use crate::plan_stock::{CutByPlan, PlannedStockReport, StockBefore, StockToCut, add_new, cut_by_plan, not_asked};
+use crate::plan_stock::{CutByPlan, PlannedStockReport, StockBefore, StockToCut, cut_by_plan, not_asked};
 use crate::program::word_map;
 use crate::rapids::{LinksReport, PlannedLinks};
 use crate::report::Report;
@@ -106,7 +107,7 @@ pub(crate) fn planned_setup(
     };
     clock.lap("shorten links");
     let sound = Rounds { ground: &ground, words: &words, settings, before: &before, stages };
-    let Sound { mut texts, verification, certificates, cut: (of_stock, rest), mended, links } =
+    let Sound { mut texts, verification, certificates, cut: (of_stock, rest), seen, mended, links } =
         sound.program(&mut operations, shortened, &mut clock)?;
     time_texts(job, &words, &mut texts)?;
     clock.lap("times");
@@ -119,6 +120,7 @@ pub(crate) fn planned_setup(
     let program =
         OwnProgram { job, setup: &setup, operations: &operations, words: &words, texts: &texts, stock_is_cut: false };
     report.assumptions = program.assumptions()?;
+    report.assumptions.extend(seen.map(|text| Assumption { line: None, text }));
     report.findings = joined(report.findings, &rapid_lines(&program.read()?));
     let chips = ChipFiles::new(&jobs, &setup.file.name, &operations, (&texts.timed, &texts.cut_lines()));
     let (suffix, state) = name_parts(job, &setup, &report);
@@ -192,6 +194,8 @@ struct Sound {
     verification: Option<Verification>,
     certificates: Option<Certificates>,
     cut: CutByPlan,
+    /// What is seen between the lines of the cut stock, where the plan rests on them.
+    seen: Option<String>,
     mended: usize,
     links: LinksReport,
 }
@@ -240,12 +244,24 @@ impl Rounds<'_, '_> {
             };
             let tolerance = job.file.verification.stock_tolerance_mm;
             let cut_stock = |request: &CutRequest| program.cut_stock(request, self.stages);
-            let cut = verification.as_mut().map(|found| cut_by_plan(self.before, tolerance, [found], cut_stock));
-            let mut cut = cut.unwrap_or_else(|| Ok((PlannedStockReport::not_asked(false), None)))?;
-            if let (true, Some(found)) = (self.stock_is_cut() && cut.0.began_as_own(), verification.as_mut()) {
-                let (report, new) = program.between_lines(&cut.0, &found.findings, self.stages)?;
-                cut.0 = report;
-                add_new(&mut found.findings, new);
+            let cut = verification
+                .as_mut()
+                .map(|found| cut_by_plan(self.before, tolerance, ([found], self.stock_is_cut()), cut_stock));
+            let cut = cut.unwrap_or_else(|| Ok((PlannedStockReport::not_asked(false), None)))?;
+            let mut seen = None;
+            if let (Some(report), Some(found)) =
+                (cut.0.cut.as_ref().filter(|_| self.stock_is_cut()), verification.as_mut())
+            {
+                seen = Some(if cut.0.began_as_own() {
+                    let new = program.between_lines(report, &found.findings, self.stages)?;
+                    add_between(&mut found.findings, new);
+                    seen_between(&[&job.tool], report.cell_mm, report.tolerance_mm)
+                } else {
+                    format!(
+                        "of the rest that the stock began as, nothing is left between its lines, {} mm apart",
+                        report.cell_mm
+                    )
+                });
             }
             clock.lap("cut the stock");
             if take_back(verification.as_ref(), operations) {
@@ -255,7 +271,7 @@ impl Rounds<'_, '_> {
                 Ok(links) => LinksReport::of(links.report(operations, &texts)),
                 Err(why) => LinksReport::not_shortened(why),
             };
-            return Ok(Sound { texts, verification, certificates, cut, mended, links });
+            return Ok(Sound { texts, verification, certificates, cut, seen, mended, links });
         }
     }
 

@@ -10,7 +10,7 @@ use crate::plan::{PlanSettings, Planned, planned_setup};
 use crate::stock_map::{StockMeshes, StockRegion, rectangle};
 use crate::verify_stock::{CutDone, CutRequest, StockReport};
 use crate::{Failure, Stages};
-use facemill_virtual_machine::{Finding, Verification};
+use facemill_virtual_machine::{Finding, FindingKind, Verification};
 
 /// Plans all setups of a job in their order, and cuts the stock of each by its own verified program: on lines `cell` mm apart, or as
 /// the job's `verification` says. What one program leaves is what the next one begins with, where both setups have the same
@@ -151,15 +151,15 @@ impl StockToCut<'_> {
 }
 
 /// Cuts the stock by a program, and adds what meets it to what is found already for each head. Findings of the same kind and body
-/// that the head's run against the stock as it was at first has at the same place of the text are not told twice, and what is only near
-/// a line is not told: a plan keeps its clearances by proof.
+/// that the head's run against the stock as it was at first has at the same place of the text are not told twice. Of bodies of the tool and of
+/// the cutter in rapid that run knows all, at every time and without lines, unless the program `rests_on_lines`: then theirs are told.
 ///
 /// # Errors
 /// When the stages are cancelled.
 pub(crate) fn cut_by_plan<const N: usize>(
     before: &StockBefore,
     tolerance: f64,
-    verifications: [&mut Verification; N],
+    (verifications, rests_on_lines): ([&mut Verification; N], bool),
     cut: impl FnOnce(&CutRequest) -> Result<CutDone<N>, Failure>,
 ) -> Result<CutByPlan, Failure> {
     let (stock, began_as) = match before {
@@ -170,8 +170,10 @@ pub(crate) fn cut_by_plan<const N: usize>(
     let request = CutRequest { cell, tolerance, region: StockRegion::Whole, rest: Some(stock), deviation: None };
     let done = cut(&request)?;
     for (verification, run) in verifications.into_iter().zip(done.runs) {
-        let faults = run.findings.into_iter().filter(|f| f.kind.is_fault());
-        add_new(&mut verification.findings, faults.collect());
+        let is_news = |f: &Finding| {
+            rests_on_lines || !matches!(f.kind, FindingKind::HolderCollision | FindingKind::RapidCollision)
+        };
+        add_new(&mut verification.findings, run.findings.into_iter().filter(is_news).collect());
     }
     let report = PlannedStockReport { not_cut_because: None, began_as: Some(began_as), cut: Some(done.report) };
     Ok((report, Some(done.rest)))
@@ -235,7 +237,7 @@ fn around(a: [[f64; 2]; 2], b: [[f64; 2]; 2]) -> [[f64; 2]; 2] {
 }
 
 /// Adds findings that are not there yet, in the order of lines.
-pub(crate) fn add_new(findings: &mut Vec<Finding>, new: Vec<Finding>) {
+fn add_new(findings: &mut Vec<Finding>, new: Vec<Finding>) {
     let is_known = |f: &Finding| {
         let same = |k: &&Finding| k.kind == f.kind && k.body == f.body;
         findings.iter().filter(same).any(|k| (k.first_line..=k.last_line).contains(&f.worst_line))

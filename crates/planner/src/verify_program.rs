@@ -14,7 +14,7 @@ use nalgebra::Isometry3;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::between_lines::between_lines;
+use crate::between_lines::{add_between, between_lines, seen_between};
 use crate::cell::budget;
 use crate::deviation::{CutStock, deviation_of};
 use crate::deviation_report::DeviationReport;
@@ -23,7 +23,6 @@ use crate::follow::Surroundings;
 use crate::job_file::{OperationFile, SetupFile};
 use crate::load::{Job, Setup};
 use crate::output::{name_obstacles, not_verified, virtual_obstacles};
-use crate::plan_stock::add_new;
 use crate::program::{rtcp_frame, word_map};
 use crate::verify_feeds::{Asked, FastBlock, KnownCuts};
 use crate::verify_stock::{
@@ -214,6 +213,8 @@ struct Cut<const N: usize> {
     cuts: Vec<BlockCut>,
     deviation: Option<DeviationReport>,
     painted: Option<Vec<u8>>,
+    /// What is seen between the lines.
+    seen_between: String,
 }
 
 impl Found {
@@ -221,13 +222,7 @@ impl Found {
     fn take<const N: usize>(&mut self, cut: Cut<N>) -> [KnownCuts; N] {
         self.verification.findings.extend(cut.findings.into_iter().flatten());
         self.assumptions.extend(cuts_nothing(&cut.report, &cut.cuts));
-        self.assumptions.extend(cut.report.certain_depth_mm.is_none().then(|| Assumption {
-            line: None,
-            text: format!(
-                "of the rest that the stock began as, nothing is left between its lines, {} mm apart",
-                cut.report.cell_mm
-            ),
-        }));
+        self.assumptions.push(Assumption { line: None, text: cut.seen_between });
         (self.stock, self.rest, self.cuts) = (Some(cut.report), Some(cut.rest), cut.cuts);
         (self.deviation, self.painted) = (cut.deviation, cut.painted);
         cut.known
@@ -292,11 +287,16 @@ impl Run<'_> {
         let known = std::array::from_fn(|h| KnownCuts::of(&done.runs[h], &done.not_covered[h], accuracy));
         let cuts = blocks_of_heads(&done.runs);
         let mut findings = done.runs.map(|run| run.findings);
+        let seen_between = if cut.rest.is_some() {
+            format!("of the rest that the stock began as, nothing is left between its lines, {} mm apart", accuracy[1])
+        } else {
+            seen_between(&heads.map(|(on, _)| &on.job.tool), accuracy[1], accuracy[0])
+        };
         if cut.rest.is_none() {
             let between = between_lines(self.program, stands, cut, (then, &done.not_covered), self.stages)?;
-            findings.iter_mut().zip(between).for_each(|(all, between)| add_new(all, between));
+            findings.iter_mut().zip(between).for_each(|(all, between)| add_between(all, between));
         }
-        Ok(Cut { known, findings, report: done.report, rest: done.rest, cuts, deviation, painted })
+        Ok(Cut { known, findings, report: done.report, rest: done.rest, cuts, deviation, painted, seen_between })
     }
 
     fn settings(&self) -> VerifySettings {

@@ -3,9 +3,7 @@
 use std::collections::BTreeSet;
 
 use facemill_nc_program::ReadProgram;
-use facemill_virtual_machine::{
-    BlockCut, StockRun, VerifySettings, VirtualSetup, blocks_beyond, certain_depth, run_stock_of_heads,
-};
+use facemill_virtual_machine::{BlockCut, StockRun, VerifySettings, VirtualSetup, blocks_beyond, run_stock_of_heads};
 use facemill_z_map::DexelMap;
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -46,11 +44,6 @@ pub struct StockReport {
     pub cell_mm: f64,
     /// How far from the truth what is cut may be, on every line, mm.
     pub tolerance_mm: f64,
-    /// How deep a body of the tool, or the cutter in rapid, goes into what is left between the lines where that is found for certain,
-    /// mm; absent in plans that keep off the stock as it was at first, and where the stock began as the rest of another program, of
-    /// which the lines alone are known.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub certain_depth_mm: Option<f64>,
     /// Volume of the stock before the program, mm³.
     pub before_mm3: f64,
     /// What the program took, mm³.
@@ -84,9 +77,6 @@ impl StockReport {
         if !of_heads.is_empty() {
             lines.push(format!("  cut by            {} cm3", of_heads.join(", ")));
         }
-        lines.extend(self.certain_depth_mm.map(|depth| {
-            format!("  between lines     what goes into the stock deeper than {depth:.2} mm is found, however thin the stock is")
-        }));
         lines.extend(self.first_line_not_covered.map(|line| {
             let [[x0, y0], [x1, y1]] = self.region_mm;
             format!(
@@ -144,7 +134,7 @@ pub(crate) fn cut_stock<const N: usize>(
         *lines = blocks_beyond(program, at, settings, &rest, &meshes.extents(), &*monitor).map_err(not_verified)?;
     }
     drop(monitor);
-    let report = stock_report(&rest, (volume, cut.rest.is_some()), cut.tolerance, &runs, &not_covered);
+    let report = stock_report(&rest, volume, cut.tolerance, &runs, &not_covered);
     Ok(CutDone { report, runs, not_covered, before, rest })
 }
 
@@ -165,7 +155,7 @@ pub(crate) fn blocks_of_heads(runs: &[StockRun]) -> Vec<BlockCut> {
 /// What is told of the heads' runs, with the stock's volume before them, mm³.
 fn stock_report(
     rest: &DexelMap,
-    (before, is_rest): (f64, bool),
+    before: f64,
     tolerance: f64,
     runs: &[StockRun],
     not_covered: &[Vec<u32>],
@@ -177,7 +167,6 @@ fn stock_report(
     StockReport {
         cell_mm: grid.cell(),
         tolerance_mm: tolerance,
-        certain_depth_mm: (!is_rest).then(|| certain_depth(grid.cell(), tolerance)),
         before_mm3: before,
         removed_mm3: by_heads.iter().sum(),
         removed_by_heads_mm3: if by_heads.len() > 1 { by_heads } else { Vec::new() },

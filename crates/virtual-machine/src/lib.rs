@@ -129,7 +129,7 @@ pub use lengths::{
     ClearLengths, ForcedBy, LengthSettings, LengthStock, clear_lengths, posted_for_length, words_of_length,
 };
 pub use links::{LinkDistances, LinkHold, LinkSettings, LinkStage, ProgramLink, links_off_first_stock, run_links};
-pub use outside_run::{HeadFindings, certain_depth, in_question, outside_layer, still_there};
+pub use outside_run::{HeadFindings, certain_depth, in_question, is_known_to_cut, outside_layer, still_there};
 pub use setup::{GougeSection, ObstacleKind, RemovalLimit, VerifyError, VerifySettings, VirtualObstacle, VirtualSetup};
 pub use stock_cover::blocks_beyond;
 pub use stock_run::{BlockCut, StockRun, run_stock, run_stock_of_heads};

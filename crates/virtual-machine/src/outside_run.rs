@@ -4,7 +4,7 @@ use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
 
 use facemill_cl_data::{Monitor, RoundFrustum, Solid};
 use facemill_nc_program::ReadProgram;
-use facemill_tool_model::ToolAssembly;
+use facemill_tool_model::{Cutter, ToolAssembly};
 use facemill_z_map::{DexelMap, Step, StepResult, Sweep, TurnedBody};
 use rayon::prelude::*;
 
@@ -28,11 +28,18 @@ pub fn outside_layer(cell: f64) -> f64 {
     cell * FRAC_1_SQRT_2
 }
 
-/// How deep a body has to go into what is left of the stock for [`still_there`] to find it for certain, on lines `cell` (mm) apart
-/// and with a tolerance (mm), in mm. Of bodies that are thinner than twice that it is found where more than their middle goes in.
+/// How deep the cutter, or a section of the tool's body or holder, has to go into what is left of the stock for [`still_there`] to find
+/// it, on lines `cell` (mm) apart and with a tolerance (mm), in mm: below its surface, its ends among it. Sections that are nowhere that
+/// deep are not asked.
 #[must_use]
 pub fn certain_depth(cell: f64, tolerance: f64) -> f64 {
     SQRT_2 * cell + 8.0 * tolerance
+}
+
+/// Whether a cutter is large enough for [`still_there`] to know what it takes, on lines `cell` (mm) apart and with a tolerance (mm).
+#[must_use]
+pub fn is_known_to_cut(cutter: &Cutter, cell: f64, tolerance: f64) -> bool {
+    Smaller::within(cutter, outside_layer(cell) + 2.0 * tolerance).is_some()
 }
 
 /// One head, and its findings against the stock as it was at first.
@@ -44,9 +51,11 @@ pub type HeadFindings<'a> = (&'a VirtualSetup<'a>, &'a VerifySettings, Vec<Findi
 /// `outside` is the stock before the program with [`outside_layer`] around it, as lines. The cutter takes of it what a smaller one
 /// would, by half the diagonal of a cell and twice the tolerance: so long as there is material in a cell, its line has material at that
 /// height. Bodies are asked smaller by half the diagonal of a cell and six times the tolerance, so that walls that the cutter
-/// itself has left smooth are not found when it goes along them, though ways are off by twice the tolerance. So what goes into remaining stock deeper than
-/// [`certain_depth`] is found, however thin the stock is; and what is found goes through what was stock at first, and comes nearer than
+/// itself has left smooth are not found when it goes along them, though ways are off by twice the tolerance. So what goes into remaining
+/// stock deeper than [`certain_depth`] is found, however thin the stock is; and what is found goes through what was stock at first, and comes nearer than
 /// half the diagonal of a cell to what may be left, deep within the body.
+///
+/// Where a cutter is too small for that ([`is_known_to_cut`]), nothing is asked and nothing told.
 ///
 /// Ways, and what is cut, are those of [`run_stock`](crate::run_stock), which tells all else.
 ///
@@ -73,6 +82,9 @@ pub fn still_there<const N: usize>(
         .map(|(setup, settings, findings)| View::new(setup, settings, findings, [tolerance, outside.grid().cell()]))
         .collect();
     let views = views?;
+    if views.iter().any(|view| view.takes.is_none()) {
+        return Ok([const { Vec::new() }; N]);
+    }
     let mut episodes: [Episodes; N] = std::array::from_fn(|_| Episodes::default());
     let n_moves = resolved.iter().map(|r| r.moves.len()).max().unwrap_or(0);
     for first in (0..n_moves).step_by(MOVES_PER_BATCH) {
@@ -111,16 +123,13 @@ const MAY_BE_LEFT: &str = "in stock that the lines do not show to be cut";
 /// Moves whose segments are made before the stock is cut by them: bounds the memory.
 const MOVES_PER_BATCH: usize = 512;
 
-/// Radius and half the height of what is left of a body that is too thin to be made smaller, mm.
-const THIN: f64 = 0.01;
-
 /// What is asked of one head.
 struct View<'a> {
     scene: Scene<'a>,
     coarse: Coarseness,
-    /// What the cutter certainly takes; `None`: nothing.
+    /// What the cutter certainly takes; `None` where nothing is left of it.
     takes: Option<Smaller>,
-    /// The cutter in rapid, smaller.
+    /// The cutter in rapid, smaller; `None` where nothing is left.
     in_rapid: Option<Smaller>,
     /// The tool's bodies, smaller, by their indices among the scene's.
     sections: Vec<(usize, TurnedBody)>,
@@ -139,16 +148,11 @@ impl<'a> View<'a> {
         let cutter = setup.tool.cutter();
         let taken = outside_layer(cell) + 2.0 * tolerance;
         let asked = outside_layer(cell) + 6.0 * tolerance;
-        let needle = || {
-            let top = cutter.flute_length().max(asked + THIN);
-            let body = TurnedBody::frustum([asked.min(top - THIN), top], [THIN, THIN], 0.0).ok()?;
-            Some(Smaller { body, raised: 0.0 })
-        };
         Ok(Self {
             scene: Scene::new(setup, settings)?,
             coarse: Coarseness { tolerance, reach: setup.tool.gauge_length(), max_way },
-            takes: Smaller::of(cutter, taken),
-            in_rapid: Smaller::of(cutter, asked).or_else(needle),
+            takes: Smaller::within(cutter, taken),
+            in_rapid: Smaller::within(cutter, asked),
             sections: sections(setup.tool, asked),
             asked: findings.iter().map(|f| (f.kind, f.body.clone(), [f.first_line, f.last_line])).collect(),
         })
@@ -167,17 +171,19 @@ impl<'a> View<'a> {
     }
 }
 
-/// The bodies of a tool, each so much smaller on all sides.
+/// The bodies of a tool, each so much smaller on all sides, of which something is left.
 fn sections(tool: &ToolAssembly, by: f64) -> Vec<(usize, TurnedBody)> {
     let smaller = |solid: &Solid| {
         let Solid::Frustum(RoundFrustum { z_low, z_high, radius_low, radius_high, .. }) = *solid else { return None };
-        let (height, middle) = (z_high - z_low, 0.5 * (z_low + z_high));
+        let [low, high] = [z_low + by, z_high - by];
         // Measured across the side of a cone.
-        let slope = if height > 0.0 { (radius_high - radius_low) / height } else { 0.0 };
-        let off = by * (1.0 + slope * slope).sqrt();
-        let [low, high] = [(z_low + by).min(middle - THIN), (z_high - by).max(middle + THIN)];
-        let radius = |z: f64| (radius_low + slope * (z - z_low) - off).max(THIN);
-        TurnedBody::frustum([low, high], [radius(low), radius(high)], 0.0).ok()
+        let slope = (radius_high - radius_low) / (z_high - z_low);
+        let radius = |z: f64| radius_low + slope * (z - z_low) - by * (1.0 + slope * slope).sqrt();
+        let radii = [radius(low), radius(high)];
+        if low >= high || radii.iter().any(|r| *r <= 0.0) {
+            return None;
+        }
+        TurnedBody::frustum([low, high], radii, 0.0).ok()
     };
     let bodies = tool.collision_bodies().into_iter().enumerate();
     bodies.filter_map(|(k, body)| Some((k, smaller(&body.solid)?))).collect()

@@ -24,6 +24,13 @@ impl Smaller {
         eroded(cutter, depth).map(|body| Self { body, raised: depth })
     }
 
+    /// The same, also where the flute ends; `None` where so much is not left of it.
+    pub(crate) fn within(cutter: &Cutter, depth: f64) -> Option<Self> {
+        let corner = (cutter.corner_radius() - depth).max(0.0);
+        let flute = cutter.flute_length() - 2.0 * depth;
+        (flute > corner).then(|| Self::of(cutter, depth)).flatten()
+    }
+
     /// Its sweep on a segment of the whole body's way.
     pub(crate) fn along(&self, segment: &Segment) -> Sweep<'_> {
         let raised = |cl: &ClPoint| ClPoint { tip: cl.tip + cl.axis.into_inner() * self.raised, axis: cl.axis };

@@ -28,7 +28,11 @@ pub(crate) struct Report<'a> {
 
 /// What is said of a body that comes near the cut stock.
 fn near(key: &Key) -> Option<&'static str> {
-    let of_body = if key.body.is_some() { "nearer than its clearance" } else { "nearer than half a cell" };
+    let of_body = if key.body.is_some() {
+        "nearer than its clearance"
+    } else {
+        "nearer to a line than half a cell, or between the lines in the stock"
+    };
     (!key.is_contact).then_some(of_body)
 }
 

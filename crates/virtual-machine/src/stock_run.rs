@@ -61,8 +61,8 @@ pub struct BlockCut {
 /// - A body is asked as it is before its segment is cut: what it meets then is a collision. With its clearance, less
 ///   [`VerifySettings::clearance_slack`], it is asked after the flute has passed; what it meets then alone is nearer than its
 ///   clearance, and has no depth.
-/// - In rapids the cutter is asked. Where it only comes nearer to a line's material than half the diagonal of a cell it is a near
-///   miss: it may be along its own walls, and what is between lines is [`still_there`](crate::still_there)'s to tell.
+/// - In rapids the cutter is asked, with half the diagonal of a cell around it: no rapid through a cell's material is missed. Where the
+///   cutter itself, smaller by twice the tolerance, does not meet the line, that has no depth: it may be along its own wall.
 /// - What is no deeper than twice the tolerance is no finding: so far the ways may be off.
 /// - Bodies are found wherever they meet the material of a line.
 /// - Faults of the text, and motions that are not simulated, are `verify`'s to tell: nothing is cut on them.
@@ -288,7 +288,7 @@ impl<'r, 'a> Head<'r, 'a> {
             Purpose::Rapid => Key::of_cutter(FindingKind::RapidCollision, stock),
             Purpose::NearRapid => {
                 self.engagement.iter_mut().for_each(Engagement::lift);
-                Key::of_cutter(FindingKind::NearMiss, stock).without_contact()
+                Key::of_cutter(FindingKind::RapidCollision, stock).without_contact()
             }
             Purpose::Body(k) => Key::of_body(FindingKind::HolderCollision, k, stock),
             Purpose::Kept(k) => Key::of_body(FindingKind::HolderCollision, k, stock).without_contact(),

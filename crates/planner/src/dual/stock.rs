@@ -25,7 +25,7 @@ impl DualProgram<'_, '_> {
         };
         let job = self.ground.jobs[0];
         let before = stock.before(job, self.ground.setups[0])?;
-        cut_by_plan(&before, job.file.verification.stock_tolerance_mm, [first, second], |request| {
+        cut_by_plan(&before, job.file.verification.stock_tolerance_mm, ([first, second], false), |request| {
             let at = [0, 1].map(|h| self.setup(h));
             let stands = [0, 1].map(|h| Stand { job: self.ground.jobs[h], setup: self.ground.setups[h], at: &at[h] });
             let settings = [0, 1].map(|h| {

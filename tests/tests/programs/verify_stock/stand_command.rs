@@ -230,7 +230,11 @@ fn cutting_the_stock_hides_nothing_that_stands_between_its_lines() {
             let rapid: Vec<&Value> = findings.iter().filter(|f| f["kind"] == "rapid_collision").collect();
             assert_eq!((told.code, rapid.len()), (code, code as usize), "{cell}: {}", told.printed);
             assert!(rapid.iter().all(|f| f["worst_line"] == json!(line)), "{cell}: {}", told.printed);
-            assert!(cell.is_empty() || told.prints(&["between lines", "however thin"]), "{}", told.printed);
+            assert!(
+                cell.is_empty() || told.prints(&["between the lines of the stock", "deeper than"]),
+                "{}",
+                told.printed
+            );
         }
     }
     let told = facemill_in(&job, &format!("verify program.nc {stand} --stock-cell-mm 1 --stock-tolerance-mm 0.6"));

@@ -58,10 +58,11 @@ fn too_early(scale: f64) -> Outcome {
     cut(&shop, &Text { text, shop: &shop }, [50.0, 20.0, 20.0], &VerifySettings::default(), HEAD + 3)
 }
 
-/// A pass that leaves all below its height, and a rapid behind it deeper than that by what is not told, twice the tolerance.
+/// A pass that leaves all below its height, and a rapid behind it: deeper than that, and above it by what a rapid keeps, half the
+/// diagonal of a cell, and a tenth of a mm.
 fn left_over(scale: f64) -> Outcome {
     let shop = Shop::new();
-    let z = 15.0 - 2.0 * TOLERANCE * scale;
+    let z = if scale > 1.0 { 15.0 - (scale - 1.0) } else { 15.75 - (scale - 1.0) };
     let text = Text::new(&shop).rapid([-90.0, 0.0, 200.0]).rapid([-90.0, 0.0, 15.0]).cut([90.0, 0.0, 15.0]);
     let text = text.rapid([90.0, 0.0, z]).rapid([-90.0, 0.0, z]);
     cut(&shop, &text, [50.0, 20.0, 20.0], &VerifySettings::default(), HEAD + 5)
