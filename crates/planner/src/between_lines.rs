@@ -75,7 +75,7 @@ pub(crate) fn seen_between(tools: &[&ToolAssembly], cell: f64, tolerance: f64) -
     let depth = certain_depth(cell, tolerance);
     format!(
         "between the lines of the stock, {cell} mm apart, cutter and sections of the tool are found that go deeper than {depth:.2} mm below \
-         their surface into it; sections thinner than {:.2} mm are not asked there",
+         their surface into it; what of them is thinner than {:.2} mm is not asked there",
         2.0 * depth
     )
 }
