@@ -43,7 +43,8 @@ pub(crate) fn between_lines<const N: usize>(
         let is_beside = |f: &&Finding| not_covered[h].iter().any(|line| (f.first_line..=f.last_line).contains(line));
         asked[h].iter().filter(is_beside).cloned().collect()
     });
-    let Some((on, _)) = heads.first().filter(|_| asked.iter().any(|asked| !asked.is_empty())) else { return Ok(found) };
+    let is_asked = asked.iter().any(|asked| !asked.is_empty()) && is_cut_known(&tools(&heads), cut.cell, cut.tolerance);
+    let Some((on, _)) = heads.first().filter(|_| is_asked) else { return Ok(found) };
     let monitor = stages.start("look between the lines", program.blocks.len());
     let mut outside = StockMeshes::of(on.setup).outside(on.job, on.setup, cut.cell, cut.region)?;
     let mut asked = asked.into_iter();
@@ -64,9 +65,23 @@ pub(crate) fn add_between(findings: &mut Vec<Finding>, between: Vec<Finding>) {
     findings.sort_by_key(|f| (f.first_line, f.kind));
 }
 
+fn tools<'a, const N: usize>(heads: &[(&Stand<'a>, &VerifySettings); N]) -> [&'a ToolAssembly; N] {
+    heads.map(|(on, _)| &on.job.tool)
+}
+
+/// Whether of all of these tools it is known what they take between the lines.
+fn is_cut_known(tools: &[&ToolAssembly], cell: f64, tolerance: f64) -> bool {
+    tools.iter().all(|tool| is_known_to_cut(tool.cutter(), cell, tolerance))
+}
+
+/// What is seen between the lines of stock that began as the rest of another program.
+pub(crate) fn seen_of_rest(cell: f64) -> String {
+    format!("of the rest that the stock began as, nothing is left between its lines, {cell} mm apart")
+}
+
 /// What is seen between the lines of cut stock by these tools.
 pub(crate) fn seen_between(tools: &[&ToolAssembly], cell: f64, tolerance: f64) -> String {
-    if tools.iter().any(|tool| !is_known_to_cut(tool.cutter(), cell, tolerance)) {
+    if !is_cut_known(tools, cell, tolerance) {
         return format!(
             "between the lines of the stock, {cell} mm apart, nothing is seen: the flute is too short for it; take a smaller \
              distance of the lines"

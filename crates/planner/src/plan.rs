@@ -6,7 +6,7 @@ use facemill_nc_program::WordMap;
 use facemill_virtual_machine::{Assumption, Certificates, Verification, joined, rapid_lines};
 use facemill_z_map::DexelMap;
 
-use crate::between_lines::{add_between, seen_between};
+use crate::between_lines::{add_between, seen_between, seen_of_rest};
 use crate::cell::z_map;
 use crate::chip_files::ChipFiles;
 use crate::dual::plan_dual_setup;
@@ -257,10 +257,7 @@ impl Rounds<'_, '_> {
                     add_between(&mut found.findings, new);
                     seen_between(&[&job.tool], report.cell_mm, report.tolerance_mm)
                 } else {
-                    format!(
-                        "of the rest that the stock began as, nothing is left between its lines, {} mm apart",
-                        report.cell_mm
-                    )
+                    seen_of_rest(report.cell_mm)
                 });
             }
             clock.lap("cut the stock");

@@ -60,8 +60,7 @@ impl StockMeshes {
         cell: f64,
         region: StockRegion,
     ) -> Result<DexelMap, Failure> {
-        let mesh = self.mesh.clone();
-        Self { mesh, allowance: self.allowance + outside_layer(cell) }.map(job, setup, cell, region)
+        self.with_layer(outside_layer(cell), job, setup, cell, region)
     }
 
     /// The stock before anything is cut: lines along z of the workpiece frame, `cell` mm apart. Where a mesh with an allowance
@@ -76,7 +75,19 @@ impl StockMeshes {
         cell: f64,
         region: StockRegion,
     ) -> Result<DexelMap, Failure> {
-        let (mesh, frame, allowance) = (&self.mesh, Isometry3::identity(), self.allowance);
+        self.with_layer(0.0, job, setup, cell, region)
+    }
+
+    /// The same with a layer of some thickness (mm) around it.
+    fn with_layer(
+        &self,
+        layer: f64,
+        job: &Job,
+        setup: &Setup<'_>,
+        cell: f64,
+        region: StockRegion,
+    ) -> Result<DexelMap, Failure> {
+        let (mesh, frame, allowance) = (&self.mesh, Isometry3::identity(), self.allowance + layer);
         let made = |is_closed: bool| match rectangle(job, setup, region) {
             Some(region) => DexelMap::of_mesh_within(mesh, &frame, cell, (allowance, is_closed), region),
             None if is_closed => DexelMap::of_mesh_with_allowance(mesh, &frame, cell, allowance),

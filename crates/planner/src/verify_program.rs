@@ -14,7 +14,7 @@ use nalgebra::Isometry3;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::between_lines::{add_between, between_lines, seen_between};
+use crate::between_lines::{add_between, between_lines, seen_between, seen_of_rest};
 use crate::cell::budget;
 use crate::deviation::{CutStock, deviation_of};
 use crate::deviation_report::DeviationReport;
@@ -288,7 +288,7 @@ impl Run<'_> {
         let cuts = blocks_of_heads(&done.runs);
         let mut findings = done.runs.map(|run| run.findings);
         let seen_between = if cut.rest.is_some() {
-            format!("of the rest that the stock began as, nothing is left between its lines, {} mm apart", accuracy[1])
+            seen_of_rest(accuracy[1])
         } else {
             seen_between(&heads.map(|(on, _)| &on.job.tool), accuracy[1], accuracy[0])
         };
