@@ -112,7 +112,7 @@ pub fn plan_and_cut(job: &Path, cut: CutRequest) -> (String, Verified) {
 
 /// Stock on lines so far apart, cut within this tolerance, mm.
 pub fn request(cell: f64, tolerance: f64, region: StockRegion) -> CutRequest {
-    CutRequest { cell, tolerance, region, rest: None, deviation: None }
+    CutRequest { cell, tolerance, region, rest: None, across: false, deviation: None }
 }
 
 /// The pieces of a table of chips at CC points with what the blocks of their program took.

@@ -31,7 +31,14 @@ fn main() -> Result<(), Failed> {
     let job = Job::read(&folder.path().join("job.json"))?;
     let planned = plan_setup(&job, 0, PlanSettings { verify: false, certificates: false }, &SilentStages)?;
     let (name, text) = planned.files.iter().find(|(n, _)| n.ends_with(".nc")).ok_or("no program")?;
-    let cut = CutRequest { cell: 0.5, tolerance: 0.05, region: StockRegion::Whole, rest: None, deviation: None };
+    let cut = CutRequest {
+        cell: 0.5,
+        tolerance: 0.05,
+        region: StockRegion::Whole,
+        rest: None,
+        across: false,
+        deviation: None,
+    };
     let program = Path::new(name);
     let dialect = Dialect::Fanuc;
     let request = RapidsRequest { program, dialect, setup: 0, gouge_limit: None, cut, clearance: None };

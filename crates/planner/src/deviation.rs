@@ -6,7 +6,7 @@ use std::collections::hash_map::Entry;
 use facemill_nc_program::ReadProgram;
 use facemill_surface_model::{Refined, Surface, SurfaceSettings, TriMesh, write_painted_glb};
 use facemill_virtual_machine::VirtualSetup;
-use facemill_z_map::{Deviation, DeviationError, DexelMap, Place};
+use facemill_z_map::{DeviationError, DexelMap, Place};
 use nalgebra::Point3;
 use rayon::prelude::*;
 
@@ -14,9 +14,10 @@ use crate::cell::budget;
 use crate::deviation_colours::colour;
 use crate::deviation_cusps::{CuspScene, cusps};
 use crate::deviation_report::{
-    Condition, DeviationFigures, DeviationPlace, DeviationReport, Patch, beyond, drive_triangles, places_beyond,
+    Condition, DeviationFigures, DeviationPlace, DeviationReport, Patch, beyond, drive_triangles,
 };
 use crate::load::{Job, ObstacleRole, Setup};
+use crate::stock_places::StockPlaces;
 use crate::{Failure, Stages};
 
 /// What is asked of the deviation.
@@ -37,8 +38,9 @@ pub(crate) struct CutStock<'a> {
     pub program: &'a ReadProgram,
     /// What it was run on, for each head.
     pub heads: &'a [&'a VirtualSetup<'a>],
-    pub before: &'a DexelMap,
-    pub now: &'a DexelMap,
+    /// Before and behind the program, on the lines of each direction; all with the same distance between them, `cell` mm.
+    pub lines: &'a [[&'a DexelMap; 2]],
+    pub cell: f64,
     /// Tolerance of the cut, mm.
     pub tolerance: f64,
     pub gouge_limit: f64,
@@ -64,16 +66,17 @@ pub(crate) fn deviation_of(
         return Err(job.wrong("the tolerance of the deviation must be a length above 0 mm"));
     }
     let Workpiece { surface: part, allowances, is_part } = workpiece(setup);
-    let monitor = stages.start("deviation from the part", stock.now.n_tiles());
-    let found = stock.now.deviation(stock.before, &part, &*monitor).map_err(|e| match e {
+    let n_tiles = stock.lines.iter().map(|[_, now]| now.n_tiles()).sum();
+    let monitor = stages.start("deviation from the part", n_tiles);
+    let found = StockPlaces::of(stock.lines, &part, &*monitor).map_err(|e| match e {
         DeviationError::Cancelled(_) => Failure::Interrupted,
         other => job.wrong(format!("setup \"{}\": {other}", setup.file.name)),
     })?;
     drop(monitor);
     let is_drive = drive_triangles(&part, &setup.drive);
-    let fine = refined(&part, &is_part, stock.now.grid().cell());
+    let fine = refined(&part, &is_part, stock.cell);
     let patches = patches(&part, &fine, &found, &allowances, &is_drive);
-    let all_places = || places_beyond(&found, &allowances);
+    let all_places = || found.all().map(|p| beyond(p, &allowances));
     let places = || all_places().filter(|p| is_part[p.triangle as usize]);
     let limit = stock.gouge_limit + uncertainty_mm;
     let cavity = found.deepest_cavity();
@@ -81,7 +84,7 @@ pub(crate) fn deviation_of(
         part: &part,
         allowances: &allowances,
         found: &found,
-        cell: stock.now.grid().cell(),
+        cell: stock.cell,
         uncertainty: uncertainty_mm,
         tolerance: tolerance_mm,
     };
@@ -176,7 +179,13 @@ fn refined(workpiece: &Surface, is_part: &[bool], edge: f64) -> Refined {
 }
 
 /// The small triangles with the place that is nearest to the middle of each.
-fn patches(part: &Surface, fine: &Refined, found: &Deviation<'_>, allowances: &[f64], is_drive: &[bool]) -> Vec<Patch> {
+fn patches(
+    part: &Surface,
+    fine: &Refined,
+    found: &StockPlaces<'_>,
+    allowances: &[f64],
+    is_drive: &[bool],
+) -> Vec<Patch> {
     let patch = |k: usize| {
         let parent = fine.parents[k];
         let [a, b, c] = fine.mesh.corners(k).map(|p| p.coords);

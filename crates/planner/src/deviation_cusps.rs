@@ -7,11 +7,12 @@ use facemill_nc_program::{AxisAt, Compensation, MotionKind, ReadMotion, ReadProg
 use facemill_surface_model::Surface;
 use facemill_tool_model::{Cusp, Cutter};
 use facemill_virtual_machine::VirtualSetup;
-use facemill_z_map::Deviation;
 use nalgebra::{Point3, Unit, Vector3};
 use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::Serialize;
+
+use crate::stock_places::StockPlaces;
 
 /// Cusp heights measured at a sample of places between neighbouring passes, against the ridge that the outlines of the
 /// tilted cutter leave there. Both are estimates: measured is the highest line's place on the way across, which misses
@@ -64,7 +65,7 @@ pub(crate) struct CuspScene<'a> {
     pub part: &'a Surface,
     /// Allowance on each triangle of the part, mm.
     pub allowances: &'a [f64],
-    pub found: &'a Deviation<'a>,
+    pub found: &'a StockPlaces<'a>,
     pub cell: f64,
     /// How far deviations may be off, mm.
     pub uncertainty: f64,

@@ -1,7 +1,7 @@
 //! What of a part is gouged, left or within tolerance behind a program, in figures.
 
 use facemill_surface_model::Surface;
-use facemill_z_map::{Deviation, Place};
+use facemill_z_map::Place;
 use nalgebra::Point3;
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -190,12 +190,4 @@ const SAME_PLACE: f64 = 1e-6;
 /// A place with its deviation from the surface and the allowance on it.
 pub(crate) fn beyond(place: Place, allowances: &[f64]) -> Place {
     Place { deviation: place.deviation - allowances[place.triangle as usize], ..place }
-}
-
-/// All places of a part with their deviation from the surface and the allowance on it.
-pub(crate) fn places_beyond<'a>(
-    deviation: &'a Deviation<'_>,
-    allowances: &'a [f64],
-) -> impl Iterator<Item = Place> + 'a {
-    deviation.places().map(|p| beyond(p, allowances))
 }

@@ -58,7 +58,7 @@ pub(crate) struct LengthsArguments {
 fn cut_of(arguments: &LengthsArguments) -> Result<Option<CutRequest>, Failure> {
     let of = |cell: f64, rest: Option<DexelMap>| {
         let tolerance = arguments.stock_tolerance_mm;
-        CutRequest { cell, tolerance, region: StockRegion::Whole, rest, deviation: None }
+        CutRequest { cell, tolerance, region: StockRegion::Whole, rest, across: false, deviation: None }
     };
     let Some(path) = &arguments.rest else { return Ok(arguments.stock_cell_mm.map(|cell| of(cell, None))) };
     let rest = DexelMap::from_bytes(&files::read(path)?).map_err(|e| Failure::input(path, e))?;

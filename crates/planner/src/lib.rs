@@ -23,6 +23,7 @@
 //!
 //! It must not know formulas: those belong to the stage crates.
 
+mod across;
 mod along;
 mod between_lines;
 mod cell;
@@ -85,6 +86,7 @@ mod solution_svg;
 mod stand;
 mod stock;
 mod stock_map;
+mod stock_places;
 mod summary;
 mod timing;
 mod tip_feed;

@@ -261,7 +261,8 @@ impl OwnProgram<'_> {
         stages: &dyn Stages,
     ) -> Result<Vec<Finding>, Failure> {
         let (cell, tolerance) = (cut.cell_mm, cut.tolerance_mm);
-        let request = CutRequest { cell, tolerance, region: StockRegion::Whole, rest: None, deviation: None };
+        let request =
+            CutRequest { cell, tolerance, region: StockRegion::Whole, rest: None, across: false, deviation: None };
         let at = self.virtual_setup()?;
         let on = Stand { job: self.job, setup: self.setup, at: &at };
         let heads = [(&on, &self.settings())];

@@ -167,7 +167,8 @@ pub(crate) fn cut_by_plan<const N: usize>(
         Err(why) => return Ok((PlannedStockReport::not_cut(why.clone()), None)),
     };
     let cell = stock.grid().cell();
-    let request = CutRequest { cell, tolerance, region: StockRegion::Whole, rest: Some(stock), deviation: None };
+    let request =
+        CutRequest { cell, tolerance, region: StockRegion::Whole, rest: Some(stock), across: false, deviation: None };
     let done = cut(&request)?;
     for (verification, run) in verifications.into_iter().zip(done.runs) {
         let is_news = |f: &Finding| {

@@ -49,6 +49,7 @@ fn cut_of(arguments: &RapidsArguments) -> Result<CutRequest, Failure> {
             tolerance,
             region: StockRegion::Whole,
             rest: None,
+            across: false,
             deviation: None,
         });
     };
@@ -58,6 +59,7 @@ fn cut_of(arguments: &RapidsArguments) -> Result<CutRequest, Failure> {
         tolerance,
         region: StockRegion::Whole,
         rest: Some(rest),
+        across: false,
         deviation: None,
     })
 }

@@ -3,7 +3,7 @@
 use facemill_cl_data::Aabb;
 use facemill_surface_model::TriMesh;
 use facemill_virtual_machine::outside_layer;
-use facemill_z_map::{DexelMap, GridError, MeshStockError};
+use facemill_z_map::{DexelMap, GridError, MeshStockError, TriDexel};
 use nalgebra::Isometry3;
 
 use crate::Failure;
@@ -60,7 +60,7 @@ impl StockMeshes {
         cell: f64,
         region: StockRegion,
     ) -> Result<DexelMap, Failure> {
-        self.with_layer(outside_layer(cell), job, setup, cell, region)
+        self.with_layer(outside_layer(cell), &Isometry3::identity(), job, setup, (cell, region))
     }
 
     /// The stock before anything is cut: lines along z of the workpiece frame, `cell` mm apart. Where a mesh with an allowance
@@ -75,23 +75,33 @@ impl StockMeshes {
         cell: f64,
         region: StockRegion,
     ) -> Result<DexelMap, Failure> {
-        self.with_layer(0.0, job, setup, cell, region)
+        self.with_layer(0.0, &Isometry3::identity(), job, setup, (cell, region))
     }
 
-    /// The same with a layer of some thickness (mm) around it.
+    /// The same on lines along x and along y of the workpiece frame, of all of the stock.
+    ///
+    /// # Errors
+    /// As [`map`](Self::map).
+    pub(crate) fn across(&self, job: &Job, setup: &Setup<'_>, cell: f64) -> Result<[DexelMap; 2], Failure> {
+        let [along_x, along_y, _] = TriDexel::frames();
+        let along = |frame| self.with_layer(0.0, frame, job, setup, (cell, StockRegion::Whole));
+        Ok([along(&along_x)?, along(&along_y)?])
+    }
+
+    /// The stock with a layer of some thickness (mm) around it, as lines along z of a frame.
     fn with_layer(
         &self,
         layer: f64,
+        frame: &Isometry3<f64>,
         job: &Job,
         setup: &Setup<'_>,
-        cell: f64,
-        region: StockRegion,
+        (cell, region): (f64, StockRegion),
     ) -> Result<DexelMap, Failure> {
-        let (mesh, frame, allowance) = (&self.mesh, Isometry3::identity(), self.allowance + layer);
+        let (mesh, allowance) = (&self.mesh, self.allowance + layer);
         let made = |is_closed: bool| match rectangle(job, setup, region) {
-            Some(region) => DexelMap::of_mesh_within(mesh, &frame, cell, (allowance, is_closed), region),
-            None if is_closed => DexelMap::of_mesh_with_allowance(mesh, &frame, cell, allowance),
-            None => DexelMap::of_layer(mesh, &frame, cell, allowance),
+            Some(region) => DexelMap::of_mesh_within(mesh, frame, cell, (allowance, is_closed), region),
+            None if is_closed => DexelMap::of_mesh_with_allowance(mesh, frame, cell, allowance),
+            None => DexelMap::of_layer(mesh, frame, cell, allowance),
         };
         let found = match made(true) {
             Err(MeshStockError::NotClosed { .. }) if allowance > 0.0 => made(false),

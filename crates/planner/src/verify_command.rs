@@ -50,6 +50,10 @@ pub(crate) struct VerifyArguments {
     #[arg(long, value_name = "PART", default_value = "whole", value_parser = region, allow_hyphen_values = true,
         requires = "stock_cell_mm", conflicts_with = "rest")]
     stock_region: StockRegion,
+    /// Cut lines along x and y of the workpiece frame, too (tri-dexel): they show walls along z, and what stands thin between lines
+    /// along z, for three times the time and memory. What --rest-out and --rest-mesh write are the lines along z
+    #[arg(long, requires = "stock_cell_mm", conflicts_with = "rest")]
+    stock_across: bool,
     /// Begin with the rest that another program left (--rest-out) in place of the job's stock
     #[arg(long, value_name = "FILE", conflicts_with = "stock_cell_mm")]
     rest: Option<PathBuf>,
@@ -138,10 +142,24 @@ fn cut_of(arguments: &VerifyArguments) -> Result<Option<CutRequest>, Failure> {
     if let Some(path) = &arguments.rest {
         let rest = DexelMap::from_bytes(&files::read(path)?).map_err(|e| Failure::input(path, e))?;
         let cell = rest.grid().cell();
-        return Ok(Some(CutRequest { cell, tolerance, region: StockRegion::Whole, rest: Some(rest), deviation }));
+        return Ok(Some(CutRequest {
+            cell,
+            tolerance,
+            region: StockRegion::Whole,
+            rest: Some(rest),
+            across: false,
+            deviation,
+        }));
     }
     if let Some(cell) = arguments.stock_cell_mm {
-        return Ok(Some(CutRequest { cell, tolerance, region: arguments.stock_region, rest: None, deviation }));
+        return Ok(Some(CutRequest {
+            cell,
+            tolerance,
+            region: arguments.stock_region,
+            rest: None,
+            across: arguments.stock_across,
+            deviation,
+        }));
     }
     let needing = [
         ("--rest-out", arguments.rest_out.is_some()),

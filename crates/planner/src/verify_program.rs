@@ -24,6 +24,7 @@ use crate::job_file::{OperationFile, SetupFile};
 use crate::load::{Job, Setup};
 use crate::output::{name_obstacles, not_verified, virtual_obstacles};
 use crate::program::{rtcp_frame, word_map};
+use crate::stock_map::StockRegion;
 use crate::verify_feeds::{Asked, FastBlock, KnownCuts};
 use crate::verify_stock::{
     CutRequest, LARGEST_STOCK_TOLERANCE, Stand, StockReport, blocks_of_heads, cut_stock, is_stock_tolerance,
@@ -127,6 +128,9 @@ pub fn verify_program(
             "the tolerance of the cut stock must be above 0 and at most {LARGEST_STOCK_TOLERANCE} mm: what goes less deep into the \
              stock than twice it is no finding"
         )));
+    }
+    if request.cut.as_ref().is_some_and(|c| c.across && (c.rest.is_some() || c.region != StockRegion::Whole)) {
+        return Err(job.wrong("lines along x and y are cut of all of the job's stock, not of a region or a rest of it"));
     }
     let program = read_program(text, request.dialect).map_err(|e| Failure::input(request.program, e))?;
     let gouge_limit = request.gouge_limit.unwrap_or_else(|| {
@@ -271,12 +275,14 @@ impl Run<'_> {
         let stands = std::array::from_fn(|h| (heads[h].0, &settings[h]));
         let done = cut_stock(self.program, stands, cut, self.stages)?;
         let (mut deviation, mut painted) = (None, None);
-        if let (Some(asked), Some(before), Some((on, _))) = (&cut.deviation, &done.before, heads.first()) {
+        if let (Some(asked), Some((on, _))) = (&cut.deviation, heads.first()) {
+            let now = std::iter::once(&done.rest).chain(&done.across);
+            let lines: Vec<[&DexelMap; 2]> = done.before.iter().zip(now).map(|(before, now)| [before, now]).collect();
             let held = CutStock {
                 program: self.program,
                 heads: &heads.map(|(on, _)| on.at),
-                before,
-                now: &done.rest,
+                lines: &lines,
+                cell: done.report.cell_mm,
                 tolerance: cut.tolerance,
                 gouge_limit: self.gouge_limit,
             };

@@ -8,6 +8,7 @@ use facemill_z_map::DexelMap;
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use crate::across::cut_across;
 use crate::deviation::DeviationRequest;
 use crate::load::{Job, Setup};
 use crate::output::not_verified;
@@ -33,6 +34,9 @@ pub struct CutRequest {
     pub region: StockRegion,
     /// The rest of another program, which this one begins with in place of the job's stock.
     pub rest: Option<DexelMap>,
+    /// Cut lines along x and y of the workpiece frame, too, which show walls along z: of all of the job's stock, not of a region or a
+    /// rest.
+    pub across: bool,
     /// Hold what is left against the part.
     pub deviation: Option<DeviationRequest>,
 }
@@ -44,7 +48,9 @@ pub struct StockReport {
     pub cell_mm: f64,
     /// How far from the truth what is cut may be, on every line, mm.
     pub tolerance_mm: f64,
-    /// Volume of the stock before the program, mm³.
+    /// Axes of the lines' frame along which there are lines: `z`, or all three.
+    pub lines_along: Vec<&'static str>,
+    /// Volume of the stock before the program, mm³: with lines along three axes the mean of them.
     pub before_mm3: f64,
     /// What the program took, mm³.
     pub removed_mm3: f64,
@@ -66,10 +72,11 @@ impl StockReport {
     /// Lines for a person.
     pub fn told(&self) -> Vec<String> {
         let mut lines = vec![format!(
-            "  stock             {:.1} of {:.1} cm3 cut, on lines {} mm apart; {} blocks in air",
+            "  stock             {:.1} of {:.1} cm3 cut, on lines {} mm apart along {}; {} blocks in air",
             self.removed_mm3 / 1000.0,
             self.before_mm3 / 1000.0,
             self.cell_mm,
+            self.lines_along.join(", "),
             self.blocks_in_air
         )];
         let of_head = |(k, taken): (usize, &f64)| format!("head {} {:.1}", k + 1, taken / 1000.0);
@@ -102,10 +109,12 @@ pub(crate) struct CutDone<const N: usize> {
     pub runs: [StockRun; N],
     /// Lines of the blocks on which each head may reach stock that has no lines in the map.
     pub not_covered: [Vec<u32>; N],
-    /// The stock before the program; `None` where its deviation is not asked for.
-    pub before: Option<DexelMap>,
-    /// The stock behind it.
+    /// The stock before the program, on lines of each direction, those along z first; none where its deviation is not asked for.
+    pub before: Vec<DexelMap>,
+    /// The stock behind it, on lines along z.
     pub rest: DexelMap,
+    /// The same on lines along x and y, where they were asked for.
+    pub across: Vec<DexelMap>,
 }
 
 /// Cuts the stock as a program goes, by all heads of the machine at the same time; it is that of the first one's setup.
@@ -124,18 +133,22 @@ pub(crate) fn cut_stock<const N: usize>(
         Some(rest) => rest.clone(),
         None => meshes.map(on.job, on.setup, cut.cell, cut.region)?,
     };
-    let volume = rest.volume();
-    let before = cut.deviation.map(|_| rest.clone());
+    let mut across = if cut.across { meshes.across(on.job, on.setup, cut.cell)?.to_vec() } else { Vec::new() };
+    let maps = || std::iter::once(&rest).chain(&across);
+    let volume = maps().map(DexelMap::volume).sum::<f64>() / maps().count() as f64;
+    let before = if cut.deviation.is_some() { maps().cloned().collect() } else { Vec::new() };
     let monitor = stages.start("cut the stock", program.blocks.len());
     let views = heads.map(|(on, settings)| (on.at, settings));
-    let runs = run_stock_of_heads(program, views, &mut rest, cut.tolerance, &*monitor).map_err(not_verified)?;
+    let upright = run_stock_of_heads(program, views, &mut rest, cut.tolerance, &*monitor).map_err(not_verified)?;
+    let runs = cut_across(program, heads, (upright, &mut across), cut.tolerance, stages)?;
     let mut not_covered = [const { Vec::new() }; N];
     for (lines, (at, settings)) in not_covered.iter_mut().zip(views) {
         *lines = blocks_beyond(program, at, settings, &rest, &meshes.extents(), &*monitor).map_err(not_verified)?;
     }
     drop(monitor);
-    let report = stock_report(&rest, volume, cut.tolerance, &runs, &not_covered);
-    Ok(CutDone { report, runs, not_covered, before, rest })
+    let lines_along = if cut.across { vec!["x", "y", "z"] } else { vec!["z"] };
+    let report = StockReport { lines_along, ..stock_report(&rest, volume, cut.tolerance, &runs, &not_covered) };
+    Ok(CutDone { report, runs, not_covered, before, rest, across })
 }
 
 /// What all heads together did on each block with a cutting move. The runs are of one program, block by block.
@@ -167,6 +180,7 @@ fn stock_report(
     StockReport {
         cell_mm: grid.cell(),
         tolerance_mm: tolerance,
+        lines_along: Vec::new(),
         before_mm3: before,
         removed_mm3: by_heads.iter().sum(),
         removed_by_heads_mm3: if by_heads.len() > 1 { by_heads } else { Vec::new() },

@@ -60,14 +60,21 @@ impl Finding {
     fn join(&mut self, other: Self) {
         let (first_line, last_line) = (self.first_line.min(other.first_line), self.last_line.max(other.last_line));
         let episodes = self.episodes + other.episodes;
+        self.take_worse(other);
+        (self.first_line, self.last_line, self.episodes) = (first_line, last_line, episodes);
+    }
+
+    /// Tells the worst of another one of the same fault where that is worse; lines and number of episodes stay.
+    pub fn take_worse(&mut self, other: Self) {
         let is_worse = match (&other.measure, &self.measure) {
             (Some(new), Some(old)) => new.is_worse_than(old),
+            (Some(_), None) => true,
             _ => false,
         };
         if is_worse {
-            *self = other;
+            let (first_line, last_line, episodes) = (self.first_line, self.last_line, self.episodes);
+            *self = Self { first_line, last_line, episodes, ..other };
         }
-        (self.first_line, self.last_line, self.episodes) = (first_line, last_line, episodes);
     }
 }
 

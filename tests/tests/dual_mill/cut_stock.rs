@@ -51,6 +51,7 @@ fn a_block_at_rapid_rate_is_found_for_both_heads(job: &JobFolder, planned: &Plan
         tolerance: told.tolerance_mm,
         region: StockRegion::Operations,
         rest: None,
+        across: false,
         deviation: None,
     };
     let request = VerifyRequest {

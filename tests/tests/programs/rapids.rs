@@ -18,7 +18,14 @@ mod rapids_command;
 
 fn faster(job: &JobFolder, dialect: Dialect, text: &str) -> Result<Rapids, Failure> {
     let path = job.path("program.nc");
-    let cut = CutRequest { cell: 1.0, tolerance: 0.05, region: StockRegion::Whole, rest: None, deviation: None };
+    let cut = CutRequest {
+        cell: 1.0,
+        tolerance: 0.05,
+        region: StockRegion::Whole,
+        rest: None,
+        across: false,
+        deviation: None,
+    };
     let request = RapidsRequest { program: &path, dialect, setup: 0, gouge_limit: None, cut, clearance: None };
     faster_rapids(&Job::read(&job.job()).unwrap(), text.as_bytes(), &request, &SilentStages)
 }

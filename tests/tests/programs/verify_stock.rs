@@ -1,6 +1,7 @@
 //! A plate milled by hand-written programs with a tilted face mill: cusps, a planted gouge and what was not reached
 //! are what closed forms say, in the report and in the colours.
 
+mod across;
 mod feeds;
 mod plans;
 mod planted_feeds;
@@ -124,6 +125,7 @@ fn verified_for(
             tolerance: 0.002,
             region: StockRegion::Whole,
             rest: None,
+            across: false,
             deviation: Some(DeviationRequest { tolerance, painted: true }),
         }),
     };

@@ -42,6 +42,7 @@ pub(crate) fn deviation() -> Result<String> {
             tolerance: 0.005,
             region: StockRegion::Whole,
             rest: None,
+            across: false,
             deviation: Some(DeviationRequest { tolerance: Some(0.06), painted: true }),
         }),
     };

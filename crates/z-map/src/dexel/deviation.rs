@@ -2,7 +2,7 @@
 
 use facemill_cl_data::{Cancelled, Monitor};
 use facemill_surface_model::{Surface, TriMesh};
-use nalgebra::{Point3, Vector3};
+use nalgebra::{Point3, Unit, Vector3};
 use rayon::prelude::*;
 
 use crate::dexel::crossings::{Crossing, crossings_of_tile, merged, outer};
@@ -137,6 +137,11 @@ impl DexelMap {
 }
 
 impl Deviation<'_> {
+    /// The direction along the lines, workpiece frame.
+    pub fn along(&self) -> Unit<Vector3<f64>> {
+        self.grid.work_from_map().rotation * Vector3::z_axis()
+    }
+
     /// All places, line by line within tiles, upward.
     pub fn places(&self) -> impl Iterator<Item = Place> + '_ {
         let tiles_x = self.grid.n_lines()[0].div_ceil(SIDE);

@@ -13,13 +13,13 @@ pub struct TriDexel {
     maps: [DexelMap; 3],
 }
 
-/// Frames whose z is along the workpiece's x, y and z. Their rotations are exact.
-fn frames() -> [Isometry3<f64>; 3] {
-    let turn = |w: f64, v: f64| UnitQuaternion::new_unchecked(Quaternion::new(w, v, v, v));
-    [turn(0.5, 0.5), turn(-0.5, 0.5), turn(1.0, 0.0)].map(|r| Isometry3::from_parts(Translation3::identity(), r))
-}
-
 impl TriDexel {
+    /// Frames of lines (`work_from_map`) whose z is along the workpiece's x, y and z. Their rotations are exact.
+    pub fn frames() -> [Isometry3<f64>; 3] {
+        let turn = |w: f64, v: f64| UnitQuaternion::new_unchecked(Quaternion::new(w, v, v, v));
+        [turn(0.5, 0.5), turn(-0.5, 0.5), turn(1.0, 0.0)].map(|r| Isometry3::from_parts(Translation3::identity(), r))
+    }
+
     /// The box between two corners, workpiece frame.
     ///
     /// # Errors
@@ -27,7 +27,7 @@ impl TriDexel {
     pub fn of_box(low: [f64; 3], high: [f64; 3], cell: f64) -> Result<Self, StockError> {
         // Axes of the workpiece that are x, y and z of each frame.
         let order = [[1, 2, 0], [2, 0, 1], [0, 1, 2]];
-        let [x, y, z] = frames();
+        let [x, y, z] = Self::frames();
         let of = |frame: &Isometry3<f64>, k: usize| {
             DexelMap::of_box(frame, order[k].map(|a| low[a]), order[k].map(|a| high[a]), cell)
         };
@@ -39,7 +39,7 @@ impl TriDexel {
     /// # Errors
     /// As for [`DexelMap::of_mesh`].
     pub fn of_mesh(mesh: &TriMesh, cell: f64) -> Result<Self, MeshStockError> {
-        let [x, y, z] = frames();
+        let [x, y, z] = Self::frames();
         let of = |frame: &Isometry3<f64>| DexelMap::of_mesh(mesh, frame, cell);
         Ok(Self { maps: [of(&x)?, of(&y)?, of(&z)?] })
     }

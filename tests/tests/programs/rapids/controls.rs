@@ -17,7 +17,14 @@ pub(super) fn block() -> JobFolder {
 
 /// The program with faster links; its stock is far below both ways, so that coarse lines do.
 fn faster(job: &Job, dialect: Dialect, text: &str) -> Rapids {
-    let cut = CutRequest { cell: 4.0, tolerance: 0.05, region: StockRegion::Whole, rest: None, deviation: None };
+    let cut = CutRequest {
+        cell: 4.0,
+        tolerance: 0.05,
+        region: StockRegion::Whole,
+        rest: None,
+        across: false,
+        deviation: None,
+    };
     let program = std::path::Path::new("program.nc");
     let request = RapidsRequest { program, dialect, setup: 0, gouge_limit: None, cut, clearance: None };
     faster_rapids(job, text.as_bytes(), &request, &SilentStages).unwrap_or_else(|e| panic!("{dialect:?}: {e}"))

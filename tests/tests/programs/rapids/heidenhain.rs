@@ -11,7 +11,14 @@ use serde_json::json;
 use super::controls::block;
 
 fn faster(job: &Job, text: &str) -> rapids::Rapids {
-    let cut = CutRequest { cell: 4.0, tolerance: 0.05, region: StockRegion::Whole, rest: None, deviation: None };
+    let cut = CutRequest {
+        cell: 4.0,
+        tolerance: 0.05,
+        region: StockRegion::Whole,
+        rest: None,
+        across: false,
+        deviation: None,
+    };
     let (program, dialect) = (std::path::Path::new("program.h"), Dialect::Heidenhain);
     let request = rapids::RapidsRequest { program, dialect, setup: 0, gouge_limit: None, cut, clearance: None };
     rapids::faster_rapids(job, text.as_bytes(), &request, &SilentStages).unwrap_or_else(|e| panic!("{e}"))

@@ -65,7 +65,7 @@ fn passes(feed: impl Fn(&Block) -> f64) -> (String, Vec<Block>) {
 }
 
 fn cut(tolerance: f64, region: StockRegion) -> Option<CutRequest> {
-    Some(CutRequest { cell: 0.5, tolerance, region, rest: None, deviation: None })
+    Some(CutRequest { cell: 0.5, tolerance, region, rest: None, across: false, deviation: None })
 }
 
 fn run(job: &JobFolder, text: &str, cut: Option<CutRequest>) -> VerificationFile {

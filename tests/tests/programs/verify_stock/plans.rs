@@ -35,7 +35,14 @@ fn a_plan_cuts_what_its_text_cuts() {
     assert_eq!((told.cell_mm, told.blocks_not_covered), (1.0, 0));
 
     let text = text_of(&planned, "program.nc");
-    let whole = CutRequest { cell: 1.0, tolerance: 0.05, region: StockRegion::Whole, rest: None, deviation: None };
+    let whole = CutRequest {
+        cell: 1.0,
+        tolerance: 0.05,
+        region: StockRegion::Whole,
+        rest: None,
+        across: false,
+        deviation: None,
+    };
     let request = VerifyRequest {
         program: Path::new("program.nc"),
         dialect: Dialect::Fanuc,

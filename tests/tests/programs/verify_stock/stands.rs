@@ -30,7 +30,14 @@ fn stand(job: &JobFolder) -> Stand {
 }
 
 fn run(job: &Job, text: &str) -> VerificationFile {
-    let cut = CutRequest { cell: 1.0, tolerance: 0.01, region: StockRegion::Whole, rest: None, deviation: None };
+    let cut = CutRequest {
+        cell: 1.0,
+        tolerance: 0.01,
+        region: StockRegion::Whole,
+        rest: None,
+        across: false,
+        deviation: None,
+    };
     let request = VerifyRequest {
         program: Path::new("program.nc"),
         dialect: Dialect::Fanuc,

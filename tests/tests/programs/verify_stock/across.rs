@@ -1,0 +1,104 @@
+//! Lines along x and y: walls along z are held against the part, which no line along z goes through.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use facemill::nc_program::Dialect;
+use facemill::{CutRequest, DeviationRequest, Failure, Job, SilentStages, StockRegion, Verified, VerifyRequest};
+use facemill::{Stages, verify_program};
+use facemill_tests::jobs::JobFolder;
+
+use super::{ALLOWANCE, NEAR, RADIUS, TABLE, plate, report, sum};
+
+const CELL: f64 = 0.5;
+
+/// How deep the pass goes into the wall at y = 15.
+const GOUGE: f64 = 0.2;
+
+/// An upright pass along the wall at y = 15, and one along the wall at x = 15 that leaves a tenth on it; below the plate's bottom.
+fn program() -> String {
+    let words = |x: f64, y: f64, z: f64| format!("X{x:.4} Y{y:.4} Z{:.4} B0. C0.", z + TABLE);
+    let mut text = format!("G21 G90 G94\nG0 G43 {} H1\n", words(-30.0, 25.0, 40.0));
+    let passes = [
+        [[-30.0, 15.0 + RADIUS - GOUGE], [30.0, 15.0 + RADIUS - GOUGE]],
+        [[15.0 + RADIUS + 0.1, 30.0], [15.0 + RADIUS + 0.1, -30.0]],
+    ];
+    for [[x0, y0], [x1, y1]] in passes {
+        let _ = writeln!(text, "G0 {}\nG1 {} F2000.", words(x0, y0, 40.0), words(x0, y0, -7.0));
+        let _ = writeln!(text, "G1 {}\nG0 {}", words(x1, y1, -7.0), words(x1, y1, 40.0));
+    }
+    text + "M30\n"
+}
+
+fn run(job: &JobFolder, across: bool, region: StockRegion, stages: &dyn Stages) -> Result<Verified, Failure> {
+    let deviation = Some(DeviationRequest { tolerance: Some(0.04), painted: false });
+    let cut = CutRequest { cell: CELL, tolerance: 0.002, region, rest: None, across, deviation };
+    let request = VerifyRequest {
+        program: Path::new("program.nc"),
+        dialect: Dialect::Fanuc,
+        setup: 0,
+        gouge_limit: Some(0.05),
+        certificates: false,
+        cut: Some(cut),
+    };
+    verify_program(&Job::read(&job.job())?, program().as_bytes(), &request, stages)
+}
+
+#[test]
+fn walls_along_z_are_measured_on_lines_across() {
+    let job = plate();
+    let [upright, across] = [false, true]
+        .map(|across| run(&job, across, StockRegion::Whole, &SilentStages).unwrap_or_else(|e| panic!("{e}")));
+    let sides = 4.0 * 30.0 * 6.0;
+    let part = &report(&upright).part;
+    assert!((part.area_mm2.not_measured - sides).abs() < 1e-6, "{part:?}");
+    assert!(part.largest_gouge.is_none_or(|g| g.value_mm < NEAR), "no upright line is in the gouge: {part:?}");
+
+    let part = &report(&across).part;
+    assert!(part.area_mm2.not_measured == 0.0 && (sum(part) - sum(&report(&upright).part)).abs() < 1e-6, "{part:?}");
+    let gouge = part.largest_gouge.expect("the wall is gouged");
+    assert!((gouge.value_mm - GOUGE).abs() < NEAR && (gouge.at_mm[1] - 15.0).abs() < 1e-9, "{gouge:?}");
+    assert!(report(&across).exceeds_gouge_limit && !report(&upright).exceeds_gouge_limit);
+    // One wall is gouged, one has a tenth more than nothing, two are as they were.
+    let wall = 30.0 * 6.0;
+    assert!((part.area_mm2.gouged - wall).abs() < 0.03 * wall, "{part:?}");
+    let excess = part.largest_excess.expect("a tenth is left");
+    assert!((excess.value_mm - 0.1).abs() < NEAR && (excess.at_mm[0] - 15.0).abs() < 1e-9, "{excess:?}");
+    let left = part.largest_not_reached.expect("nothing was cut elsewhere");
+    assert!((left.value_mm - ALLOWANCE).abs() < NEAR, "{left:?}");
+
+    // The same faults of the cutter, and a volume that is nearer to the truth than half a cell along the walls.
+    let findings = |found: &Verified| found.file.verification.findings.iter().map(|f| f.kind).collect::<Vec<_>>();
+    assert_eq!(findings(&across), findings(&upright));
+    let [of_upright, of_across] = [&upright, &across].map(|found| found.file.stock.as_ref().expect("it was cut"));
+    assert_eq!((of_upright.lines_along.len(), of_across.lines_along.len()), (1, 3));
+    let truth = removed();
+    let off = |removed: f64| (removed - truth).abs() / truth;
+    assert!(off(of_across.removed_mm3) < 0.05, "{} and {truth}", of_across.removed_mm3);
+    let of_blocks: f64 = across.cuts.iter().map(|block| block.removed_mm3).sum();
+    assert!((of_blocks - of_across.removed_mm3).abs() < 1e-6 * truth, "{of_blocks}");
+}
+
+/// What both passes take of the stock, which is rounded at its edges, mm³: by columns of a fine lattice.
+fn removed() -> f64 {
+    let step = 0.02;
+    let n = (2.0 * (15.0 + ALLOWANCE) / step) as i32;
+    let mut sum = 0.0;
+    for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {
+        let [x, y] = [i, j].map(|k| -15.0 - ALLOWANCE + (f64::from(k) + 0.5) * step);
+        if x > 15.1 || y > 15.0 - GOUGE {
+            let beyond = [x, y].map(|c| (c.abs() - 15.0).max(0.0));
+            let over = (ALLOWANCE * ALLOWANCE - beyond[0] * beyond[0] - beyond[1] * beyond[1]).max(0.0).sqrt();
+            let is_stock = beyond[0].hypot(beyond[1]) <= ALLOWANCE;
+            sum += if is_stock { (6.0 + 2.0 * over) * step * step } else { 0.0 };
+        }
+    }
+    sum
+}
+
+#[test]
+fn lines_across_are_of_the_whole_stock() {
+    let job = plate();
+    let why = run(&job, true, StockRegion::Operations, &SilentStages).expect_err("a region").to_string();
+    assert!(why.contains("lines along x and y") && why.contains("region"), "{why}");
+}
