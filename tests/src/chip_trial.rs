@@ -104,6 +104,7 @@ pub fn plan_and_cut(job: &Path, cut: CutRequest) -> (String, Verified) {
         setup: 0,
         gouge_limit: None,
         certificates: false,
+        fast: false,
         cut: Some(cut),
     };
     let verified = verify_program(&job, &nc.1, &request, &SilentStages).unwrap_or_else(|e| panic!("{e}"));

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
-use facemill::virtual_machine::{BetweenPositions, Verification, joined};
+use facemill::virtual_machine::{BetweenPositions, EstimatedPositions, Verification, joined};
 use facemill::z_map::DexelMap;
 use facemill::{
     CutRequest, DeviationRequest, Failure, StockRegion, StockReport, VerificationFile, Verified, VerifyRequest, clock,
@@ -39,6 +39,10 @@ pub(crate) struct VerifyArguments {
     /// Prove for every block what happens between its ends
     #[arg(long)]
     certificates: bool,
+    /// Only estimate collisions: positions 2 mm apart in cuts and the cutter's radius in rapids, and of tool and holder only the edges. For
+    /// a first look; what it does not find may still be there
+    #[arg(long, conflicts_with = "certificates")]
+    fast: bool,
     /// Cut the stock on lines so far apart, and hold tool assembly and rapids against it as it is at every moment
     #[arg(long, value_name = "MM", allow_negative_numbers = true, value_parser = above_zero)]
     stock_cell_mm: Option<f64>,
@@ -90,6 +94,7 @@ pub(crate) fn run(arguments: &VerifyArguments) -> Result<ExitCode, Failure> {
         setup,
         gouge_limit: arguments.gouge_mm.or_else(|| arguments.stand.gouge_limit()),
         certificates: arguments.certificates,
+        fast: arguments.fast,
         cut: cut_of(arguments)?,
     };
     let outputs_asked = [&arguments.out, &arguments.rest_mesh, &arguments.rest_out, &arguments.deviation];
@@ -217,7 +222,8 @@ fn told(file: &VerificationFile) -> String {
             None => "  smallest clearance none".to_owned(),
         },
     ];
-    lines.push(told_between(&v.between));
+    lines.extend(v.between.as_ref().map(told_between));
+    lines.extend(v.estimate.as_ref().map(told_estimate));
     lines.extend(file.stock.iter().flat_map(StockReport::told));
     lines.extend(file.deviation.as_ref().map(told_deviation).unwrap_or_default());
     if let Some(c) = &file.certificates {
@@ -245,6 +251,14 @@ fn told_between(between: &BetweenPositions) -> String {
         Some(line) => format!("{known}; NOT KNOWN on {open_blocks} blocks, first in line {line}"),
         None => known,
     }
+}
+
+fn told_estimate(positions: &EstimatedPositions) -> String {
+    let EstimatedPositions { cut_step_mm, rapid_step_mm } = positions;
+    format!(
+        "  AN ESTIMATE       nothing is proven between positions, {cut_step_mm} mm apart in cuts and {rapid_step_mm} mm in rapids, nor \
+         between edges"
+    )
 }
 
 #[cfg(test)]
@@ -295,6 +309,8 @@ mod tests {
             assert!(why.contains(of), "{options}: {why}");
         };
         refused("--certificates", "--job");
+        assert!(parsed("--job j.json --fast").is_ok_and(|command| command.verify.fast));
+        refused("--job j.json --fast --certificates", "--certificates");
         refused(&format!("{all} --job j.json"), "--job");
         refused(&format!("{all} --setup top"), "--setup");
         refused("--job j.json --tool t.json", "--part");

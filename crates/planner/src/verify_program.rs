@@ -6,8 +6,8 @@ use std::path::Path;
 use facemill_inverse_kinematics::Machine;
 use facemill_nc_program::{Compensation, Dialect, ReadProgram, WordMap, read_program};
 use facemill_virtual_machine::{
-    Assumption, BlockCut, Certificates, Finding, RemovalLimit, Verification, VerifySettings, VirtualSetup, assumptions,
-    certify, place_findings, rapid_lines, verify,
+    Assumption, BlockCut, Certificates, Estimate, EstimatedPositions, Finding, RemovalLimit, Verification,
+    VerifySettings, VirtualSetup, assumptions, certify, place_findings, rapid_lines, verify,
 };
 use facemill_z_map::DexelMap;
 use nalgebra::Isometry3;
@@ -48,6 +48,8 @@ pub struct VerifyRequest<'a> {
     pub gouge_limit: Option<f64>,
     /// Prove what every block does between its ends, too.
     pub certificates: bool,
+    /// Only estimate collisions, by the paper's rule ([`Estimate`]): fast, and no proof of anything. Not with `certificates`.
+    pub fast: bool,
     /// Cut the stock as the program goes, and hold tool assembly and rapids against it as it then is. Without it they are held
     /// against the stock as it was at first.
     pub cut: Option<CutRequest>,
@@ -123,6 +125,11 @@ pub fn verify_program(
     if request.gouge_limit.is_some_and(|g| !(g >= 0.0 && g.is_finite())) {
         return Err(job.wrong("the gouge limit must be a depth of at least 0 mm"));
     }
+    if request.fast && request.certificates {
+        return Err(
+            job.wrong("certificates cannot be had from the fast mode, which only estimates: leave out one of both")
+        );
+    }
     if request.cut.as_ref().is_some_and(|c| !is_stock_tolerance(c.tolerance)) {
         return Err(job.wrong(format!(
             "the tolerance of the cut stock must be above 0 and at most {LARGEST_STOCK_TOLERANCE} mm: what goes less deep into the \
@@ -144,6 +151,7 @@ pub fn verify_program(
         None => job.machine.clone(),
         Some(_) => job.seen_by(0, 0.0).machine,
     };
+    found.assumptions.extend(found.verification.estimate.as_ref().map(is_estimate));
     let file = VerificationFile {
         format: VERIFICATION_FORMAT,
         job: job.file.name.clone(),
@@ -293,12 +301,14 @@ impl Run<'_> {
         let known = std::array::from_fn(|h| KnownCuts::of(&done.runs[h], &done.not_covered[h], accuracy));
         let cuts = blocks_of_heads(&done.runs);
         let mut findings = done.runs.map(|run| run.findings);
-        let seen_between = if cut.rest.is_some() {
+        let seen_between = if self.request.fast {
+            format!("between the lines of the stock, {} mm apart, nothing is looked for in the fast mode", accuracy[1])
+        } else if cut.rest.is_some() {
             seen_of_rest(accuracy[1])
         } else {
             seen_between(&heads.map(|(on, _)| &on.job.tool), accuracy[1], accuracy[0])
         };
-        if cut.rest.is_none() {
+        if cut.rest.is_none() && !self.request.fast {
             let between = between_lines(self.program, stands, cut, (then, &done.not_covered), self.stages)?;
             findings.iter_mut().zip(between).for_each(|(all, between)| add_between(all, between));
         }
@@ -310,6 +320,7 @@ impl Run<'_> {
             gouge_limit: self.gouge_limit,
             stock_is_cut: self.request.cut.is_some(),
             is_whole: true,
+            estimate: self.request.fast.then(Estimate::default),
             ..VerifySettings::default()
         }
     }
@@ -407,6 +418,16 @@ impl Run<'_> {
         let certificates = certificates.transpose()?;
         Ok(Found::of(verification, certificates))
     }
+}
+
+/// That nothing is proven.
+fn is_estimate(positions: &EstimatedPositions) -> Assumption {
+    let EstimatedPositions { cut_step_mm, rapid_step_mm } = positions;
+    let text = format!(
+        "the fast mode is an estimate: nothing is proven between positions, {cut_step_mm} mm apart in cuts and {rapid_step_mm} mm in rapids, \
+         nor between the edges of tool and holder; verify without --fast before the program is run"
+    );
+    Assumption { line: None, text }
 }
 
 /// That no cut takes anything of the stock, where all of it is seen: what is found rests on it that this is meant.

@@ -169,6 +169,9 @@ pub fn certify(
     monitor: &dyn Monitor,
 ) -> Result<Certificates, VerifyError> {
     setup::check(setup, settings)?;
+    if settings.estimate.is_some() {
+        return Err(VerifyError::Estimated { what: "certificates" });
+    }
     let resolved = resolve(program, setup, settings);
     let scene = Scene::new(setup, settings)?;
     let doubts = Doubts::new(program, &resolved.faults);

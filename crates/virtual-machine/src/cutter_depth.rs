@@ -5,7 +5,10 @@ use facemill_interference::{Interference, Verdict, Witness};
 use facemill_tool_model::Cutter;
 use nalgebra::{Isometry3, Point3};
 
-use crate::track::{Placement, Shape, Track};
+use crate::{
+    edges::disc,
+    track::{Placement, Shape, Track},
+};
 
 /// The cutter as what its depth in a mesh is measured with.
 ///
@@ -52,6 +55,13 @@ impl CutterDepth {
     pub(crate) fn new(cutter: &Cutter) -> Self {
         let shape = |f| Shape::core_of(&Solid::Frustum(f));
         Self { cutter: *cutter, core: shape(cutter.core()), band: band(cutter, 0.0).map(shape) }
+    }
+
+    /// The same that only looks whether an edge is in the mesh: the bottom with its corner, and the upper end of the flute. How
+    /// deep the cutter then is, is measured of all of it.
+    pub(crate) fn at_edges(cutter: &Cutter) -> Self {
+        let core = disc(cutter.corner_radius(), cutter.rim_radius());
+        Self { cutter: *cutter, core, band: Some(disc(cutter.flute_length(), cutter.radius())) }
     }
 
     pub(crate) fn placed(&self, work_from_tool: &Isometry3<f64>) -> CutterPlacement {

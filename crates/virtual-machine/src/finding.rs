@@ -16,8 +16,13 @@ pub struct Verification {
     /// Nearest that a non-cutting body came to a part, check surface or fixture, or to a body of the machine that stands
     /// still against the workpiece or is the other head's, over all tested positions.
     pub smallest_clearance: Option<ClearancePlace>,
-    /// What holds between the tested positions.
-    pub between: BetweenPositions,
+    /// What holds between the tested positions; absent of an estimate, of which nothing does.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub between: Option<BetweenPositions>,
+    /// That this is an estimate ([`Estimate`](crate::Estimate)), of so few positions and of the edges of bodies: that nothing is found proves nothing.
+    /// Absent where it is none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub estimate: Option<EstimatedPositions>,
     /// Number of tested positions.
     pub n_positions: usize,
     /// Number of blocks with a motion.
@@ -35,6 +40,15 @@ impl Verification {
     pub fn faults(&self) -> impl Iterator<Item = &Finding> {
         self.findings.iter().filter(|f| f.kind.is_fault())
     }
+}
+
+/// How far apart the positions of an estimate are.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct EstimatedPositions {
+    /// Largest way of tip, rim and gauge line between two positions of a cutting move, mm.
+    pub cut_step_mm: f64,
+    /// The same of rapids: the radius of the cutter, mm.
+    pub rapid_step_mm: f64,
 }
 
 /// What holds for the motion between tested positions, as the machine's law has it.

@@ -75,6 +75,7 @@ mod counted_axes;
 mod cutter_depth;
 mod dead_core;
 mod doubts;
+mod edges;
 mod engagement;
 mod episodes;
 mod feeds;
@@ -121,8 +122,8 @@ pub use assumptions::{Assumption, assumptions};
 pub use certificate::{Certificate, Certificates, certify};
 pub use counted_axes::CountedAxes;
 pub use finding::{
-    AxisReading, BetweenPositions, ClearancePlace, Finding, FindingKind, GougePlace, Measure, Pose, SectionGouge,
-    Verification,
+    AxisReading, BetweenPositions, ClearancePlace, EstimatedPositions, Finding, FindingKind, GougePlace, Measure, Pose,
+    SectionGouge, Verification,
 };
 pub use joined::{joined, rapid_lines};
 pub use lengths::{
@@ -130,7 +131,9 @@ pub use lengths::{
 };
 pub use links::{LinkDistances, LinkHold, LinkSettings, LinkStage, ProgramLink, links_off_first_stock, run_links};
 pub use outside_run::{HeadFindings, certain_depth, in_question, is_known_to_cut, outside_layer, still_there};
-pub use setup::{GougeSection, ObstacleKind, RemovalLimit, VerifyError, VerifySettings, VirtualObstacle, VirtualSetup};
+pub use setup::{
+    Estimate, GougeSection, ObstacleKind, RemovalLimit, VerifyError, VerifySettings, VirtualObstacle, VirtualSetup,
+};
 pub use stock_cover::blocks_beyond;
 pub use stock_run::{BlockCut, StockRun, run_stock, run_stock_of_heads};
 pub use tool_vectors::not_unit;

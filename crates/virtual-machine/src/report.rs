@@ -9,6 +9,7 @@ use crate::{
     between::cutter_between,
     chunk_result::{ChunkResult, Clearance, Gouge, Gouges, nearest},
     control::own_head,
+    edges::steps_told,
     episodes::{Contact, Episode, Episodes, Key},
     moves::{Moves, TextFault},
     reader_notes,
@@ -56,12 +57,14 @@ impl<'a> Report<'a> {
         let mut episodes = Episodes::default();
         let mut gouges = Gouges::default();
         let clearance = nearest(results.iter().map(|r| r.clearance));
+        let estimate = self.scene.settings.estimate;
         let mut v = Verification {
             findings: Vec::new(),
             largest_gouge: None,
             sections: Vec::new(),
             smallest_clearance: None,
-            between: self.between(&results),
+            between: estimate.is_none().then(|| self.between(&results)),
+            estimate: estimate.map(|estimate| steps_told(self.scene, estimate)),
             n_positions: 0,
             n_blocks: self.program.motions().count(),
             cutting_time_s: 0.0,

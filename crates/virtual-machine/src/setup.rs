@@ -103,6 +103,26 @@ pub struct VerifySettings {
     pub probed_lines: Vec<u32>,
     /// Whether the text is a whole program, which has to say where it ends.
     pub is_whole: bool,
+    /// Only estimate collisions, from few positions; `None`: as [`verify`](crate::verify) promises.
+    pub estimate: Option<Estimate>,
+}
+
+/// The paper's rule (VMT), which is fast and proves nothing: in rapids positions a radius of the cutter apart, and only the edges of
+/// cutter and bodies.
+///
+/// What it finds is there; what lies between positions, or meets a side between the edges of a body, it does not see.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Estimate {
+    /// Largest way of tip, rim and gauge line, relative to the workpiece, between two positions of a cutting move, mm. The ends of
+    /// blocks are positions, too.
+    pub cut_step: f64,
+}
+
+impl Default for Estimate {
+    /// Positions in cuts at most 2 mm apart.
+    fn default() -> Self {
+        Self { cut_step: 2.0 }
+    }
 }
 
 /// How much a cutter may take at a time.
@@ -159,6 +179,7 @@ impl Default for VerifySettings {
             stock_is_cut: false,
             probed_lines: Vec::new(),
             is_whole: false,
+            estimate: None,
         }
     }
 }
@@ -243,6 +264,12 @@ pub enum VerifyError {
         /// Why.
         problem: String,
     },
+    /// A proof was asked for with [`VerifySettings::estimate`].
+    #[error("{what} cannot be estimated: leave out `estimate` of the settings")]
+    Estimated {
+        /// What.
+        what: &'static str,
+    },
     /// Setups of several heads do not stand on one machine with one workpiece.
     #[error("setup {setup} of the heads that cut one stock {what}: give the setups of one machine, one for each head")]
     OneStock {
@@ -308,6 +335,11 @@ pub(crate) fn check(setup: &VirtualSetup<'_>, settings: &VerifySettings) -> Resu
         if !(value >= 0.0 && value.is_finite()) {
             return Err(VerifyError::Setting { field, value, needed: "at least 0" });
         }
+    }
+    if let Some(Estimate { cut_step: value }) = settings.estimate
+        && !(value > 0.0 && value.is_finite())
+    {
+        return Err(VerifyError::Setting { field: "estimate.cut_step", value, needed: "above 0" });
     }
     if let Some(RemovalLimit { largest, slowest }) = settings.removal {
         if !(largest > 0.0 && largest.is_finite()) {

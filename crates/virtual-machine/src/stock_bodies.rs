@@ -28,6 +28,8 @@ pub(crate) struct Bodies {
     /// Each body as it is and with its clearance, by its index among the scene's.
     sections: Vec<(usize, TurnedBody, TurnedBody)>,
     pub(crate) max_way: f64,
+    /// Whether bodies, cores and the cutter in rapid are asked where a segment ends alone, and not on their way to there.
+    at_ends: bool,
 }
 
 impl Bodies {
@@ -51,7 +53,13 @@ impl Bodies {
             core: core(tool),
             sections,
             max_way: (cutter.radius() - widest.max(tool.dead_core_radius())).clamp(WAYS[0], WAYS[1]),
+            at_ends: false,
         }
+    }
+
+    /// The same that are asked at positions alone, where segments end: an estimate.
+    pub(crate) fn at_ends(self) -> Self {
+        Self { at_ends: true, ..self }
     }
 
     /// What is asked and cut on a segment, in order.
@@ -61,11 +69,11 @@ impl Bodies {
 
     /// The same of one phase.
     pub(crate) fn steps_in(&self, phase: Phase, m: &Move, segment: &Segment) -> Vec<(Purpose, Step<'_>)> {
-        let sweep = |body| Sweep { body, from: segment.from, to: segment.to };
+        let asked = if self.at_ends { &Segment { from: segment.to, ..*segment } } else { segment };
+        let sweep = |body| Sweep { body, from: asked.from, to: asked.to };
         match (phase, m.is_rapid_of_tool()) {
             (Phase::Before, true) => {
-                let inside =
-                    self.cutter_in_rapid.iter().map(|cutter| (Purpose::Rapid, Step::Ask(cutter.along(segment))));
+                let inside = self.cutter_in_rapid.iter().map(|cutter| (Purpose::Rapid, Step::Ask(cutter.along(asked))));
                 inside.chain([(Purpose::NearRapid, Step::Ask(sweep(&self.cutter_with_cell)))]).collect()
             }
             (Phase::Before, false) => {
@@ -74,7 +82,10 @@ impl Bodies {
                 core.chain(plain).collect()
             }
             (Phase::Cut, true) => Vec::new(),
-            (Phase::Cut, false) => vec![(Purpose::Cut, Step::Remove(sweep(&self.cutter)))],
+            (Phase::Cut, false) => {
+                let Segment { from, to, .. } = *segment;
+                vec![(Purpose::Cut, Step::Remove(Sweep { body: &self.cutter, from, to }))]
+            }
             (Phase::Behind, _) => {
                 self.sections.iter().map(|(k, _, kept)| (Purpose::Kept(*k), Step::Ask(sweep(kept)))).collect()
             }

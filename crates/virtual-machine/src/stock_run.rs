@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use crate::{
     Finding, FindingKind, Measure, VerifyError, VerifySettings, VirtualSetup,
+    edges::rapid_step,
     engagement::{Engagement, Part},
     episodes::{Contact, Episode, Episodes, Key},
     moves::{Move, Moves, resolve},
@@ -67,6 +68,9 @@ pub struct BlockCut {
 /// - Bodies are found wherever they meet the material of a line.
 /// - Faults of the text, and motions that are not simulated, are `verify`'s to tell: nothing is cut on them.
 /// - Bodies of the machine are not asked: `verify` holds them against the stock as it was before cutting.
+///
+/// With [`VerifySettings::estimate`] what is cut stays the same, but bodies and the cutter in rapid are asked at positions alone: where the segments of
+/// cuts end, and on rapids a radius of the cutter apart.
 ///
 /// The stock is changed in place, and is the rest when this returns without an error; with an error it is of no use. The
 /// result does not depend on the number of threads; `monitor` is told of every block with a motion.
@@ -161,6 +165,8 @@ struct View<'a> {
     bodies: Bodies,
     probe: Probe,
     coarse: Coarseness,
+    /// Of rapids: coarser in an estimate.
+    coarse_in_rapid: Coarseness,
     /// Distance of the stock's lines, mm.
     cell: f64,
 }
@@ -175,11 +181,19 @@ impl<'a> View<'a> {
         let bodies = Bodies::new(setup.tool, settings.clearance_slack, [tolerance, cell]);
         let coarse = Coarseness { tolerance, reach: setup.tool.gauge_length(), max_way: bodies.max_way };
         let probe = Probe::new(program, settings, setup.tool.cutter(), [tolerance, cell]);
-        Ok(Self { scene: Scene::new(setup, settings)?, bodies, probe, coarse, cell })
+        let scene = Scene::new(setup, settings)?;
+        if settings.estimate.is_none() {
+            return Ok(Self { scene, bodies, probe, coarse, coarse_in_rapid: coarse, cell });
+        }
+        let step = rapid_step(&scene);
+        // What is asked at positions alone is exact there: the way between them may be any.
+        let coarse_in_rapid = Coarseness { tolerance: step, max_way: step, ..coarse };
+        Ok(Self { scene, bodies: bodies.at_ends(), probe, coarse, coarse_in_rapid, cell })
     }
 
     fn of_move<'r>(&'r self, m: &'r Move) -> MoveOfHead<'r, 'a> {
-        MoveOfHead { scene: &self.scene, m, coarse: &self.coarse }
+        let coarse = if m.is_rapid { &self.coarse_in_rapid } else { &self.coarse };
+        MoveOfHead { scene: &self.scene, m, coarse }
     }
 }
 

@@ -7,6 +7,7 @@ use crate::{
     between::Follower,
     chunk_result::{ChunkResult, Clearance, nearest},
     dead_core::DeadCore,
+    edges::Asked,
     moves::{Move, resolve},
     report::Report,
     rotaries,
@@ -52,6 +53,9 @@ const MOVES_PER_SAMPLE: usize = 16;
 /// Control tolerance is not added: it is part of the error
 /// budget. A ramp is steep when all of the bottom goes down more steeply than the tool may while the cutter is in stock.
 ///
+/// With [`VerifySettings::estimate`] the positions are few and only the edges of bodies are asked: what is found is there, but that
+/// nothing is found says nothing of what is between the positions or between the edges.
+///
 /// `monitor` is told of every block of the program once. The result does not depend on the number of threads.
 ///
 /// # Errors
@@ -67,19 +71,20 @@ pub fn verify(
     let scene = Scene::new(setup, settings)?;
     let core = DeadCore::new(&scene, &resolved.moves, monitor)?;
     let normals = SurfaceNormals { scene: &scene, program };
+    let asked = Asked::new(&scene);
     let chunks: Vec<(usize, &[Move])> = resolved.moves.chunks(MOVES_PER_CHUNK).enumerate().collect();
     let sampled: Result<Vec<ChunkResult>, Cancelled> = chunks
         .par_iter()
         .map(|(k, moves)| {
             monitor.checkpoint()?;
-            Ok(sample_clearance(&scene, k * MOVES_PER_CHUNK, moves))
+            Ok(sample_clearance(&scene, &asked, k * MOVES_PER_CHUNK, moves))
         })
         .collect();
     let nearest = nearest(sampled?.iter().map(|r| r.clearance));
     let results: Result<Vec<ChunkResult>, Cancelled> = chunks
         .par_iter()
         .with_max_len(1)
-        .map(|(k, moves)| run_chunk(&normals, core.as_ref(), k * MOVES_PER_CHUNK, moves, nearest, monitor))
+        .map(|(k, moves)| run_chunk(&normals, (&asked, core.as_ref()), k * MOVES_PER_CHUNK, moves, nearest, monitor))
         .collect();
     let mut results = results?;
     results.push(rotaries::turns(&scene, &resolved.moves));
@@ -108,19 +113,21 @@ pub fn place_findings(
 
 fn run_chunk(
     normals: &SurfaceNormals<'_>,
-    core: Option<&DeadCore>,
+    (asked, core): (&Asked, Option<&DeadCore>),
     first: usize,
     moves: &[Move],
     nearest: Option<Clearance>,
     monitor: &dyn Monitor,
 ) -> Result<ChunkResult, Cancelled> {
-    let mut walker = Walker::new(normals.scene, core, nearest);
-    let mut follower = Follower::new(normals.scene);
+    let mut walker = Walker::new(normals.scene, asked, core, nearest);
+    let mut follower = normals.scene.settings.estimate.is_none().then(|| Follower::new(normals.scene));
     for (k, m) in moves.iter().enumerate() {
         monitor.checkpoint()?;
         walker.run(first + k, m, monitor)?;
         normals.test(first + k, m, &mut walker.result.episodes);
-        follower.run(first + k, m, &mut walker.result);
+        if let Some(follower) = &mut follower {
+            follower.run(first + k, m, &mut walker.result);
+        }
     }
     monitor.advance(moves.chunk_by(|a, b| a.block == b.block).count());
     Ok(walker.result)
@@ -128,8 +135,8 @@ fn run_chunk(
 
 /// Nearest body at the ends of a few moves. It is one of the places where the smallest clearance may be, and lets the run
 /// pass over all that is farther away: most of the program.
-fn sample_clearance(scene: &Scene<'_>, first: usize, moves: &[Move]) -> ChunkResult {
-    let mut walker = Walker::new(scene, None, None);
+fn sample_clearance(scene: &Scene<'_>, asked: &Asked, first: usize, moves: &[Move]) -> ChunkResult {
+    let mut walker = Walker::new(scene, asked, None, None);
     for (k, m) in moves.iter().enumerate().step_by(MOVES_PER_SAMPLE) {
         walker.look(first + k, m);
     }

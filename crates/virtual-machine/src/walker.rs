@@ -4,15 +4,15 @@ use nalgebra::{Isometry3, Point3, Unit, Vector3};
 
 use crate::{
     FindingKind, Measure, ObstacleKind,
-    between::{CUTTER_BULGE, cutter_step},
     chunk_result::{ChunkResult, Clearance, Gouge},
-    cutter_depth::{CutterPlacement, CutterTrack},
+    cutter_depth::{CutterDepth, CutterPlacement, CutterTrack},
     dead_core::DeadCore,
+    edges::{Asked, spacing},
     episodes::{Contact, Key},
     moves::Move,
     ramp::{Descent, RAMP_ROUNDING},
     scene::{Frame, Mount, Role, Scene},
-    stepping::{Spacing, positions, ways},
+    stepping::{positions, ways},
     timing::{duration, spike},
     track::{Placement, Track},
 };
@@ -20,9 +20,11 @@ use crate::{
 /// Runs moves, keeping from position to position what is known of every distance.
 pub(crate) struct Walker<'a> {
     scene: &'a Scene<'a>,
-    cutter: Vec<CutterTrack>,
-    /// Per body, then obstacle.
-    bodies: Vec<Track>,
+    asked: &'a Asked,
+    /// Per obstacle: in cuts, then in rapids.
+    cutter: Vec<[CutterTrack; 2]>,
+    /// Per body, then obstacle: one for each shape that is asked.
+    bodies: Vec<Vec<Track>>,
     core: Option<&'a DeadCore>,
     /// Of the core, per obstacle.
     core_tracks: Vec<Track>,
@@ -80,12 +82,19 @@ fn jumps(machine: &Machine, motion: &Motion<'_>, from: (f64, AxisValues), to: (f
 
 impl<'a> Walker<'a> {
     /// `nearest` is a place of the program where a body is near: only nearer ones are looked for.
-    pub(crate) fn new(scene: &'a Scene<'a>, core: Option<&'a DeadCore>, nearest: Option<Clearance>) -> Self {
+    pub(crate) fn new(
+        scene: &'a Scene<'a>,
+        asked: &'a Asked,
+        core: Option<&'a DeadCore>,
+        nearest: Option<Clearance>,
+    ) -> Self {
         let n_obstacles = scene.obstacles.len();
+        let tracks = asked.bodies.iter().flat_map(|shapes| vec![vec![Track::default(); shapes.len()]; n_obstacles]);
         Self {
             scene,
-            cutter: vec![CutterTrack::default(); n_obstacles],
-            bodies: vec![Track::default(); n_obstacles * scene.bodies.len()],
+            asked,
+            cutter: vec![<[CutterTrack; 2]>::default(); n_obstacles],
+            bodies: tracks.collect(),
             core,
             core_tracks: vec![Track::default(); n_obstacles],
             core_way: f64::INFINITY,
@@ -96,16 +105,13 @@ impl<'a> Walker<'a> {
 
     /// Tests one move: all positions behind its start, whose position ends the move before.
     pub(crate) fn run(&mut self, index: usize, m: &Move, monitor: &dyn Monitor) -> Result<(), Cancelled> {
-        let Scene { setup, settings, tool_length, .. } = *self.scene;
+        let Scene { setup, tool_length, .. } = *self.scene;
         self.time(index, m);
         let Ok(motion) = Motion::new(setup.machine, m.law, &m.start, &m.end, tool_length) else {
             self.fail_to_reach(index, m, (0.0, m.start));
             return Ok(());
         };
-        let reach = setup.tool.cutter().radius().hypot(setup.tool.cutter().flute_length());
-        let max_step = cutter_step(setup.tool.cutter(), settings);
-        let spacing = Spacing { max_step, max_turn: settings.max_turn, max_bulge: CUTTER_BULGE, reach };
-        let steps = positions(setup.machine, &motion, m.law, [&m.start, &m.end], tool_length, &spacing);
+        let steps = positions(setup.machine, &motion, m.law, [&m.start, &m.end], tool_length, &spacing(self.scene, m));
         if !steps.is_bounded {
             self.result.open.push(index);
         }
@@ -190,17 +196,24 @@ impl<'a> Walker<'a> {
         self.result.n_positions += 1;
         self.test_limits(here);
         self.place_machine(here);
-        let in_work = self.scene.cutter.placed(&here.work_from_tool);
+        let cutter = self.cutter_in(here.m);
+        let in_work = cutter.placed(&here.work_from_tool);
         for (k, obstacle) in self.scene.obstacles.iter().enumerate().filter(|(_, o)| o.meets_cutter) {
             match obstacle.frame {
                 Frame::Work => self.test_cutter(here, &in_work, k),
                 Frame::Machine(body) => {
                     let solid_from_tool = self.machine_poses[body].inv_mul(&here.work_from_tool);
-                    self.test_cutter(here, &self.scene.cutter.placed(&solid_from_tool), k);
+                    self.test_cutter(here, &cutter.placed(&solid_from_tool), k);
                 }
             }
         }
         self.test_bodies(here);
+    }
+
+    /// What is asked of the cutter on a move.
+    fn cutter_in(&self, m: &Move) -> &'a CutterDepth {
+        let asked = self.asked;
+        if m.is_rapid { &asked.cutter_in_rapid } else { &asked.cutter }
     }
 
     fn place_machine(&mut self, here: &Position<'_>) {
@@ -241,8 +254,8 @@ impl<'a> Walker<'a> {
         let section = here.m.section;
         let deepest = self.result.gouges.deepest(section).map_or(0.0, |g| g.depth.depth);
         let floor = if limit.kind == FindingKind::Gouge { deepest.min(limit.depth) } else { limit.depth };
-        let track = &mut self.cutter[obstacle];
-        let Some(mut depth) = scene.cutter.beyond(floor, limit.thickness, cutter, track, o.mesh()) else { return };
+        let (asked, track) = (self.cutter_in(here.m), &mut self.cutter[obstacle][usize::from(here.m.is_rapid)]);
+        let Some(mut depth) = asked.beyond(floor, limit.thickness, cutter, track, o.mesh()) else { return };
         depth.place = self.in_work(obstacle, &depth.place);
         if limit.kind == FindingKind::Gouge && depth.depth > deepest {
             self.result.gouges.add(section, Gouge { depth, obstacle, move_index: here.index });
@@ -260,28 +273,30 @@ impl<'a> Walker<'a> {
                 Mount::Tool(tool_from_solid) => here.work_from_tool * tool_from_solid,
                 Mount::Machine(k) => self.machine_poses[k],
             };
-            let in_work = body.shape.placed(work_from_solid);
-            for (k, obstacle) in scene.obstacles.iter().enumerate().filter(|(k, _)| body.meets[*k]) {
-                match obstacle.frame {
-                    Frame::Work => self.test_body(here, index, &in_work, k),
-                    Frame::Machine(other) => {
-                        let placed = body.shape.placed(self.machine_poses[other].inv_mul(&work_from_solid));
-                        self.test_body(here, index, &placed, k);
+            for (part, shape) in self.asked.bodies[index].iter().enumerate() {
+                let in_work = shape.placed(work_from_solid);
+                for (k, obstacle) in scene.obstacles.iter().enumerate().filter(|(k, _)| body.meets[*k]) {
+                    match obstacle.frame {
+                        Frame::Work => self.test_body(here, (index, part), &in_work, k),
+                        Frame::Machine(other) => {
+                            let placed = shape.placed(self.machine_poses[other].inv_mul(&work_from_solid));
+                            self.test_body(here, (index, part), &placed, k);
+                        }
                     }
                 }
             }
         }
     }
 
-    /// `at` is the body's place in the frame of the obstacle's mesh.
-    fn test_body(&mut self, here: &Position<'_>, index: usize, at: &Placement, obstacle: usize) {
+    /// Of one shape of a body; `at` is its place in the frame of the obstacle's mesh.
+    fn test_body(&mut self, here: &Position<'_>, (index, part): (usize, usize), at: &Placement, obstacle: usize) {
         let scene = self.scene;
         let (body, o) = (&scene.bodies[index], &scene.obstacles[obstacle]);
         let smallest = self.result.clearance.map_or(f64::INFINITY, |c| c.distance);
         let near = o.stock_for(body) + body.clearance + scene.settings.near_miss;
         let need = body.rounding + if o.counts { near.max(smallest) } else { near };
-        let track = &mut self.bodies[index * scene.obstacles.len() + obstacle];
-        let Some(nearest) = track.nearest_within(need, &body.shape, at, o.mesh()) else { return };
+        let track = &mut self.bodies[index * scene.obstacles.len() + obstacle][part];
+        let Some(nearest) = track.nearest_within(need, &self.asked.bodies[index][part], at, o.mesh()) else { return };
         let distance = (nearest.distance - body.rounding).max(0.0);
         let place = self.in_work(obstacle, &nearest.point);
         if o.counts && distance < smallest {
@@ -318,14 +333,14 @@ impl<'a> Walker<'a> {
         if !descent.is_steeper_than(tool.max_ramp_angle() + scene.settings.ramp_slack, rounding) {
             return;
         }
-        let cutter = scene.cutter.placed(&here.work_from_tool);
+        let cutter = self.asked.cutter.placed(&here.work_from_tool);
         let floor = scene.settings.gouge_limit_in(here.m.section);
         for (k, o) in scene.obstacles.iter().enumerate() {
             let Role::Work(kind) = o.role else { continue };
             if o.stock <= 0.0 && kind != ObstacleKind::Stock {
                 continue;
             }
-            if let Some(depth) = scene.cutter.beyond(floor, o.stock, &cutter, &mut self.cutter[k], o.mesh()) {
+            if let Some(depth) = self.asked.cutter.beyond(floor, o.stock, &cutter, &mut self.cutter[k][0], o.mesh()) {
                 let measure = Measure::AngleDeg(descent.angle().to_degrees());
                 let key = Key::of_cutter(FindingKind::RampTooSteep, k);
                 self.record(here, key, Some(measure), Some(depth.place));

@@ -60,6 +60,7 @@ fn a_block_at_rapid_rate_is_found_for_both_heads(job: &JobFolder, planned: &Plan
         setup: 0,
         gouge_limit: None,
         certificates: false,
+        fast: false,
         cut: Some(cut),
     };
     let (line, hasty) = with_a_hasty_block(read, &text_of(planned, "program.nc"));

@@ -2,6 +2,7 @@
 //! are what closed forms say, in the report and in the colours.
 
 mod across;
+mod estimates;
 mod feeds;
 mod plans;
 mod planted_feeds;
@@ -120,6 +121,7 @@ fn verified_for(
         setup: 0,
         gouge_limit: Some(0.05),
         certificates: false,
+        fast: false,
         cut: Some(CutRequest {
             cell,
             tolerance: 0.002,

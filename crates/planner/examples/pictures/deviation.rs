@@ -37,6 +37,7 @@ pub(crate) fn deviation() -> Result<String> {
         setup: 0,
         gouge_limit: None,
         certificates: false,
+        fast: false,
         cut: Some(CutRequest {
             cell: 0.5 * SIZE / CELLS as f64,
             tolerance: 0.005,

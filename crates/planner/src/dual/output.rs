@@ -8,8 +8,8 @@ use facemill_nc_program::{
     write_apt, write_program_of_heads,
 };
 use facemill_virtual_machine::{
-    Assumption, BetweenPositions, Certificate, Certificates, ClearancePlace, Finding, GougeSection, SectionGouge,
-    Verification, VerifySettings, VirtualSetup, assumptions, certify, verify,
+    Assumption, BetweenPositions, Certificate, Certificates, ClearancePlace, EstimatedPositions, Finding, GougeSection,
+    SectionGouge, Verification, VerifySettings, VirtualSetup, assumptions, certify, verify,
 };
 
 use super::channels::channel_files;
@@ -348,12 +348,8 @@ pub(crate) fn merged_runs(runs: [Verification; 2], sections: Vec<SectionGouge>) 
         largest_gouge,
         sections,
         smallest_clearance,
-        between: BetweenPositions {
-            cutter_mm: first.between.cutter_mm.max(second.between.cutter_mm),
-            bodies_mm: first.between.bodies_mm.max(second.between.bodies_mm),
-            open_blocks: first.between.open_blocks.max(second.between.open_blocks),
-            first_open_line: [first.between, second.between].into_iter().filter_map(|b| b.first_open_line).min(),
-        },
+        between: first.between.zip(second.between).map(between_of_both),
+        estimate: first.estimate.zip(second.estimate).map(estimate_of_both),
         n_positions: first.n_positions + second.n_positions,
         cutting_length_mm: first.cutting_length_mm + second.cutting_length_mm,
         ..Verification {
@@ -363,6 +359,24 @@ pub(crate) fn merged_runs(runs: [Verification; 2], sections: Vec<SectionGouge>) 
             smallest_clearance: None,
             ..first
         }
+    }
+}
+
+/// What holds between the positions of both heads.
+fn between_of_both((a, b): (BetweenPositions, BetweenPositions)) -> BetweenPositions {
+    BetweenPositions {
+        cutter_mm: a.cutter_mm.max(b.cutter_mm),
+        bodies_mm: a.bodies_mm.max(b.bodies_mm),
+        open_blocks: a.open_blocks.max(b.open_blocks),
+        first_open_line: [a, b].into_iter().filter_map(|b| b.first_open_line).min(),
+    }
+}
+
+/// How far apart the positions of both heads' estimates are at most.
+fn estimate_of_both((a, b): (EstimatedPositions, EstimatedPositions)) -> EstimatedPositions {
+    EstimatedPositions {
+        cut_step_mm: a.cut_step_mm.max(b.cut_step_mm),
+        rapid_step_mm: a.rapid_step_mm.max(b.rapid_step_mm),
     }
 }
 

@@ -110,6 +110,7 @@ fn verified(
         setup: request.setup,
         gouge_limit: request.gouge_limit,
         certificates: false,
+        fast: false,
         cut: Some(request.cut.clone()),
     };
     Ok(verify_program(job, text, &verify, stages)?.file)

@@ -6,6 +6,7 @@ mod certificate_scenes;
 mod certificates;
 mod control;
 mod dead_core;
+mod estimate;
 mod links;
 mod machine_bodies;
 mod mesh_bodies;

@@ -39,6 +39,7 @@ fn run(job: &JobFolder, across: bool, region: StockRegion, stages: &dyn Stages) 
         setup: 0,
         gouge_limit: Some(0.05),
         certificates: false,
+        fast: false,
         cut: Some(cut),
     };
     verify_program(&Job::read(&job.job())?, program().as_bytes(), &request, stages)

@@ -70,8 +70,15 @@ fn cut(tolerance: f64, region: StockRegion) -> Option<CutRequest> {
 
 fn run(job: &JobFolder, text: &str, cut: Option<CutRequest>) -> VerificationFile {
     let program = Path::new("program.nc");
-    let request =
-        VerifyRequest { program, dialect: Dialect::Fanuc, setup: 0, gouge_limit: Some(0.05), certificates: false, cut };
+    let request = VerifyRequest {
+        program,
+        dialect: Dialect::Fanuc,
+        setup: 0,
+        gouge_limit: Some(0.05),
+        certificates: false,
+        fast: false,
+        cut,
+    };
     let job = Job::read(&job.job()).expect("a job");
     verify_program(&job, text.as_bytes(), &request, &SilentStages).expect("a program that is understood").file
 }

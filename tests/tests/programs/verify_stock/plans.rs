@@ -49,6 +49,7 @@ fn a_plan_cuts_what_its_text_cuts() {
         setup: 0,
         gouge_limit: None,
         certificates: false,
+        fast: false,
         cut: Some(whole),
     };
     let read = Job::read(&job.job()).unwrap();

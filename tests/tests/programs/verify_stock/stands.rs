@@ -44,6 +44,7 @@ fn run(job: &Job, text: &str) -> VerificationFile {
         setup: 0,
         gouge_limit: Some(STAND_GOUGE_LIMIT),
         certificates: false,
+        fast: false,
         cut: Some(cut),
     };
     verify_program(job, text.as_bytes(), &request, &SilentStages).unwrap_or_else(|e| panic!("{e}")).file
