@@ -8,7 +8,7 @@ use facemill::file_format::to_json;
 use facemill::lengths::{LengthsRequest, lengths_of_program};
 use facemill::tool_model::HolderLibrary;
 use facemill::z_map::DexelMap;
-use facemill::{CutRequest, Failure, StockRegion, files};
+use facemill::{CutRequest, Failure, StockRegion, files, read_rest};
 
 use crate::cli::{Bars, say};
 use crate::option_lengths::{above_zero, from_zero};
@@ -55,14 +55,15 @@ pub(crate) struct LengthsArguments {
 }
 
 /// What the options say of the stock.
-fn cut_of(arguments: &LengthsArguments) -> Result<Option<CutRequest>, Failure> {
+fn cut_of(arguments: &LengthsArguments, rest: Option<DexelMap>) -> Option<CutRequest> {
     let of = |cell: f64, rest: Option<DexelMap>| {
         let tolerance = arguments.stock_tolerance_mm;
         CutRequest { cell, tolerance, region: StockRegion::Whole, rest, across: false, deviation: None }
     };
-    let Some(path) = &arguments.rest else { return Ok(arguments.stock_cell_mm.map(|cell| of(cell, None))) };
-    let rest = DexelMap::from_bytes(&files::read(path)?).map_err(|e| Failure::input(path, e))?;
-    Ok(Some(of(rest.grid().cell(), Some(rest))))
+    match rest {
+        Some(rest) => Some(of(rest.grid().cell(), Some(rest))),
+        None => arguments.stock_cell_mm.map(|cell| of(cell, None)),
+    }
 }
 
 pub(crate) fn run(arguments: &LengthsArguments) -> Result<ExitCode, Failure> {
@@ -72,13 +73,14 @@ pub(crate) fn run(arguments: &LengthsArguments) -> Result<ExitCode, Failure> {
         None => None,
     };
     let ProgramOfJob { job, setup, dialect, text } = arguments.program.read()?;
+    let rest = arguments.rest.as_ref().map(|path| read_rest(&job, setup, path)).transpose()?;
     let request = LengthsRequest {
         program: &arguments.program.program,
         dialect,
         setup,
         margin: arguments.margin_mm,
         longest: arguments.longest_mm,
-        cut: cut_of(arguments)?,
+        cut: cut_of(arguments, rest),
         certificates: arguments.certificates,
         holders: library.as_ref(),
         replan: arguments.replan,

@@ -217,7 +217,7 @@ fn default_cell(lengths: [f64; 2], clearance: f64, tolerance: f64) -> Result<f64
 ///
 /// # Errors
 /// With why it does not.
-fn follows(before: &SetupFile, setup: &SetupFile) -> Result<(), String> {
+pub(crate) fn follows(before: &SetupFile, setup: &SetupFile) -> Result<(), String> {
     let apart = pose(&before.work_from_part).inverse() * pose(&setup.work_from_part);
     if apart.translation.vector.norm() > SAME_FRAME[0] || apart.rotation.angle() > SAME_FRAME[1] {
         return Err(format!("its workpiece frame is not that of setup \"{}\"", before.name));

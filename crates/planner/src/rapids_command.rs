@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use clap::Args;
 use facemill::rapids::{RapidsRequest, faster_rapids};
 use facemill::z_map::DexelMap;
-use facemill::{CutRequest, Failure, StockRegion, files};
+use facemill::{CutRequest, Failure, StockRegion, files, read_rest};
 
 use crate::cli::{Bars, say};
 use crate::option_lengths::{above_zero, from_zero};
@@ -41,39 +41,23 @@ pub(crate) struct RapidsArguments {
 }
 
 /// What the options say of the stock.
-fn cut_of(arguments: &RapidsArguments) -> Result<CutRequest, Failure> {
+fn cut_of(arguments: &RapidsArguments, rest: Option<DexelMap>) -> CutRequest {
+    let cell = rest.as_ref().map_or(arguments.stock_cell_mm, |rest| rest.grid().cell());
     let tolerance = arguments.stock_tolerance_mm;
-    let Some(path) = &arguments.rest else {
-        return Ok(CutRequest {
-            cell: arguments.stock_cell_mm,
-            tolerance,
-            region: StockRegion::Whole,
-            rest: None,
-            across: false,
-            deviation: None,
-        });
-    };
-    let rest = DexelMap::from_bytes(&files::read(path)?).map_err(|e| Failure::input(path, e))?;
-    Ok(CutRequest {
-        cell: rest.grid().cell(),
-        tolerance,
-        region: StockRegion::Whole,
-        rest: Some(rest),
-        across: false,
-        deviation: None,
-    })
+    CutRequest { cell, tolerance, region: StockRegion::Whole, rest, across: false, deviation: None }
 }
 
 pub(crate) fn run(arguments: &RapidsArguments) -> Result<ExitCode, Failure> {
     crate::progress::watch_interrupts().map_err(Failure::Internal)?;
     let program = &arguments.program.program;
     let ProgramOfJob { job, setup, dialect, text } = arguments.program.read()?;
+    let rest = arguments.rest.as_ref().map(|path| read_rest(&job, setup, path)).transpose()?;
     let request = RapidsRequest {
         program,
         dialect,
         setup,
         gouge_limit: arguments.gouge_mm,
-        cut: cut_of(arguments)?,
+        cut: cut_of(arguments, rest),
         clearance: arguments.clearance_mm,
     };
     files::check_outputs([&arguments.out].into_iter().chain(&arguments.report).map(PathBuf::as_path))?;

@@ -9,6 +9,7 @@ use nalgebra::Isometry3;
 use crate::Failure;
 use crate::load::{Job, ObstacleRole, Setup};
 use crate::pieces::places;
+use crate::rest_stock::Origin;
 
 /// Which part of the stock has lines.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -44,6 +45,11 @@ impl StockMeshes {
         }
     }
 
+    /// What a map of it is marked with: which stock it is.
+    pub(crate) fn origin(&self) -> Origin {
+        Origin::of(&self.mesh, self.allowance)
+    }
+
     /// The box around all of it, workpiece frame.
     pub(crate) fn extents(&self) -> Aabb {
         self.mesh.aabb().dilated(self.allowance)
@@ -75,7 +81,8 @@ impl StockMeshes {
         cell: f64,
         region: StockRegion,
     ) -> Result<DexelMap, Failure> {
-        self.with_layer(0.0, &Isometry3::identity(), job, setup, (cell, region))
+        let map = self.with_layer(0.0, &Isometry3::identity(), job, setup, (cell, region))?;
+        Ok(map.with_origin(self.origin().to_bytes()))
     }
 
     /// The same on lines along x and along y of the workpiece frame, of all of the stock.

@@ -8,7 +8,7 @@ use facemill::virtual_machine::{BetweenPositions, EstimatedPositions, Verificati
 use facemill::z_map::DexelMap;
 use facemill::{
     CutRequest, DeviationRequest, Failure, StockRegion, StockReport, VerificationFile, Verified, VerifyRequest, clock,
-    files, verify_program,
+    files, read_rest, verify_program,
 };
 
 use crate::cli::{Bars, say};
@@ -88,6 +88,7 @@ const TOLD: usize = 50;
 pub(crate) fn run(arguments: &VerifyArguments) -> Result<ExitCode, Failure> {
     crate::progress::watch_interrupts().map_err(Failure::Internal)?;
     let ProgramOfJob { job, setup, dialect, text } = arguments.program.read_with(&arguments.stand)?;
+    let rest = arguments.rest.as_ref().map(|path| read_rest(&job, setup, path)).transpose()?;
     let request = VerifyRequest {
         program: &arguments.program.program,
         dialect,
@@ -95,7 +96,7 @@ pub(crate) fn run(arguments: &VerifyArguments) -> Result<ExitCode, Failure> {
         gouge_limit: arguments.gouge_mm.or_else(|| arguments.stand.gouge_limit()),
         certificates: arguments.certificates,
         fast: arguments.fast,
-        cut: cut_of(arguments)?,
+        cut: cut_of(arguments, rest)?,
     };
     let outputs_asked = [&arguments.out, &arguments.rest_mesh, &arguments.rest_out, &arguments.deviation];
     files::check_outputs(outputs_asked.into_iter().flatten().map(PathBuf::as_path))?;
@@ -137,15 +138,14 @@ fn outputs(arguments: &VerifyArguments, verified: Verified) -> Result<Vec<(&Path
 }
 
 /// What the options say of the stock.
-fn cut_of(arguments: &VerifyArguments) -> Result<Option<CutRequest>, Failure> {
+fn cut_of(arguments: &VerifyArguments, rest: Option<DexelMap>) -> Result<Option<CutRequest>, Failure> {
     let tolerance = arguments.stock_tolerance_mm.unwrap_or(STOCK_TOLERANCE);
     let asked = arguments.deviation.is_some() || arguments.deviation_tolerance_mm.is_some();
     let deviation = asked.then_some(DeviationRequest {
         tolerance: arguments.deviation_tolerance_mm,
         painted: arguments.deviation.is_some(),
     });
-    if let Some(path) = &arguments.rest {
-        let rest = DexelMap::from_bytes(&files::read(path)?).map_err(|e| Failure::input(path, e))?;
+    if let Some(rest) = rest {
         let cell = rest.grid().cell();
         return Ok(Some(CutRequest {
             cell,
@@ -274,7 +274,7 @@ mod tests {
 
     fn cut(options: &[&str]) -> Result<Option<CutRequest>, Failure> {
         let all = [&["verify", "program.nc", "--job", "job.json"], options].concat();
-        cut_of(&Command::try_parse_from(all).unwrap_or_else(|e| panic!("{e}")).verify)
+        cut_of(&Command::try_parse_from(all).unwrap_or_else(|e| panic!("{e}")).verify, None)
     }
 
     #[test]

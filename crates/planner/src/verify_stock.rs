@@ -32,7 +32,8 @@ pub struct CutRequest {
     pub tolerance: f64,
     /// Which part of the job's stock has lines.
     pub region: StockRegion,
-    /// The rest of another program, which this one begins with in place of the job's stock.
+    /// The rest of another program, which this one begins with in place of the job's stock: of the same stock, as
+    /// [`read_rest`](crate::read_rest) makes sure.
     pub rest: Option<DexelMap>,
     /// Cut lines along x and y of the workpiece frame, too, which show walls along z: of all of the job's stock, not of a region or a
     /// rest.

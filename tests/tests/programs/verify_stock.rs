@@ -6,6 +6,7 @@ mod estimates;
 mod feeds;
 mod plans;
 mod planted_feeds;
+mod rests;
 mod stand_command;
 mod stands;
 

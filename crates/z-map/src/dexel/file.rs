@@ -7,9 +7,9 @@ use crate::dexel::tile::Interval;
 /// What a stock file begins with.
 const MAGIC: &[u8; 8] = b"FMDEXEL\n";
 /// Version of the format.
-const VERSION: u32 = 1;
-/// Bytes before the counts of intervals: magic, version, lines along x and y, ten numbers, number of intervals.
-const HEADER: usize = 8 + 4 + 2 * 4 + 10 * 8 + 8;
+const VERSION: u32 = 2;
+/// Bytes before the origin: magic, version, lines along x and y, ten numbers, number of intervals, bytes of the origin.
+const HEADER: usize = 8 + 4 + 2 * 4 + 10 * 8 + 8 + 8;
 /// Bytes of the checksum at the end.
 const CHECKSUM: usize = 32;
 
@@ -20,7 +20,9 @@ pub enum StockFileError {
     #[error("not a stock file: it does not begin with \"FMDEXEL\"")]
     NotStock,
     /// The file is of another version.
-    #[error("stock file of version {found}; this program reads version {VERSION}: write it again with this program")]
+    #[error(
+        "stock file of version {found}; this program reads version {VERSION}: write it again with this program (verify --rest-out)"
+    )]
     Version {
         /// Version of the file.
         found: u32,
@@ -59,7 +61,8 @@ impl DexelMap {
     /// The map as bytes: the same bytes for the same map on every machine.
     ///
     /// Little-endian: magic, version, number of lines along x and y (u32), cell, origin (2), translation (3) and
-    /// rotation (i, j, k, w) of `work_from_map` (f64), number of intervals (u64); the number of intervals of each
+    /// rotation (i, j, k, w) of `work_from_map` (f64), number of intervals (u64), number of bytes of the
+    /// [origin](Self::origin) (u64); the origin; the number of intervals of each
     /// line, row by row (u32); bottom and top of each (f64); the BLAKE3 checksum of all that.
     pub fn to_bytes(&self) -> Vec<u8> {
         let grid = &self.grid;
@@ -77,7 +80,7 @@ impl DexelMap {
             counts.extend(of_line.to_le_bytes());
             n_intervals += u64::from(of_line);
         }
-        let mut bytes = Vec::with_capacity(HEADER + counts.len() + heights.len() + CHECKSUM);
+        let mut bytes = Vec::with_capacity(HEADER + self.origin.len() + counts.len() + heights.len() + CHECKSUM);
         bytes.extend(MAGIC);
         bytes.extend(VERSION.to_le_bytes());
         // At most 2²⁶ lines.
@@ -87,6 +90,8 @@ impl DexelMap {
         let numbers = numbers.iter().chain(frame.translation.vector.iter()).chain(frame.rotation.coords.iter());
         numbers.for_each(|number| bytes.extend(number.to_le_bytes()));
         bytes.extend(n_intervals.to_le_bytes());
+        bytes.extend((self.origin.len() as u64).to_le_bytes());
+        bytes.extend(&self.origin);
         bytes.extend(counts);
         bytes.extend(heights);
         let checksum = blake3::hash(&bytes);
@@ -119,20 +124,29 @@ impl DexelMap {
             *number = reader.f64().ok_or_else(cut_off)?;
         }
         let n_intervals = reader.u64().ok_or_else(cut_off)?;
-        check_length(found, n_lines, n_intervals)?;
+        let n_origin = reader.u64().ok_or_else(cut_off)?;
+        check_length(found, n_lines, n_intervals, n_origin)?;
         let (content, checksum) = bytes.split_at(found - CHECKSUM);
         if blake3::hash(content).as_bytes() != checksum {
             return Err(StockFileError::Checksum);
         }
         let grid = grid(n_lines, &numbers)?;
-        read_lines(grid, reader, n_intervals)
+        // The length has been checked.
+        let origin = reader.bytes(n_origin as usize).ok_or_else(cut_off)?;
+        Ok(read_lines(grid, reader, n_intervals)?.with_origin(origin))
     }
 }
 
-fn check_length(found: usize, [nx, ny]: [usize; 2], n_intervals: u64) -> Result<(), StockFileError> {
+fn check_length(found: usize, [nx, ny]: [usize; 2], n_intervals: u64, n_origin: u64) -> Result<(), StockFileError> {
     let lines = (nx as u64).checked_mul(ny as u64).and_then(|n| n.checked_mul(4));
     let expected = lines
-        .and_then(|lines| n_intervals.checked_mul(16)?.checked_add(lines)?.checked_add((HEADER + CHECKSUM) as u64))
+        .and_then(|lines| {
+            n_intervals
+                .checked_mul(16)?
+                .checked_add(lines)?
+                .checked_add(n_origin)?
+                .checked_add((HEADER + CHECKSUM) as u64)
+        })
         .unwrap_or(u64::MAX);
     if found as u64 == expected { Ok(()) } else { Err(StockFileError::Length { found, expected }) }
 }
@@ -187,6 +201,12 @@ impl Reader<'_> {
         let (first, rest) = self.0.split_first_chunk::<N>()?;
         self.0 = rest;
         Some(*first)
+    }
+
+    fn bytes(&mut self, n: usize) -> Option<Vec<u8>> {
+        let (first, rest) = self.0.split_at_checked(n)?;
+        self.0 = rest;
+        Some(first.to_vec())
     }
 
     fn u32(&mut self) -> Option<u32> {

@@ -14,6 +14,8 @@ pub struct DexelMap {
     pub(crate) grid: DexelGrid,
     /// Row by row.
     pub(crate) tiles: Vec<Tile>,
+    /// As whoever made the map says; empty where nobody does.
+    pub(crate) origin: Vec<u8>,
 }
 
 /// Why there is no stock of a simple shape.
@@ -54,7 +56,19 @@ impl DexelMap {
     /// A map without material.
     pub fn empty(grid: DexelGrid) -> Self {
         let [nx, ny] = grid.n_lines().map(|n| n.div_ceil(SIDE));
-        Self { grid, tiles: vec![Tile::empty(); nx * ny] }
+        Self { grid, tiles: vec![Tile::empty(); nx * ny], origin: Vec::new() }
+    }
+
+    /// The map with a mark of what it was before anything was cut. Cuts keep it, and so do files; what the bytes mean is known to
+    /// whoever made them.
+    #[must_use]
+    pub fn with_origin(self, origin: Vec<u8>) -> Self {
+        Self { origin, ..self }
+    }
+
+    /// The mark of [`with_origin`](Self::with_origin); empty where there is none.
+    pub fn origin(&self) -> &[u8] {
+        &self.origin
     }
 
     /// The box between two corners of the map's frame, with a lattice that begins at the low one.

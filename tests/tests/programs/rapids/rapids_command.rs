@@ -1,5 +1,6 @@
 //! `facemill rapids`: exit codes, what it tells, and what it writes.
 
+use facemill::z_map::DexelMap;
 use facemill_tests::commands::{facemill_in, files_of};
 use facemill_tests::jobs::JobFolder;
 use facemill_tests::variants::box_obj;
@@ -101,6 +102,12 @@ fn clearance_and_the_rest_of_another_program_count() {
     let told = facemill_in(&job, "verify old.nc --job job.json --stock-cell-mm 4 --rest-out left.stock");
     assert_eq!(told.code, 0, "{}{}", told.errors, told.printed);
     job.write("job.json", own.to_string().as_bytes());
+    let told = facemill_in(&job, "rapids old.nc --job job.json -o new.nc --rest left.stock");
+    assert!(told.is_refused_for(&["left.stock", "is no rest of the stock of setup"]), "{}", told.errors);
+    // Marked as the setup's own it stands for what another program left of that.
+    facemill_in(&job, "verify old.nc --job job.json --stock-cell-mm 4 --rest-out own.stock");
+    let map = |name: &str| DexelMap::from_bytes(&std::fs::read(job.path(name)).unwrap()).unwrap();
+    job.write("left.stock", &map("left.stock").with_origin(map("own.stock").origin().to_vec()).to_bytes());
     let over = link("--rest left.stock --clearance-mm 1");
     assert!(over["way"] != "direct" && over["way"] != "original", "{over}");
     // Over the block by the clearance, and not as high as it went.
