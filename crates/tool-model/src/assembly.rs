@@ -177,29 +177,49 @@ impl ToolAssembly {
         std::iter::once(cutter).chain(self.collision_bodies()).collect()
     }
 
-    /// Every non-cutting body of the assembly, dilated by its clearance, in the tool frame: the sections of the cutter
-    /// body from the end of the flute, then those of the holder from its nose.
-    pub fn collision_bodies(&self) -> Vec<PlacedSolid> {
-        let body = placed("cutter body", &self.file.body, self.file.flute_length_mm);
-        let holder = placed("holder", &self.file.holder, self.file.stick_out_mm);
+    /// Every non-cutting body of the assembly, in the tool frame: the sections of the cutter body from the end of the flute, then
+    /// those of the holder from its nose.
+    pub fn sections(&self) -> Vec<ToolSection> {
+        let body = sections("cutter body", &self.file.body, self.file.flute_length_mm);
+        let holder = sections("holder", &self.file.holder, self.file.stick_out_mm);
         body.chain(holder).collect()
+    }
+
+    /// The [sections](Self::sections) as solids, dilated by their clearance.
+    pub fn collision_bodies(&self) -> Vec<PlacedSolid> {
+        let placed = |section: ToolSection| PlacedSolid {
+            name: section.name,
+            solid: Solid::Frustum(section.frustum),
+            frame_from_solid: Isometry3::identity(),
+        };
+        self.sections().into_iter().map(placed).collect()
     }
 }
 
-/// The sections of a stack as solids of the tool frame.
-fn placed<'a>(name: &'a str, stack: &'a Stack, from: f64) -> impl Iterator<Item = PlacedSolid> + 'a {
+/// A section of a tool's body or holder. There are no bodies of other shapes on a tool: whoever holds them against something has all of
+/// it with the frusta.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ToolSection {
+    /// What a finding calls it.
+    pub name: String,
+    /// About the tool axis, in the tool frame; its rounding is the clearance.
+    pub frustum: RoundFrustum,
+}
+
+/// The sections of a stack.
+fn sections<'a>(name: &'a str, stack: &'a Stack, from: f64) -> impl Iterator<Item = ToolSection> + 'a {
     let mut z = from;
     stack.sections.iter().enumerate().map(move |(k, section)| {
         let z_low = z;
         z += section.length_mm;
-        let solid = Solid::Frustum(RoundFrustum {
+        let frustum = RoundFrustum {
             z_low,
             z_high: z,
             radius_low: 0.5 * section.diameter_low_mm,
             radius_high: 0.5 * section.diameter_high_mm,
             rounding: stack.clearance_mm,
-        });
-        PlacedSolid { name: format!("{name} section {}", k + 1), solid, frame_from_solid: Isometry3::identity() }
+        };
+        ToolSection { name: format!("{name} section {}", k + 1), frustum }
     })
 }
 

@@ -1,8 +1,9 @@
 //! The links of a program, from one run of cuts to the next at rapid rate, and whether another way there is free.
 
-use facemill_cl_data::{Cancelled, ClPoint, Monitor, Solid};
+use facemill_cl_data::{Cancelled, ClPoint, Monitor};
 use facemill_inverse_kinematics::{AxisValues, BlockLaw};
 use facemill_nc_program::ReadProgram;
+use facemill_tool_model::ToolSection;
 use facemill_z_map::{DexelMap, RoundRing, Step, Sweep, TurnedBody};
 use rayon::prelude::*;
 
@@ -196,8 +197,7 @@ fn kept_bodies(setup: &VirtualSetup<'_>, clearance: f64, cell: f64) -> Vec<Turne
         RoundRing { radius: cutter.radius(), height: cutter.flute_length(), rounding: clearance + around },
     ];
     let mut kept: Vec<TurnedBody> = TurnedBody::new(&rings).into_iter().collect();
-    for body in setup.tool.collision_bodies() {
-        let Solid::Frustum(f) = body.solid else { continue };
+    for ToolSection { frustum: f, .. } in setup.tool.sections() {
         let rounding = f.rounding.max(clearance) + around;
         // A section without length is none.
         kept.extend(TurnedBody::frustum([f.z_low, f.z_high], [f.radius_low, f.radius_high], rounding));

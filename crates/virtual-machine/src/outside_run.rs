@@ -2,7 +2,7 @@
 
 use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
 
-use facemill_cl_data::{Monitor, RoundFrustum, Solid};
+use facemill_cl_data::{Monitor, RoundFrustum};
 use facemill_nc_program::ReadProgram;
 use facemill_tool_model::{Cutter, ToolAssembly};
 use facemill_z_map::{DexelMap, Step, StepResult, Sweep, TurnedBody};
@@ -173,8 +173,7 @@ impl<'a> View<'a> {
 
 /// The bodies of a tool, each so much smaller on all sides, of which something is left.
 fn sections(tool: &ToolAssembly, by: f64) -> Vec<(usize, TurnedBody)> {
-    let smaller = |solid: &Solid| {
-        let Solid::Frustum(RoundFrustum { z_low, z_high, radius_low, radius_high, .. }) = *solid else { return None };
+    let smaller = |RoundFrustum { z_low, z_high, radius_low, radius_high, .. }: RoundFrustum| {
         let [low, high] = [z_low + by, z_high - by];
         // Measured across the side of a cone.
         let slope = (radius_high - radius_low) / (z_high - z_low);
@@ -185,8 +184,8 @@ fn sections(tool: &ToolAssembly, by: f64) -> Vec<(usize, TurnedBody)> {
         }
         TurnedBody::frustum([low, high], radii, 0.0).ok()
     };
-    let bodies = tool.collision_bodies().into_iter().enumerate();
-    bodies.filter_map(|(k, body)| Some((k, smaller(&body.solid)?))).collect()
+    let all = tool.sections().into_iter().enumerate();
+    all.filter_map(|(k, section)| Some((k, smaller(section.frustum)?))).collect()
 }
 
 /// The segments of each head on each move.

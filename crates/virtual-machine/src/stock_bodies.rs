@@ -1,7 +1,6 @@
 //! The solids of the tool assembly that cut the stock or are held against it, and in what order.
 
-use facemill_cl_data::Solid;
-use facemill_tool_model::ToolAssembly;
+use facemill_tool_model::{ToolAssembly, ToolSection};
 use facemill_z_map::{Step, Sweep, TurnedBody};
 
 use crate::{
@@ -37,8 +36,7 @@ impl Bodies {
         let cutter = tool.cutter();
         let mut widest = 0.0_f64;
         let mut sections = Vec::new();
-        for (k, body) in tool.collision_bodies().into_iter().enumerate() {
-            let Solid::Frustum(f) = body.solid else { continue };
+        for (k, ToolSection { frustum: f, .. }) in tool.sections().into_iter().enumerate() {
             let frustum =
                 |clearance: f64| TurnedBody::frustum([f.z_low, f.z_high], [f.radius_low, f.radius_high], clearance);
             // A section without length is none.

@@ -1,7 +1,7 @@
 //! What the stock as it is at every moment asks of the lengths, along the ways of the tool.
 
-use facemill_cl_data::{Monitor, RoundFrustum, Solid};
-use facemill_tool_model::{AssemblyLength, BuiltAssembly, Lengths, OpenAssembly, ToolAssembly};
+use facemill_cl_data::{Monitor, RoundFrustum};
+use facemill_tool_model::{AssemblyLength, BuiltAssembly, Lengths, OpenAssembly, ToolAssembly, ToolSection};
 use facemill_z_map::{Contact, DexelMap, Step, Sweep, TurnedBody};
 
 use super::needs::{Needs, Raise};
@@ -256,9 +256,9 @@ impl<'r> Raised<'r> {
     fn build(&mut self) -> Result<(), VerifyError> {
         let BuiltAssembly { tool, rides } = built(self.assembly, &self.lengths)?;
         self.riders.clear();
-        for (body, rides) in tool.collision_bodies().into_iter().zip(rides) {
+        for (section, rides) in tool.sections().into_iter().zip(rides) {
             let Some(rides) = rides.filter(|r| self.asks[r.index()]) else { continue };
-            let Solid::Frustum(frustum) = body.solid else { continue };
+            let ToolSection { name, frustum } = section;
             let clearance = (frustum.rounding - self.slack).max(0.0);
             let of = |kept: f64| {
                 let (f, heights) = (&frustum, [frustum.z_low, frustum.z_high]);
@@ -266,7 +266,7 @@ impl<'r> Raised<'r> {
             };
             // A section without length is none.
             let (Ok(plain), Ok(kept)) = (of(0.0), of(clearance)) else { continue };
-            self.riders.push(Rider { name: body.name, rides, frustum, clearance, plain, kept });
+            self.riders.push(Rider { name, rides, frustum, clearance, plain, kept });
         }
         Ok(())
     }
