@@ -1,5 +1,7 @@
 //! The stock of a plan: cut by each setup's own program, from one setup to the next.
 
+use std::fmt;
+
 use facemill_z_map::DexelMap;
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -48,17 +50,21 @@ pub struct PlannedStockReport {
     pub began_as: Option<String>,
     /// What was cut; `null` where nothing was.
     pub cut: Option<StockReport>,
+    /// Whether it began as the setup's own stock.
+    #[serde(skip)]
+    #[schemars(skip)]
+    began_as_own: bool,
 }
 
 impl PlannedStockReport {
     /// Whether the setup's own stock was cut, and not the rest of the one before.
     pub(crate) fn began_as_own(&self) -> bool {
-        self.began_as.as_ref().is_some_and(|began_as| began_as.starts_with(OWN_STOCK))
+        self.began_as_own
     }
 
     /// Of stock that was not cut.
     pub(crate) fn not_cut(why: impl Into<String>) -> Self {
-        Self { not_cut_because: Some(why.into()), began_as: None, cut: None }
+        Self { not_cut_because: Some(why.into()), began_as: None, cut: None, began_as_own: false }
     }
 
     /// Of a program whose positions and certificates alone were asked for.
@@ -89,7 +95,26 @@ pub(crate) const OWN_STOCK: &str = "the setup's stock";
 pub(crate) type CutByPlan = (PlannedStockReport, Option<DexelMap>);
 
 /// The stock before a setup's program, and what it began as; or why there is none to be cut.
-pub(crate) type StockBefore = Result<(DexelMap, String), String>;
+pub(crate) type StockBefore = Result<(DexelMap, BeganAs), String>;
+
+/// What the stock before a setup's program is.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum BeganAs {
+    /// The setup's own, and why it is not the rest of the setup before; nothing of the first one.
+    Own { why: Option<String> },
+    /// The rest of the setup of this name.
+    RestOf(String),
+}
+
+impl fmt::Display for BeganAs {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Own { why: None } => f.write_str(OWN_STOCK),
+            Self::Own { why: Some(why) } => write!(f, "{OWN_STOCK}: {why}"),
+            Self::RestOf(setup) => write!(f, "the rest of setup \"{setup}\""),
+        }
+    }
+}
 
 impl StockToCut<'_> {
     /// The stock before the setup's program.
@@ -101,11 +126,11 @@ impl StockToCut<'_> {
             return Ok(Err("the job says so (verification.cut_stock)".to_owned()));
         }
         let why = match self.rest_before(job) {
-            Ok((rest, of)) => return Ok(Ok((rest.clone(), format!("the rest of setup \"{of}\"")))),
+            Ok((rest, of)) => return Ok(Ok((rest.clone(), BeganAs::RestOf(of.to_owned())))),
             Err(why) => why,
         };
         let own = self.own(job, setup, job.file.verification.stock_tolerance_mm)?;
-        Ok(own.map(|stock| (stock, why.map_or(OWN_STOCK.to_owned(), |why| format!("{OWN_STOCK}: {why}")))))
+        Ok(own.map(|stock| (stock, BeganAs::Own { why })))
     }
 
     /// What the setup before has left and its name; or why this setup does not begin with it, nothing where it is the first.
@@ -176,7 +201,12 @@ pub(crate) fn cut_by_plan<const N: usize>(
         };
         add_new(&mut verification.findings, run.findings.into_iter().filter(is_news).collect());
     }
-    let report = PlannedStockReport { not_cut_because: None, began_as: Some(began_as), cut: Some(done.report) };
+    let report = PlannedStockReport {
+        not_cut_because: None,
+        began_as: Some(began_as.to_string()),
+        cut: Some(done.report),
+        began_as_own: matches!(began_as, BeganAs::Own { .. }),
+    };
     Ok((report, Some(done.rest)))
 }
 
