@@ -69,6 +69,33 @@ impl Key {
     }
 }
 
+impl Episode {
+    /// Whether a body only comes near to what it is told of.
+    fn is_near(&self) -> bool {
+        self.worst.key.kind == FindingKind::NearMiss || !self.worst.key.is_contact
+    }
+
+    /// Whether a body, or the cutter in rapid, meets what it must not.
+    fn is_collision(&self) -> bool {
+        let kinds = [FindingKind::Collision, FindingKind::HolderCollision, FindingKind::RapidCollision];
+        self.worst.key.is_contact && kinds.contains(&self.worst.key.kind)
+    }
+}
+
+/// What is worth telling: all but what a body comes near to, and meets on some of the same moves.
+pub(crate) fn worth_telling(all: &[Episode]) -> impl Iterator<Item = &Episode> {
+    let pair = |e: &Episode| (e.worst.key.body, e.worst.key.obstacle);
+    let mut met: BTreeMap<_, Vec<[usize; 2]>> = BTreeMap::new();
+    for e in all.iter().filter(|e| e.is_collision()) {
+        met.entry(pair(e)).or_default().push([e.first_move, e.last_move]);
+    }
+    let is_met = move |e: &Episode| {
+        let mut of_pair = met.get(&pair(e)).into_iter().flatten();
+        of_pair.any(|[first, last]| *first <= e.last_move && e.first_move <= *last)
+    };
+    all.iter().filter(move |e| !(e.is_near() && is_met(e)))
+}
+
 impl Episodes {
     /// Adds what happens on a move. Moves come in order.
     pub(crate) fn record(&mut self, move_index: usize, contact: Contact) {

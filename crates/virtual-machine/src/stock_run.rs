@@ -9,7 +9,7 @@ use crate::{
     Finding, FindingKind, Measure, VerifyError, VerifySettings, VirtualSetup,
     edges::rapid_step,
     engagement::{Engagement, Part},
-    episodes::{Contact, Episode, Episodes, Key},
+    episodes::{Contact, Episodes, Key, worth_telling},
     moves::{Move, Moves, resolve},
     probe::Probe,
     ramp::{Descent, RAMP_ROUNDING},
@@ -278,8 +278,7 @@ impl<'r, 'a> Head<'r, 'a> {
         let cuts = resolved.moves.iter().zip(&self.out.taken).filter(|(m, _)| !m.is_rapid);
         let blocks: Vec<BlockCut> =
             cuts.map(|(m, taken)| BlockCut { line: program.blocks[m.block].line, ..*taken }).collect();
-        let all = &self.out.episodes.all;
-        let told = all.iter().filter(|e| e.worst.key.is_contact || !touched(e, all));
+        let told = worth_telling(&self.out.episodes.all);
         let mut findings: Vec<Finding> = told.map(|e| report.finding(e)).collect();
         findings.sort_by_key(|f| (f.first_line, f.kind));
         StockRun { findings, removed_mm3: blocks.iter().fold(0.0, |all, b| all + b.removed_mm3), blocks }
@@ -354,17 +353,6 @@ impl<'r, 'a> Head<'r, 'a> {
         let key = Key::of_axis(FindingKind::ReachFailure, None);
         self.out.episodes.record(index, Contact { key, measure: None, place: None, axes: m.end, cl, at: 1.0 });
     }
-}
-
-/// Whether a body that comes near on some moves meets the stock on one of them, too.
-fn touched(near: &Episode, all: &[Episode]) -> bool {
-    let Key { body, obstacle, .. } = near.worst.key;
-    let mut touching = all.iter().filter(|e| {
-        let key = e.worst.key;
-        let is_collision = matches!(key.kind, FindingKind::HolderCollision | FindingKind::RapidCollision);
-        is_collision && key.is_contact && (key.body, key.obstacle) == (body, obstacle)
-    });
-    touching.any(|e| e.first_move <= near.last_move && near.first_move <= e.last_move)
 }
 
 /// What happens at the end of a segment.

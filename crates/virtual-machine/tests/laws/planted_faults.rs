@@ -113,6 +113,22 @@ fn planted_holder_touch_is_found_and_its_twin_is_not() {
 }
 
 #[test]
+fn a_near_miss_is_told_of_blocks_without_the_collision_of_the_same_bodies_alone() {
+    // Down beside the wall at the border of the clearance, then into it, and back; and once more at its border alone.
+    let shop = Shop::new();
+    let run = |text: Text<'_>| {
+        let at = [115.0, 0.0];
+        let text =
+            text.cut([at[0], 0.0, 1.98]).cut([at[0], 10.0, 0.5]).cut([at[0], 20.0, 1.98]).cut([115.0, 20.0, 40.0]);
+        let again = text.cut([115.0, 30.0, 40.0]).cut([115.0, 30.0, 1.98]).cut([115.0, 30.0, 40.0]);
+        again.verify().findings.iter().map(|f| (f.kind, f.first_line, f.last_line)).collect::<Vec<_>>()
+    };
+    let found = run(Text::new(&shop).rapid([115.0, 0.0, 300.0]).rapid([115.0, 0.0, 20.0]));
+    let (near, hit) = (FindingKind::NearMiss, FindingKind::HolderCollision);
+    assert_eq!(found, [(hit, HEAD + 4, HEAD + 5), (near, HEAD + 8, HEAD + 8)]);
+}
+
+#[test]
 fn rapid_through_stock_is_found_and_the_same_way_cutting_is_not() {
     let shop = Shop::new();
     let mut setup = shop.setup();
