@@ -13,7 +13,8 @@ use nalgebra::{Isometry3, Point3};
 
 use crate::Failure;
 use crate::job_file::{AxisTargetFile, BranchFile, DirectionFile, OperationFile, OrderFile, PostureModeFile};
-use crate::load::{Job, ObstacleRole, Setup, direction};
+use crate::load::{Job, Setup, direction};
+use crate::obstacle_meshes::ObstacleRole;
 
 /// Cells along the longer side of the Z-map: fine enough to follow a part, coarse enough to cost nothing.
 const Z_MAP_CELLS: f64 = 200.0;

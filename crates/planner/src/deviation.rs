@@ -16,7 +16,8 @@ use crate::deviation_cusps::{CuspScene, cusps};
 use crate::deviation_report::{
     Condition, DeviationFigures, DeviationPlace, DeviationReport, Patch, beyond, drive_triangles,
 };
-use crate::load::{Job, ObstacleRole, Setup};
+use crate::load::{Job, Setup};
+use crate::obstacle_meshes::ObstacleRole;
 use crate::stock_places::StockPlaces;
 use crate::{Failure, Stages};
 

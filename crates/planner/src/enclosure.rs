@@ -5,7 +5,8 @@ use facemill_surface_model::TriMesh;
 use nalgebra::Point3;
 
 use crate::job_file::{SetupFile, StockFile};
-use crate::load::{ObstacleMesh, ObstacleRole, direction};
+use crate::load::direction;
+use crate::obstacle_meshes::{ObstacleMesh, ObstacleRole};
 use crate::operation::clearance_surface;
 
 /// How far a part may stand out of its stock by rounding, mm: mesh files have single precision.

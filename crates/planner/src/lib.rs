@@ -56,6 +56,7 @@ mod move_laws;
 mod moves;
 mod new_dual;
 pub mod new_job;
+mod obstacle_meshes;
 mod operation;
 mod outline_table;
 mod output;

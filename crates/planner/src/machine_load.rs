@@ -11,8 +11,8 @@ use facemill_surface_model::{Edges, Topology, TriMesh};
 use crate::failure::Failure;
 use crate::files;
 use crate::job_file::UnitFile;
-use crate::load::matches_pattern;
 use crate::mesh_files::read_mesh;
+use crate::obstacle_meshes::matches_pattern;
 
 /// A machine as each of its heads sees it, and what its bodies that are meshes became.
 pub struct ReadMachine {

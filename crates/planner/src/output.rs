@@ -16,9 +16,10 @@ use facemill_virtual_machine::{
 use crate::between_lines::between_lines;
 use crate::cell::budget;
 use crate::follow::Surroundings;
-use crate::load::{Job, ObstacleRole, Setup};
+use crate::load::{Job, Setup};
 use crate::mending::CutBlock;
 use crate::moves::MoveKind;
+use crate::obstacle_meshes::ObstacleRole;
 use crate::operation::PlannedOperation;
 use crate::post_probe::probe;
 use crate::program::{BlockWriter, Timed, rtcp_frame, table_from_rtcp_words};

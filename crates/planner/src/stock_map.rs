@@ -7,7 +7,8 @@ use facemill_z_map::{DexelMap, GridError, MeshStockError, TriDexel};
 use nalgebra::Isometry3;
 
 use crate::Failure;
-use crate::load::{Job, ObstacleRole, Setup};
+use crate::load::{Job, Setup};
+use crate::obstacle_meshes::ObstacleRole;
 use crate::pieces::places;
 use crate::rest_stock::Origin;
 
