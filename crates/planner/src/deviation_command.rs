@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use facemill::surface_model::{NamedNode, write_glb, write_obj, write_stl_binary};
 use facemill::z_map::DexelMap;
-use facemill::{DeviationFigures, DeviationPlace, DeviationReport, Failure};
+use facemill::{CuspReport, CuspsNotCompared, DeviationFigures, DeviationPlace, DeviationReport, Failure};
 use nalgebra::Isometry3;
 
 /// Writer of a scene.
@@ -65,10 +65,26 @@ pub(crate) fn told_deviation(report: &DeviationReport) -> Vec<String> {
             c.largest_measured_mm, c.largest_predicted_mm, c.compared, c.sampled, r.p5, r.p95, r.median
         ));
     }
+    lines.extend(report.cusps.as_ref().and_then(told_not_compared));
     if report.exceeds_gouge_limit {
         lines.push("    DEEPER THAN ALLOWED: the program has cut into the part".to_owned());
     }
     lines
+}
+
+/// At how many places cusps are not compared, and why; `None` where they are at all.
+fn told_not_compared(cusps: &CuspReport) -> Option<String> {
+    let CuspsNotCompared { no_neighbour, too_close, beside_an_end, too_low, not_measured } = cusps.not_compared;
+    let why = [
+        (no_neighbour, "without a neighbouring pass"),
+        (too_close, "nearer to it than four cells"),
+        (beside_an_end, "beside the end of a pass"),
+        (too_low, "lower than twice the uncertainty"),
+        (not_measured, "without stock to measure"),
+        (cusps.uncut, "beside an uncut strip"),
+    ];
+    let told: Vec<String> = why.iter().filter(|(n, _)| *n > 0).map(|(n, why)| format!("{n} {why}")).collect();
+    (!told.is_empty()).then(|| format!("      not compared    {}", told.join(", ")))
 }
 
 fn told_figures(name: &str, figures: &DeviationFigures) -> [String; 2] {

@@ -26,6 +26,8 @@ pub struct CuspReport {
     pub compared: usize,
     /// Of those drawn where the outlines leave a strip that is not cut at all.
     pub uncut: usize,
+    /// Of those drawn the others, by why nothing is compared there: with `compared` and `uncut` these add up to `sampled`.
+    pub not_compared: CuspsNotCompared,
     /// The highest of the predicted ridges that were compared, mm.
     pub largest_predicted_mm: f64,
     /// The highest measured between the same passes, mm.
@@ -33,6 +35,21 @@ pub struct CuspReport {
     /// Measured by predicted height; absent where none were compared.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ratio: Option<CuspRatios>,
+}
+
+/// Why cusps are not compared at points that were drawn: how many of them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, JsonSchema)]
+pub struct CuspsNotCompared {
+    /// No ridge is predicted: no other pass is within three radii of the cutter beside the point.
+    pub no_neighbour: usize,
+    /// The neighbouring pass is nearer than four cells, too near for the lines.
+    pub too_close: usize,
+    /// A pass ends beside the point, nearer than the neighbour: the ridge is not between the two.
+    pub beside_an_end: usize,
+    /// The predicted ridge cannot be told from the uncertainty: it is lower than twice that.
+    pub too_low: usize,
+    /// The stock shows no height on the way to the neighbour.
+    pub not_measured: usize,
 }
 
 /// Quantiles of the ratio of measured to predicted cusps.
@@ -96,7 +113,7 @@ pub(crate) fn cusps(program: &ReadProgram, heads: &[&VirtualSetup<'_>], scene: &
     let mut ratios = Vec::new();
     for compared in found {
         match compared {
-            Compared::Not => {}
+            Compared::Not(why) => report.not_compared.count(why),
             Compared::Uncut => report.uncut += 1,
             Compared::Heights { predicted, measured } => {
                 ratios.push(measured / predicted);
@@ -130,9 +147,30 @@ fn quantiles(mut ratios: Vec<f64>) -> Option<CuspRatios> {
     Some(CuspRatios { lowest: at(0.0), p5: at(0.05), median: at(0.5), p95: at(0.95), highest: at(1.0) })
 }
 
+impl CuspsNotCompared {
+    fn count(&mut self, why: Why) {
+        *match why {
+            Why::NoNeighbour => &mut self.no_neighbour,
+            Why::TooClose => &mut self.too_close,
+            Why::BesideAnEnd => &mut self.beside_an_end,
+            Why::TooLow => &mut self.too_low,
+            Why::NotMeasured => &mut self.not_measured,
+        } += 1;
+    }
+}
+
+/// Why a place is not compared, as [`CuspsNotCompared`] counts.
+enum Why {
+    NoNeighbour,
+    TooClose,
+    BesideAnEnd,
+    TooLow,
+    NotMeasured,
+}
+
 /// What one place shows.
 enum Compared {
-    Not,
+    Not(Why),
     Uncut,
     Heights { predicted: f64, measured: f64 },
 }
@@ -146,24 +184,27 @@ impl CuspScene<'_> {
         let apart = beside.clone().flat_map(|r| &runs[r]).map(distance).fold(f64::INFINITY, f64::min);
         let ridges = beside.filter_map(|r| Some((r, ridges(cutter, &[own], &runs[r], reach)[0]?)));
         let nearest = ridges.min_by(|a, b| a.1.step_over.total_cmp(&b.1.step_over));
+        let Some((neighbour, ridge)) = nearest else { return Compared::Not(Why::NoNeighbour) };
+        if ridge.step_over < CELLS_ACROSS * self.cell {
+            return Compared::Not(Why::TooClose);
+        }
         // Where a point of another pass is nearer, that one ends beside this point, and the ridge is not a neighbour's.
-        let is_neighbour = |step_over: f64| step_over >= CELLS_ACROSS * self.cell && step_over <= NEIGHBOUR * apart;
-        let Some((neighbour, ridge)) = nearest.filter(|(_, r)| is_neighbour(r.step_over)) else {
-            return Compared::Not;
-        };
+        if ridge.step_over > NEIGHBOUR * apart {
+            return Compared::Not(Why::BesideAnEnd);
+        }
         let predicted = match ridge.cusp {
             Cusp::Uncut => return Compared::Uncut,
-            Cusp::Height(h) if h < 2.0 * self.uncertainty => return Compared::Not,
+            Cusp::Height(h) if h < 2.0 * self.uncertainty => return Compared::Not(Why::TooLow),
             Cusp::Height(h) => h,
         };
         let Some(toward) = runs[neighbour].iter().min_by(|a, b| distance(a).total_cmp(&distance(b))) else {
-            return Compared::Not;
+            return Compared::Not(Why::NoNeighbour);
         };
         let left = own.cc.left().into_inner();
         let across = left * (ridge.step_over * left.dot(&(toward.cc.position - here)).signum());
         match self.highest(&here, &across) {
             Some(measured) => Compared::Heights { predicted, measured },
-            None => Compared::Not,
+            None => Compared::Not(Why::NotMeasured),
         }
     }
 

@@ -105,7 +105,7 @@ mod winding_laws;
 
 pub use check::describe_setup;
 pub use deviation::DeviationRequest;
-pub use deviation_cusps::{CuspRatios, CuspReport};
+pub use deviation_cusps::{CuspRatios, CuspReport, CuspsNotCompared};
 pub use deviation_report::{DeviationAreas, DeviationBin, DeviationFigures, DeviationPlace, DeviationReport};
 pub use dual::{PairReport, PairSplit};
 pub use failure::Failure;

@@ -16,8 +16,8 @@ use std::path::Path;
 use facemill::nc_program::Dialect;
 use facemill::new_job::NewJob;
 use facemill::{
-    CutRequest, DeviationFigures, DeviationReport, DeviationRequest, Failure, Job, SilentStages, StockRegion, Verified,
-    VerifyRequest, verify_program,
+    CuspsNotCompared, CutRequest, DeviationFigures, DeviationReport, DeviationRequest, Failure, Job, SilentStages,
+    StockRegion, Verified, VerifyRequest, verify_program,
 };
 use facemill_tests::jobs::JobFolder;
 use facemill_tests::paper_machine::PIVOT_TO_FACE;
@@ -188,6 +188,22 @@ fn cusps_are_those_of_the_tilted_disc() {
         let over = |from: f64| drive.histogram.iter().filter(move |b| b.from_mm.is_some_and(|f| f >= from - 1e-9));
         assert!((over(0.04).map(|b| b.area_mm2).sum::<f64>() - a.excess).abs() < 1e-6);
         assert!(over(0.1).all(|b| b.area_mm2 == 0.0));
+    }
+}
+
+/// Every point that is drawn is compared, or counted with the reason: of passes three cells apart that they are too close.
+#[test]
+fn reasons_for_cusps_that_are_not_compared_are_counted() {
+    let job = plate();
+    for cell in [1.0, 2.0] {
+        let found = verified(&job, &program(1, 0.0), cell, Some(0.04)).unwrap();
+        let cusps = report(&found).cusps.as_ref().unwrap();
+        let CuspsNotCompared { no_neighbour, too_close, beside_an_end, too_low, not_measured } = cusps.not_compared;
+        let others = no_neighbour + too_close + beside_an_end + too_low + not_measured;
+        assert_eq!(cusps.compared + cusps.uncut + others, cusps.sampled, "{cusps:?}");
+        let is_close = 4.0 * cell > STEP;
+        assert_eq!((too_close > cusps.sampled / 2, cusps.compared > 0), (is_close, !is_close), "{cusps:?}");
+        assert_eq!(too_low, 0, "{cusps:?}");
     }
 }
 
