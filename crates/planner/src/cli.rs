@@ -15,7 +15,7 @@ use crate::chip_area_command::{self, ChipAreaArguments};
 use crate::feedrate_command::{self, FeedrateArguments};
 use crate::lengths_command::{self, LengthsArguments};
 use crate::machine_commands::{self, MachineCommand};
-use crate::option_lengths::above_zero;
+use crate::option_lengths::{above_zero, rotor_scale};
 use crate::progress::Bar;
 use crate::rapids_command::{self, RapidsArguments};
 use crate::verify_command::{self, VerifyArguments};
@@ -153,7 +153,7 @@ enum NewPart {
         /// Folder to write to; it must be empty or not exist
         dir: PathBuf,
         /// Scale; 1 is the real compressor
-        #[arg(long, value_name = "FACTOR", default_value_t = 10.0)]
+        #[arg(long, value_name = "FACTOR", default_value_t = 10.0, allow_negative_numbers = true, value_parser = rotor_scale)]
         scale: f64,
     },
 }

@@ -1,5 +1,7 @@
 //! Complete example jobs: mesh, tool, machine and job file.
 
+use std::ops::RangeInclusive;
+
 use facemill_sample_parts::{
     BladeResolution, PatchSpec, PropellerSeries, PropellerSpec, RotorResolution, blade, blade_pose, chord_error, hub,
     patch, rotor37,
@@ -56,6 +58,9 @@ pub enum Series {
         pitch_ratio: f64,
     },
 }
+
+/// Scales of [`NewJob::Rotor37`]: of smaller ones no cutter is small enough, and larger ones no machine holds.
+pub const ROTOR_SCALES: RangeInclusive<f64> = 0.1..=100.0;
 
 /// Files of an example job, names relative to its folder. The same job always gives the same bytes.
 ///
@@ -224,8 +229,8 @@ fn patch_job(size: f64) -> Result<Vec<(String, Vec<u8>)>, String> {
 }
 
 fn rotor37_job(scale: f64) -> Result<Vec<(String, Vec<u8>)>, String> {
-    if !(0.1..=100.0).contains(&scale) {
-        return Err(format!("scale must be from 0.1 to 100, is {scale}"));
+    if !ROTOR_SCALES.contains(&scale) {
+        return Err(format!("scale must be from {} to {}, is {scale}", ROTOR_SCALES.start(), ROTOR_SCALES.end()));
     }
     let blade = rotor37(RotorResolution::default());
     let vertices: Vec<Point3<f64>> = blade.vertices().iter().map(|p| p * scale).collect();
