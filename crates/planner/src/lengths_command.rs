@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use clap::Args;
 use facemill::file_format::to_json;
 use facemill::lengths::{LengthsRequest, lengths_of_program};
+use facemill::nc_program::{Dialect, read_program};
 use facemill::tool_model::HolderLibrary;
 use facemill::z_map::DexelMap;
 use facemill::{CutRequest, Failure, StockRegion, files, read_rest};
@@ -87,6 +88,7 @@ pub(crate) fn run(arguments: &LengthsArguments) -> Result<ExitCode, Failure> {
     };
     let outputs = [&arguments.out, &arguments.tool_out, &arguments.program_out];
     files::check_outputs(outputs.into_iter().flatten().map(PathBuf::as_path))?;
+    look_at_earlier(arguments, dialect)?;
     let found = lengths_of_program(&job, &text, &request, &Bars)?;
     if !crate::progress::start_writing() {
         return Err(Failure::Interrupted);
@@ -99,25 +101,53 @@ pub(crate) fn run(arguments: &LengthsArguments) -> Result<ExitCode, Failure> {
     let program = arguments.program_out.iter().zip(&found.replanned);
     outputs.extend(program.map(|(out, (_, text))| (out.as_path(), text.clone())));
     files::write_each(&outputs)?;
-    say(&found.file.table())?;
     let why_no_program =
         if found.tool.is_some() { "no shorter assembly passes with other postures" } else { NOTHING_WORKS };
     let missing = [
         (&arguments.tool_out, found.tool.is_none(), NOTHING_WORKS),
         (&arguments.program_out, found.replanned.is_none(), why_no_program),
     ];
-    for (out, _, why) in missing.into_iter().filter(|(_, is_missing, _)| *is_missing) {
-        out.as_deref().map_or(Ok(()), |out| leave_out(out, why))?;
-    }
+    let missing = missing.into_iter().filter(|(_, is_missing, _)| *is_missing);
+    let told: Result<Vec<String>, Failure> =
+        missing.filter_map(|(out, _, why)| Some(leave_out(out.as_deref()?, why))).collect();
+    let told = told?;
+    say(&found.file.table())?;
+    told.iter().for_each(|line| eprintln!("facemill: {line}"));
     let clean = found.tool.is_some() && !found.file.findings.iter().any(|f| f.kind.is_fault());
     Ok(if clean { ExitCode::SUCCESS } else { ExitCode::from(1) })
 }
 
 const NOTHING_WORKS: &str = "no tool works";
 
-/// Tells that a file is not written, and removes what an earlier run has left there.
-fn leave_out(out: &Path, why: &str) -> Result<(), Failure> {
+/// Refuses outputs under whose names there is something else than what an earlier run wrote: it would be written over, or removed where
+/// nothing is found.
+fn look_at_earlier(arguments: &LengthsArguments, dialect: Dialect) -> Result<(), Failure> {
+    let is_program = |text: &[u8]| read_program(text, dialect).is_ok();
+    refuse_other(arguments.tool_out.as_deref(), "tool file (\"format\": \"facemill-tool/1\")", is_tool_file)?;
+    refuse_other(arguments.program_out.as_deref(), "program of this control", is_program)
+}
+
+/// Refuses a file that is there and is not `what` it is to be; an empty one is nothing.
+fn refuse_other(out: Option<&Path>, what: &str, is_ours: impl Fn(&[u8]) -> bool) -> Result<(), Failure> {
+    // What cannot be read is told by writing to it.
+    let Some((out, bytes)) = out.and_then(|out| Some((out, std::fs::read(out).ok()?))) else { return Ok(()) };
+    if bytes.is_empty() || is_ours(&bytes) {
+        return Ok(());
+    }
+    let message =
+        format!("is there already and is no {what}, so it is not of an earlier run: name another file, or remove it");
+    Err(Failure::input(out, message))
+}
+
+/// Whether bytes are a tool file of this program, whatever it says.
+fn is_tool_file(bytes: &[u8]) -> bool {
+    let file: Option<serde_json::Value> = serde_json::from_slice(bytes).ok();
+    let format = file.as_ref().and_then(|file| file.get("format")?.as_str());
+    format.is_some_and(|format| format.starts_with("facemill-tool/"))
+}
+
+/// Removes what an earlier run has left under the name of a file that is not written, and says so.
+fn leave_out(out: &Path, why: &str) -> Result<String, Failure> {
     let removed = if files::remove_earlier(out)? { "; the one of an earlier run is removed" } else { "" };
-    eprintln!("facemill: {why}: {} is not written{removed}", out.display());
-    Ok(())
+    Ok(format!("{why}: {} is not written{removed}", out.display()))
 }
