@@ -57,6 +57,7 @@ mod moves;
 mod new_dual;
 pub mod new_job;
 mod obstacle_meshes;
+mod open_meshes;
 mod operation;
 mod outline_table;
 mod output;

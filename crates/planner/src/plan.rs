@@ -13,6 +13,7 @@ use crate::dual::plan_dual_setup;
 use crate::job_file::LinkStockFile;
 use crate::load::{Job, Setup};
 use crate::mending::{ROUNDS, lines_to_mend, mend};
+use crate::open_meshes::open_stock;
 use crate::operation::{Ground, PlannedOperation};
 use crate::output::{
     OwnProgram, Texts, certificates_json, check_feeds, time_texts, try_template, write_draft, write_texts,
@@ -121,6 +122,7 @@ pub(crate) fn planned_setup(
         OwnProgram { job, setup: &setup, operations: &operations, words: &words, texts: &texts, stock_is_cut: false };
     report.assumptions = program.assumptions()?;
     report.assumptions.extend(seen.map(|text| Assumption { line: None, text }));
+    report.assumptions.extend(open_stock(&setup));
     report.findings = joined(report.findings, &rapid_lines(&program.read()?));
     let chips = ChipFiles::new(&jobs, &setup.file.name, &operations, (&texts.timed, &texts.cut_lines()));
     let (suffix, state) = name_parts(job, &setup, &report);

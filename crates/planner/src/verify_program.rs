@@ -22,6 +22,7 @@ use crate::dual::{HEADS_APART, dual_word_map, merged_runs, proven_for_both};
 use crate::follow::Surroundings;
 use crate::job_file::{OperationFile, SetupFile};
 use crate::load::{Job, Setup};
+use crate::open_meshes::{open_files, open_stock};
 use crate::output::{name_obstacles, not_verified, virtual_obstacles};
 use crate::program::{rtcp_frame, word_map};
 use crate::stock_map::StockRegion;
@@ -265,6 +266,7 @@ impl Run<'_> {
         let [known] = known.map_or([None], |known| known.map(Some));
         self.compare_feeds(asked.as_ref(), &[(&fast, known, "")], &mut found);
         self.place(&at, &mut found.verification)?;
+        found.assumptions.extend(open_files(&setup).chain(open_stock(&setup)));
         Ok(found)
     }
 
@@ -361,6 +363,7 @@ impl Run<'_> {
         let fast = [(&fast[0][..], first, "head 1"), (&fast[1][..], second, "head 2")];
         self.compare_feeds(asked.as_ref(), &fast, &mut found);
         self.place(&at[0], &mut found.verification)?;
+        found.assumptions.extend(open_files(&setups[0]).chain(open_stock(&setups[0])));
         Ok(found)
     }
 

@@ -493,7 +493,8 @@ fn programs_from_anywhere_are_run_as_the_job_stands() {
     // What a FANUC program leaves to the control's settings is told, and nothing that it says.
     let rests_on: Vec<&str> =
         file["assumptions"].as_array().unwrap().iter().filter_map(|a| a["text"].as_str()).collect();
-    let [rapids, feeds, smoothing] = rests_on[..] else { panic!("{rests_on:?}") };
+    let [layer, open, rapids, feeds, smoothing] = rests_on[..] else { panic!("{rests_on:?}") };
+    assert!(layer.contains("both sides") && open.contains("the mesh patch.obj is not closed"), "{rests_on:?}");
     assert!(feeds.starts_with("feeds of cuts are held against 2000 mm/min"), "{feeds}");
     assert!(rapids.contains("how rapids go") && smoothing.contains("motion.control_tolerance"), "{rests_on:?}");
     assert!(rests_on.iter().all(|text| String::from_utf8_lossy(&clean.stdout).contains(text)));

@@ -19,6 +19,7 @@ use crate::job_file::{OperationFile, PairFile};
 use crate::load::{Job, Setup};
 use crate::mending::ROUNDS;
 use crate::moves::{Move, MoveSettings, PieceMoves};
+use crate::open_meshes::open_stock;
 use crate::operation::{Ground, PlannedOperation, move_settings};
 use crate::output::check_feeds;
 use crate::plan::{Clock, PlanSettings, Planned, name_parts, planned_files};
@@ -163,6 +164,7 @@ pub(crate) fn plan_dual_setup(
     report.totals.mended_blocks = mended;
     let program = DualProgram { ground: &ground, parts: &parts, words: &words, texts: &texts };
     report.assumptions = program.assumptions()?;
+    report.assumptions.extend(open_stock(setups[0]));
     report.findings = joined(report.findings, &rapid_lines(&program.read()?));
     report.stock = of_stock;
     if settings.verify {
