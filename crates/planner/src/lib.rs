@@ -97,6 +97,7 @@ mod turning;
 mod validate;
 mod validate_feeds;
 mod vector_blocks;
+mod verify_assumptions;
 mod verify_feeds;
 mod verify_program;
 mod verify_stock;

@@ -1,13 +1,12 @@
 //! A program from anywhere, run on the virtual machine as a job's setup stands.
 
-use std::collections::BTreeSet;
 use std::path::Path;
 
 use facemill_inverse_kinematics::Machine;
 use facemill_nc_program::{Compensation, Dialect, ReadProgram, WordMap, read_program};
 use facemill_virtual_machine::{
-    Assumption, BlockCut, Certificates, Estimate, EstimatedPositions, Finding, RemovalLimit, Verification,
-    VerifySettings, VirtualSetup, assumptions, certify, place_findings, rapid_lines, verify,
+    Assumption, BlockCut, Certificates, Estimate, Finding, RemovalLimit, Verification, VerifySettings, VirtualSetup,
+    assumptions, certify, place_findings, rapid_lines, verify,
 };
 use facemill_z_map::DexelMap;
 use nalgebra::Isometry3;
@@ -26,6 +25,7 @@ use crate::open_meshes::{open_files, open_stock};
 use crate::output::{name_obstacles, not_verified, virtual_obstacles};
 use crate::program::{rtcp_frame, word_map};
 use crate::stock_map::StockRegion;
+use crate::verify_assumptions::{all_assumptions, cuts_nothing, is_estimate};
 use crate::verify_feeds::{Asked, FastBlock, KnownCuts};
 use crate::verify_stock::{
     CutRequest, LARGEST_STOCK_TOLERANCE, Stand, StockReport, blocks_of_heads, cut_stock, is_stock_tolerance,
@@ -167,15 +167,6 @@ pub fn verify_program(
     };
     let rapid_lines = rapid_lines(&program);
     Ok(Verified { file, rest: found.rest, cuts: found.cuts, painted: found.painted, rapid_lines })
-}
-
-/// Assumptions in the order of their lines, each once, with the first line that rests on it.
-fn all_assumptions(of_text: Vec<Assumption>, of_feeds: Vec<Assumption>) -> Vec<Assumption> {
-    let mut all = [of_text, of_feeds].concat();
-    all.sort();
-    let mut told = BTreeSet::new();
-    all.retain(|assumption| told.insert(assumption.text.clone()));
-    all
 }
 
 /// A program and how it is looked at.
@@ -421,23 +412,6 @@ impl Run<'_> {
         let certificates = certificates.transpose()?;
         Ok(Found::of(verification, certificates))
     }
-}
-
-/// That nothing is proven.
-fn is_estimate(positions: &EstimatedPositions) -> Assumption {
-    let EstimatedPositions { cut_step_mm, rapid_step_mm } = positions;
-    let text = format!(
-        "the fast mode is an estimate: nothing is proven between positions, {cut_step_mm} mm apart in cuts and {rapid_step_mm} mm in rapids, \
-         nor between the edges of tool and holder; verify without --fast before the program is run"
-    );
-    Assumption { line: None, text }
-}
-
-/// That no cut takes anything of the stock, where all of it is seen: what is found rests on it that this is meant.
-fn cuts_nothing(report: &StockReport, blocks: &[BlockCut]) -> Option<Assumption> {
-    let in_air = !blocks.is_empty() && report.removed_mm3 == 0.0 && report.blocks_not_covered == 0;
-    let text = "no cutting block takes anything of the stock: check mounting, work offset, tool length and the unit of the meshes";
-    in_air.then(|| Assumption { line: None, text: text.to_owned() })
 }
 
 /// The largest removal rate of a head's operations in a setup (0 or 1), where each has one. Entries and exits are not slowed down
