@@ -10,10 +10,12 @@ mod report;
 mod text;
 mod tour;
 mod ways;
+#[cfg(test)]
+mod ways_laws;
 
 use std::path::Path;
 
-use facemill_inverse_kinematics::AxisValues;
+use facemill_inverse_kinematics::{AxisValues, Machine};
 use facemill_nc_program::{Dialect, ReadProgram, WordMap, read_program};
 use facemill_virtual_machine::{
     LinkHold, LinkSettings, LinkStage, ProgramLink, VerifySettings, VirtualSetup, run_links,
@@ -230,8 +232,6 @@ fn fastest(
 ) -> Result<Choice, String> {
     let machine = &job.machine;
     let surface = clearance_surface(&setup.file.clearance);
-    let travel = machine.length_compensation_travel().unwrap_or_else(|| AxisValues::zeros(link.start.len()));
-    let spindle = (0..travel.len()).max_by(|&a, &b| travel[a].abs().total_cmp(&travel[b].abs())).unwrap_or(0);
     let ends = Ends {
         machine,
         tool_length: job.tool.gauge_length(),
@@ -239,9 +239,16 @@ fn fastest(
         surface: &surface,
         start: link.start,
         end: link.ends.last().copied().unwrap_or(link.start),
-        spindle: (spindle, travel[spindle].signum()),
+        spindle: spindle_of(machine),
     };
     Chooser { ends: &ends, clock, law: link.law, rounded }.choose(link, stage)
+}
+
+/// Index of the linear axis along the spindle where the rotary axes are at 0, and the sign of its motion away from the work.
+fn spindle_of(machine: &Machine) -> (usize, f64) {
+    let travel = machine.length_compensation_travel().unwrap_or_else(|| AxisValues::zeros(machine.axes().len()));
+    let spindle = (0..travel.len()).max_by(|&a, &b| travel[a].abs().total_cmp(&travel[b].abs())).unwrap_or(0);
+    (spindle, travel[spindle].signum())
 }
 
 /// Why a link is not looked at.

@@ -2,7 +2,7 @@
 
 use facemill_cutter_location::link::ClearanceSurface;
 use facemill_inverse_kinematics::{AxisKind, AxisValues, Machine};
-use nalgebra::{Isometry3, Point3, Vector3};
+use nalgebra::{Isometry3, Point3, Unit, Vector3};
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -59,8 +59,7 @@ pub(crate) struct Ends<'a> {
     pub spindle: (usize, f64),
 }
 
-/// Turn about the workpiece between two places of a way around it, rad: chords of a clearance surface are by 1 % of its radius
-/// inside of it.
+/// Largest turn about the workpiece between two places of a way around it, rad: chords come nearer to its middle by at most 1 %.
 const ARC_STEP: f64 = 0.28;
 
 impl Ends<'_> {
@@ -127,44 +126,105 @@ impl Ends<'_> {
         })
     }
 
-    /// Straight away from the workpiece until both ends are as far out, then around it.
+    /// Straight away from the workpiece until both ends are as far out, then around it, and in.
+    ///
+    /// From the middle of the workpiece every direction is away: the other end's is taken. `None` where both ends are there.
     fn around(&self, out: f64) -> Option<Vec<AxisValues>> {
         let tips = [self.start, self.end].map(|at| self.table_from_work.inverse_transform_point(&self.tip(&at)));
         let [from, to] = tips.map(|tip| Outward::of(self.surface, &tip));
-        let level = from.level.max(to.level) + out;
-        let turn = from.direction.cross(&to.direction).norm().atan2(from.direction.dot(&to.direction));
-        let n = (turn / ARC_STEP).ceil().max(1.0);
+        let directions = [from.direction.or(to.direction)?, to.direction.or(from.direction)?];
+        let level = from.distance.max(to.distance) + out;
+        let arc = Arc::between(directions, self.surface, || self.axis_half_way());
+        let n = (arc.angle / ARC_STEP).ceil().max(1.0);
         let place = |k: usize| {
             let share = k as f64 / n;
-            let straight = tips[0] + (tips[1] - tips[0]) * share;
-            let here = Outward::of(self.surface, &straight);
-            let tip = straight + here.direction * (level - here.level);
+            let tip = from.foot + (to.foot - from.foot) * share + arc.at(share) * level;
             self.at_tip(&self.start.lerp(&self.end, share), &(self.table_from_work * tip))
         };
         (0..=n as usize).map(place).collect()
     }
+
+    /// The tool axis where the rotary axes have turned half way, work frame.
+    fn axis_half_way(&self) -> Vector3<f64> {
+        let axis = self.machine.cl_point(&self.start.lerp(&self.end, 0.5), self.tool_length).axis;
+        self.table_from_work.inverse_transform_vector(&axis)
+    }
 }
 
-/// Where away from the workpiece is at a point, and how far out of the clearance surface that is, mm; work frame.
+/// A point by what is nearest to it in the middle of the workpiece: a point of the clearance plane, of the line of the cylinder,
+/// or the middle of the sphere; work frame, mm.
 struct Outward {
-    direction: Vector3<f64>,
-    level: f64,
+    foot: Point3<f64>,
+    /// Away from the workpiece; `None` in its middle, where no direction is.
+    direction: Option<Unit<Vector3<f64>>>,
+    /// From the foot in that direction; below a plane negative.
+    distance: f64,
 }
+
+/// Distance from the middle of the workpiece within which no direction is away, mm: rounding would tell it.
+const NO_DIRECTION: f64 = 1e-6;
 
 impl Outward {
     fn of(surface: &ClearanceSurface, p: &Point3<f64>) -> Self {
-        let level = surface.height(p);
-        let radial = match surface {
-            ClearanceSurface::Plane { normal, .. } => return Self { direction: normal.into_inner(), level },
-            ClearanceSurface::Cylinder { origin, axis, .. } => {
-                let from_origin = p - origin;
-                from_origin - axis.into_inner() * from_origin.dot(axis)
+        let foot = match surface {
+            ClearanceSurface::Plane { origin, normal } => {
+                let distance = (p - origin).dot(normal);
+                return Self { foot: p - normal.into_inner() * distance, direction: Some(*normal), distance };
             }
-            ClearanceSurface::Sphere { center, .. } => p - center,
+            ClearanceSurface::Cylinder { origin, axis, .. } => origin + axis.into_inner() * (p - origin).dot(axis),
+            ClearanceSurface::Sphere { center, .. } => *center,
         };
-        // On the axis or in the middle no direction is away; the test of the way decides what it is worth.
-        Self { direction: radial.try_normalize(1e-9).unwrap_or_else(Vector3::z), level }
+        let radial = p - foot;
+        Self { foot, direction: Unit::try_new(radial, NO_DIRECTION), distance: radial.norm() }
     }
+}
+
+/// Directions from one to another, turned evenly.
+struct Arc {
+    from: Unit<Vector3<f64>>,
+    /// At right angles to the first one, in the plane of both.
+    across: Vector3<f64>,
+    /// Between both, rad.
+    angle: f64,
+}
+
+/// Sine of the angle between two opposite directions below which any plane holds both.
+const OPPOSITE: f64 = 1e-6;
+
+impl Arc {
+    /// The shorter way; between opposite directions about a cylinder's line, and on the side to which this axis points.
+    fn between(
+        [from, to]: [Unit<Vector3<f64>>; 2],
+        surface: &ClearanceSurface,
+        side: impl Fn() -> Vector3<f64>,
+    ) -> Self {
+        let (turn, cosine) = (from.cross(&to), from.dot(&to));
+        let across = to.into_inner() - from.into_inner() * cosine;
+        let across = if cosine < 0.0 && turn.norm() < OPPOSITE {
+            let line = if let ClearanceSurface::Cylinder { axis, .. } = surface { Some(*axis) } else { None };
+            opposite(&from, line, &side())
+        } else {
+            across.try_normalize(0.0).unwrap_or_else(Vector3::zeros)
+        };
+        Self { from, across, angle: turn.norm().atan2(cosine) }
+    }
+
+    /// The direction at a share of the angle.
+    fn at(&self, share: f64) -> Vector3<f64> {
+        let (sin, cos) = (share * self.angle).sin_cos();
+        self.from.into_inner() * cos + self.across * sin
+    }
+}
+
+/// A direction at right angles to another one, and to this line, that is nearest to a side; any of them where none is.
+fn opposite(from: &Unit<Vector3<f64>>, line: Option<Unit<Vector3<f64>>>, side: &Vector3<f64>) -> Vector3<f64> {
+    if let Some(line) = line {
+        let across = line.cross(from);
+        return if across.dot(side) < 0.0 { -across } else { across };
+    }
+    let without = |v: &Vector3<f64>| (v - from.into_inner() * v.dot(from)).try_normalize(1e-3);
+    let candidates = [*side, Vector3::x(), Vector3::y()];
+    candidates.iter().find_map(without).unwrap_or_else(Vector3::z)
 }
 
 impl std::fmt::Display for WayKind {
