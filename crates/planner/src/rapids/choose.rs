@@ -75,6 +75,21 @@ fn innermost<'t>(ways: &[&'t Timed], is_free: impl Fn(&Timed) -> bool) -> Option
     Some(Innermost { found: ways[free], blocked: blocked.checked_sub(1).map(|k| ways[k].out) })
 }
 
+/// The way with its rotary axes turning all along that goes as far out as this one, where it is faster and free: such ways may be free
+/// at some distances alone, between others that are not, because farther out more is turned near the ends.
+fn spread<'t>(timed: &'t [Timed], best: Innermost<'t>, is_free: impl Fn(&Timed) -> bool) -> Innermost<'t> {
+    let kind = match best.found.kind {
+        WayKind::Lifted => WayKind::LiftedSpread,
+        WayKind::AlongTool => WayKind::AlongToolSpread,
+        _ => return best,
+    };
+    let is_it = |t: &&Timed| t.kind == kind && t.out == best.found.out && t.way.time < best.found.way.time - FASTER;
+    match timed.iter().find(is_it) {
+        Some(found) if is_free(found) => Innermost { found, ..best },
+        _ => best,
+    }
+}
+
 impl Chooser<'_, '_> {
     /// The fastest free way of a link among all kinds, each as far in as it is free; never one that is slower than the link is.
     ///
@@ -103,6 +118,7 @@ impl Chooser<'_, '_> {
             best = innermost(&faster, |t| stage.is_free(link, &t.way.through)).or(best);
         }
         let better = best.map(|best| {
+            let best = spread(&timed, best, |t| stage.is_free(link, &t.way.through));
             let inner = self.further_in(link, stage, &best, before);
             self.pulled_tight(link, stage, inner)
         });

@@ -9,6 +9,8 @@ mod planned_report;
 mod report;
 mod text;
 mod tour;
+#[cfg(test)]
+mod way_scenes;
 mod ways;
 #[cfg(test)]
 mod ways_laws;
