@@ -3,6 +3,7 @@
 //! Everything stands on a plate whose top is z = 0 of the workpiece frame, on the preset mill with head B and table C.
 
 mod bodies;
+mod cut_before;
 mod cuts;
 mod lengths;
 mod motion;

@@ -186,7 +186,7 @@ fn near_miss(scale: f64) -> Outcome {
 }
 
 /// Line of the n-th feed move of a program of two heads.
-fn feed_line(text: &str, n: usize) -> u32 {
+pub(crate) fn feed_line(text: &str, n: usize) -> u32 {
     let program = read_fanuc(text).unwrap();
     let is_feed = |b: &&ReadBlock| b.motion.as_ref().is_some_and(|m| !m.kind.is_rapid());
     program.blocks.iter().filter(is_feed).nth(n).unwrap().line

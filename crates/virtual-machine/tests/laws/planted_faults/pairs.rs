@@ -7,7 +7,7 @@ use facemill_cl_data::Silent;
 use facemill_nc_program::{Dialect, read_program};
 use facemill_virtual_machine::{Finding, FindingKind, VerifySettings, VirtualSetup, verify};
 
-use super::{bodies, cuts, motion, rapids, stock, text};
+use super::{bodies, cut_before, cuts, motion, rapids, stock, text};
 use crate::kit::Text;
 
 /// Depth of the cutter that is allowed, mm; [`VerifySettings::default`]'s.
@@ -78,10 +78,9 @@ fn problems(row: &Row) -> Vec<String> {
 
 #[test]
 fn every_planted_fault_is_found_at_its_block_and_none_in_its_twin() {
-    let rows: Vec<Row> = [cuts::rows(), bodies::rows(), rapids::rows(), motion::rows(), stock::rows(), text::rows()]
-        .into_iter()
-        .flatten()
-        .collect();
+    let of_stock = stock::rows().into_iter().chain(cut_before::rows());
+    let of_meshes = [cuts::rows(), bodies::rows(), rapids::rows(), motion::rows(), text::rows()];
+    let rows: Vec<Row> = of_meshes.into_iter().flatten().chain(of_stock).collect();
     assert!(rows.len() >= 60, "{} pairs", rows.len());
     let all =
         rows.iter().flat_map(|row| problems(row).into_iter().map(move |p| format!("{}: {:?} {p}", row.name, row.kind)));

@@ -8,7 +8,7 @@ use nalgebra::Isometry3;
 
 use super::pairs::{Outcome, Row, ran, row};
 use crate::kit::stock::cut_stock;
-use crate::kit::{HEAD, Shop, Text};
+use crate::kit::{HEAD, RADIUS, Shop, Text};
 
 /// That of the cut stock, mm.
 const TOLERANCE: f64 = 0.01;
@@ -40,29 +40,26 @@ fn cut_with(setup: VirtualSetup<'_>, text: &Text<'_>, high: [f64; 3], settings: 
     Outcome { findings: run.findings, line }
 }
 
-/// A pass at z = 15 through a block narrower than the cutter, and a rapid the same way a mm above: before it, and behind it.
-fn too_early(scale: f64) -> Outcome {
-    let shop = Shop::new();
-    let rapid = |t: Text<'_>| Text { shop: &shop, ..t }.rapid([-90.0, 0.0, 16.0]).rapid([90.0, 0.0, 16.0]).text;
-    let pass = |t: Text<'_>| {
-        Text { shop: &shop, ..t }.rapid([-90.0, 0.0, 15.0]).cut([90.0, 0.0, 15.0]).rapid([90.0, 0.0, 200.0])
-    };
-    let start = Text::new(&shop).rapid([-90.0, 0.0, 200.0]);
-    let text = if scale > 1.0 {
-        let text = Text { text: rapid(start), shop: &shop }.rapid([90.0, 0.0, 200.0]).rapid([-90.0, 0.0, 200.0]).text;
-        pass(Text { text, shop: &shop }).text
-    } else {
-        let text = pass(start).rapid([-90.0, 0.0, 200.0]).text;
-        rapid(Text { text, shop: &shop })
-    };
-    cut(&shop, &Text { text, shop: &shop }, [50.0, 20.0, 20.0], &VerifySettings::default(), HEAD + 3)
+/// What a rapid keeps from the material of lines 1 mm apart, half the diagonal of a cell: 0.9 times that, or 1.1.
+pub(crate) fn gap(scale: f64) -> f64 {
+    (2.0 - scale) * std::f64::consts::FRAC_1_SQRT_2
 }
 
-/// A pass that leaves all below its height, and a rapid behind it: deeper than that, and above it by what a rapid keeps, half the
-/// diagonal of a cell, and a tenth of a mm.
+/// A rapid over a block, a pass at z = 15 through it, and a rapid over that: the first one comes too near to what is not cut yet.
+fn too_early(scale: f64) -> Outcome {
+    let shop = Shop::new();
+    let z = 20.0 + gap(scale);
+    let text = Text::new(&shop).rapid([-90.0, 0.0, 200.0]).rapid([-90.0, 0.0, z]).rapid([90.0, 0.0, z]);
+    let text = text.rapid([90.0, 0.0, 15.0]).cut([-90.0, 0.0, 15.0]);
+    let z = 15.0 + gap(0.9);
+    let text = text.rapid([-90.0, 0.0, z]).rapid([90.0, 0.0, z]);
+    cut(&shop, &text, [50.0, 20.0, 20.0], &VerifySettings::default(), HEAD + 3)
+}
+
+/// A pass that leaves all below its height, and a rapid behind it.
 fn left_over(scale: f64) -> Outcome {
     let shop = Shop::new();
-    let z = if scale > 1.0 { 15.0 - (scale - 1.0) } else { 15.75 - (scale - 1.0) };
+    let z = 15.0 + gap(scale);
     let text = Text::new(&shop).rapid([-90.0, 0.0, 200.0]).rapid([-90.0, 0.0, 15.0]).cut([90.0, 0.0, 15.0]);
     let text = text.rapid([90.0, 0.0, z]).rapid([-90.0, 0.0, z]);
     cut(&shop, &text, [50.0, 20.0, 20.0], &VerifySettings::default(), HEAD + 5)
@@ -76,7 +73,8 @@ fn deep_slot(scale: f64) -> Outcome {
     cut(&shop, &text.rapid([110.0, 0.0, 220.0]), [50.0, 40.0, 20.0], &VerifySettings::default(), HEAD + 3)
 }
 
-/// A cutter with a thin shank cuts a groove into the side of a block, and goes up in it, or beside the block.
+/// A cutter with a thin shank cuts a groove into the side of a block, backs out of it, and goes up beside what hangs over it:
+/// its outermost line stands half a cell inside of the side, y = −20.
 fn under_stock(scale: f64) -> Outcome {
     let file = Shop::new().tool.to_file();
     let mut thin = file;
@@ -86,11 +84,10 @@ fn under_stock(scale: f64) -> Outcome {
     let tool = ToolAssembly::new(thin).unwrap();
     let shop = Shop::new();
     let setup = VirtualSetup { tool: &tool, ..shop.setup() };
-    // The block's side is y = −20: the cutter is 10 mm in it.
+    let y = -20.0 + 0.5 - RADIUS - gap(scale);
     let text = Text::new(&shop).rapid([-90.0, -35.0, 200.0]).rapid([-90.0, -35.0, 4.0]).cut([0.0, -35.0, 4.0]);
-    let text = if scale > 1.0 { text } else { text.cut([0.0, -60.0, 4.0]) };
-    let y = if scale > 1.0 { -35.0 } else { -60.0 };
-    cut_with(setup, &text.rapid([0.0, y, 200.0]), [50.0, 20.0, 30.0], &VerifySettings::default(), HEAD + 4)
+    let text = text.cut([0.0, y, 4.0]).rapid([0.0, y, 200.0]);
+    cut_with(setup, &text, [50.0, 20.0, 30.0], &VerifySettings::default(), HEAD + 5)
 }
 
 /// 3 degrees are allowed, and a tenth more is not told.
