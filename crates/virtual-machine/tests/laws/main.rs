@@ -12,6 +12,7 @@ mod machine_bodies;
 mod mesh_bodies;
 mod outside;
 mod planted_faults;
+mod stock_motion;
 mod stock_of_heads;
 mod stock_run;
 mod tool_vectors;

@@ -22,7 +22,7 @@ const RESOLUTION: f64 = 1e-9;
 impl Cutter {
     /// How far a point is outside, mm (inside negative: its distance from the cutter's surface), and a slope of that. It is
     /// the largest of convex functions, and so is convex.
-    fn outside(&self, (tip, axis): &Place, p: &Point3<f64>) -> (f64, Vector3<f64>) {
+    pub fn outside(&self, (tip, axis): &Place, p: &Point3<f64>) -> (f64, Vector3<f64>) {
         let up = axis.into_inner();
         let z = (p - tip).dot(&up);
         let across = p - tip - up * z;
