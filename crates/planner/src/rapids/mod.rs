@@ -88,7 +88,9 @@ pub fn faster_rapids(
     stages: &dyn Stages,
 ) -> Result<Rapids, Failure> {
     if job.second.is_some() {
-        return Err(job.wrong("links of machines with two heads are not replaced"));
+        let why =
+            "second_tool: links of programs for two heads are not replaced; `facemill verify` runs them as they are";
+        return Err(job.wrong(why));
     }
     let program = read_program(text, request.dialect).map_err(|e| Failure::input(request.program, e))?;
     let before = verified(job, text, request, stages)?;

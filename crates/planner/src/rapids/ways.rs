@@ -62,6 +62,13 @@ pub(crate) struct Ends<'a> {
 /// Largest turn about the workpiece between two places of a way around it, rad: chords come nearer to its middle by at most 1 %.
 const ARC_STEP: f64 = 0.28;
 
+/// Difference of axis values below which two positions are one, mm or rad: less than a word can say, more than rounding.
+const SAME: f64 = 1e-8;
+
+fn is_same(a: &AxisValues, b: &AxisValues) -> bool {
+    (0..a.len()).all(|k| (a[k] - b[k]).abs() < SAME)
+}
+
 impl Ends<'_> {
     /// The positions of a way of this kind that goes so far out, mm, without its start; `None` where there is none.
     pub(crate) fn way(&self, kind: WayKind, out: f64) -> Option<Vec<AxisValues>> {
@@ -83,9 +90,11 @@ impl Ends<'_> {
             }
             WayKind::Around => self.around(out)?,
         };
-        way.push(*end);
-        let mut at = *start;
-        way.retain(|next| std::mem::replace(&mut at, *next) != *next);
+        way.dedup_by(|next, at| is_same(at, next));
+        way.retain(|at| !is_same(at, start) && !is_same(at, end));
+        if !way.is_empty() || end != start {
+            way.push(*end);
+        }
         Some(way)
     }
 
