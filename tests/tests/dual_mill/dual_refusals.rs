@@ -1,8 +1,12 @@
 //! Jobs that cannot be meant on a machine with two heads, or with one, are refused by field.
 
-use facemill::Job;
+use std::path::Path;
+
 use facemill::inverse_kinematics::preset_dual_xyzb;
+use facemill::nc_program::Dialect;
 use facemill::new_job::NewJob;
+use facemill::rapids::{RapidsRequest, faster_rapids};
+use facemill::{CutRequest, Job, SilentStages, StockRegion};
 use facemill_tests::jobs::{JobFolder, set};
 use serde_json::{Value, json};
 
@@ -64,4 +68,18 @@ fn both_heads_with_one_tool_are_refused() {
     job.set("job.json", &[("/second_tool", json!("tool.json"))]);
     let refused = job.try_plan().err().map(|e| e.to_string()).unwrap_or_default();
     assert!(refused.contains("the heads `1` and `2` both have H1"), "{refused}");
+}
+
+/// Whatever the program says: its heads would have to be moved otherwise at the same time.
+#[test]
+fn links_of_programs_for_two_heads_are_not_replaced_and_the_error_says_what_runs_them() {
+    let job = JobFolder::new(&NewJob::DualPropeller { diameter_mm: 1000.0 });
+    let cut = CutRequest { cell: 4.0, tolerance: 0.1, region: StockRegion::Whole, rest: None, across: false, deviation: None };
+    let program = Path::new("program.nc");
+    let request = RapidsRequest { program, dialect: Dialect::Fanuc, setup: 0, gouge_limit: None, cut, clearance: None };
+    let refused = faster_rapids(&Job::read(&job.job()).unwrap(), b"G0 X1=0.\n", &request, &SilentStages);
+    let refused = refused.map(|_| ()).unwrap_err().to_string();
+    for part in ["job.json", "second_tool", "two heads", "facemill verify"] {
+        assert!(refused.contains(part), "{refused}");
+    }
 }
