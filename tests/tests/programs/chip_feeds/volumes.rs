@@ -2,8 +2,9 @@
 
 use facemill::StockRegion;
 use facemill::surface_model::{NamedNode, TriMesh, write_obj};
-use facemill_tests::chip_trial::{PieceTrial, Volumes, plan_and_cut, request, summary, trial};
+use facemill_tests::chip_trial::{PieceTrial, Step, Volumes, plan_and_cut, request, summary, trial};
 use facemill_tests::jobs::JobFolder;
+use facemill_tests::shared::workspace;
 use facemill_tests::variants::with_long_flute;
 use nalgebra::{Isometry3, Point3};
 use serde_json::json;
@@ -85,4 +86,37 @@ fn an_arch_loses_chip_area_times_the_way_of_the_sections_centroid() {
     with_long_flute(&job, 3.0);
     assert!(thickness > STOCK);
     assert_volumes(&pieces(&job, 12.0), 1.0 + 0.5 * thickness / ARCH);
+}
+
+/// The passes of the sample job's first blade that are cut over the whole step-over: those nearer to the tip of the blade are in
+/// full stock, or where the curvature across the feed changes from pass to pass.
+const FULL_WIDTH: std::ops::RangeInclusive<u32> = 22..=47;
+
+/// From the ends of the sample job's passes, mm: there the stock ends at the blade's edges.
+const BLADE_MARGIN: f64 = 150.0;
+
+/// The table of docs/chip-area.md, on lines 1 mm apart: two minutes with
+/// `cargo test -p facemill-tests --test programs -- --ignored full_width_passes`.
+#[test]
+#[ignore = "plans the sample job and cuts its first blade: two minutes"]
+fn full_width_passes_of_the_sample_job_lose_chip_area_times_way() {
+    let job = workspace().join("assets/propeller/job.json");
+    let region = StockRegion::Rectangle([[0.0, -900.0], [1560.0, 900.0]]);
+    let (table, verified) = plan_and_cut(&job, request(1.0, 0.005, region));
+    let mut pieces = trial(&table, &verified.cuts);
+    pieces.retain(|p| p.place == 1 && FULL_WIDTH.contains(&p.pass));
+    println!("{}", summary(&pieces, BLADE_MARGIN));
+    // Pieces shorter than both margins have none.
+    let of_pieces = pieces.iter().map(|p| Volumes::of(p.inner(BLADE_MARGIN)));
+    let of_passes: Vec<Volumes> = of_pieces.filter(|v| v.way > 0.0).collect();
+    assert!(of_passes.len() == FULL_WIDTH.count() && of_passes.iter().all(|v| v.way > 800.0), "{of_passes:?}");
+    for v in &of_passes {
+        assert!((v.ratio() - 1.0).abs() < 0.05, "{} of {v:?}", v.ratio());
+    }
+    let all = of_passes.into_iter().reduce(Volumes::with).expect("passes");
+    assert!((all.ratio() - 1.0).abs() < 0.01, "{} of {all:?}", all.ratio());
+    // Ways between two points are 5 mm long, and lines 1 mm apart count by whole cells at both ends of each.
+    let steps: Vec<&Step> = pieces.iter().flat_map(|p| p.inner(BLADE_MARGIN)).collect();
+    let within = steps.iter().filter(|s| (s.removed / (s.area * s.way) - 1.0).abs() < 0.05).count();
+    assert!(4 * within >= 3 * steps.len(), "{within} of {} ways between two points within 5 %", steps.len());
 }
