@@ -29,7 +29,7 @@
 //!
 //! A [`DexelMap`] is a solid as parallel lines. What a body of revolution sweeps is taken out of it
 //! ([`DexelMap::remove`]), from each line exactly what is inside, or within a stated tolerance where the axis turns;
-//! [`DexelMap::meets`] only asks. It is made from a box, a cylinder or a closed mesh with an allowance, kept as
+//! [`DexelMap::meets`] only asks, and [`DexelMap::nearest`] tells how near a solid is. It is made from a box, a cylinder or a closed mesh with an allowance, kept as
 //! bytes, and told as a closed mesh. [`DexelMap::deviation`] holds it against the part that it should have become.
 //!
 //! ```
@@ -66,8 +66,8 @@ mod separation;
 pub use certain::certainly_free;
 pub use dexel::{
     BodyError, Broken, Cavity, Contact, Cut, Deviation, DeviationError, DexelGrid, DexelMap, GridError, Interval,
-    MAX_PIECES, MeshStockError, Place, RoundRing, Step, StepResult, StockError, StockFileError, Sweep, SweepError,
-    TriDexel, TurnedBody,
+    MAX_PIECES, MeshStockError, NearestMaterial, Place, RoundRing, Step, StepResult, StockError, StockFileError, Sweep,
+    SweepError, TriDexel, TurnedBody,
 };
 pub use estimate::{PointClearance, Ring, corners_estimate, gouge_estimate, ring_estimate};
 pub use heights::NodeHeights;

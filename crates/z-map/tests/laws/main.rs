@@ -5,6 +5,7 @@ mod dexel_deviation;
 mod dexel_files;
 mod dexel_kit;
 mod dexel_meshes;
+mod dexel_nearest;
 mod dexel_orders;
 mod dexel_sweeps;
 mod dexel_volumes;
