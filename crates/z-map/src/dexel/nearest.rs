@@ -13,20 +13,26 @@ const RESOLUTION: f64 = 1e-4;
 /// The material of a line that is nearest to a solid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NearestMaterial {
-    /// Distance from the solid, mm: at most 1e-4 less than it is, and no more; 0 where they meet.
+    /// Distance from the solid, mm: no more than it is, and at most 1e-4 less than that of `place`; 0 where they meet.
     pub distance: f64,
-    /// A point of the line's material that is so near, or that the solid holds; workpiece frame, mm.
+    /// A point of the material; workpiece frame, mm.
     pub place: Point3<f64>,
 }
 
 impl DexelMap {
     /// The material of the lines that is nearest to a solid, its dilation included, at this pose; `None` where no line has material
-    /// nearer than `at_most` (mm, may be infinite).
+    /// nearer than `at_most` (mm, may be infinite). Where there is some that is no farther than `enough` (mm, at least 0), any
+    /// such is told: the search ends there.
     ///
     /// Both are proven for all material of all lines, up to rounding; what lies between the lines is not seen. A solid whose pose or
     /// size is not finite counts as one that meets the material, where there is any.
-    pub fn nearest(&self, solid: &Solid, work_from_solid: &Isometry3<f64>, at_most: f64) -> Option<NearestMaterial> {
-        let mut search = Search::new(&self.grid, solid, work_from_solid, at_most);
+    pub fn nearest(
+        &self,
+        solid: &Solid,
+        work_from_solid: &Isometry3<f64>,
+        [enough, at_most]: [f64; 2],
+    ) -> Option<NearestMaterial> {
+        let mut search = Search::new(&self.grid, solid, work_from_solid, [enough, at_most]);
         if !search.is_finite() {
             let place = self.some_material()?;
             return Some(NearestMaterial { distance: 0.0, place });
@@ -64,6 +70,8 @@ struct Search<'a> {
     solid_from_map: Isometry3<f64>,
     /// Box around the undilated solid, map frame.
     around: Aabb,
+    /// Distance at which the search ends, mm.
+    enough: f64,
     /// Least distance so far, mm.
     least: f64,
     /// Where it is, map frame.
@@ -71,12 +79,18 @@ struct Search<'a> {
 }
 
 impl<'a> Search<'a> {
-    fn new(grid: &'a DexelGrid, solid: &'a Solid, work_from_solid: &Isometry3<f64>, at_most: f64) -> Self {
+    fn new(
+        grid: &'a DexelGrid,
+        solid: &'a Solid,
+        work_from_solid: &Isometry3<f64>,
+        [enough, at_most]: [f64; 2],
+    ) -> Self {
         let map_from_solid = grid.work_from_map().inv_mul(work_from_solid);
         let around = solid.dilated(-solid.rounding()).aabb().transformed(&map_from_solid);
         // What is not told to be nearer than this by the resolution is not looked for.
         let least = at_most + solid.rounding() + RESOLUTION;
-        Self { grid, solid, solid_from_map: map_from_solid.inverse(), around, least, found: None }
+        let enough = enough + solid.rounding();
+        Self { grid, solid, solid_from_map: map_from_solid.inverse(), around, enough, least, found: None }
     }
 
     fn is_finite(&self) -> bool {
@@ -84,9 +98,9 @@ impl<'a> Search<'a> {
         corners.iter().all(|p| p.coords.iter().all(|c| c.is_finite())) && !self.least.is_nan()
     }
 
-    /// Whether what is no nearer to the undilated solid than this changes nothing; all does where the solid is met.
+    /// Whether what is no nearer to the undilated solid than this changes nothing.
     fn is_no_nearer(&self, distance: f64) -> bool {
-        distance >= self.least - RESOLUTION || self.least <= self.solid.rounding()
+        distance >= self.least - RESOLUTION || self.found.is_some() && self.least <= self.enough
     }
 
     /// Distance from a point of the map's frame to the undilated solid.

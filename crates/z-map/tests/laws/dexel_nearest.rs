@@ -70,7 +70,7 @@ fn the_nearest_material_is_as_near_as_the_nearest_point_of_all_lines() {
             let turned = if k % 3 == 0 { Vector3::zeros() } else { random.vector(3.0) };
             let at = frame * Isometry3::new(random.vector([12.0, 20.0, 60.0][k % 3]), turned);
             let expected = of_points(&map, solid, &at);
-            let NearestMaterial { distance, place } = map.nearest(solid, &at, f64::INFINITY).unwrap();
+            let NearestMaterial { distance, place } = map.nearest(solid, &at, [0.0, f64::INFINITY]).unwrap();
             assert!(distance <= expected + 1e-9, "{distance} is told, and {expected} is there: {solid:?} {at:?}");
             assert!(
                 distance >= expected - 0.5 * STEP - RESOLUTION,
@@ -85,9 +85,19 @@ fn the_nearest_material_is_as_near_as_the_nearest_point_of_all_lines() {
             for (at_most, is_nearer) in
                 [(0.5 * distance, false), (distance - RESOLUTION, false), (distance + 2.0 * RESOLUTION, true)]
             {
-                let within = map.nearest(solid, &at, at_most);
+                let within = map.nearest(solid, &at, [0.0, at_most]);
                 assert_eq!(within.is_some(), is_nearer, "{distance} within {at_most}: {within:?}");
                 assert!(within.is_none_or(|w| (w.distance - distance).abs() <= RESOLUTION + 1e-9));
+            }
+            // Any that is near enough will do.
+            for enough in [0.5 * distance, distance + 2.0 * RESOLUTION, 2.0 * distance + 1.0] {
+                let near = map.nearest(solid, &at, [enough, f64::INFINITY]).unwrap();
+                let of_place = solid.distance(&at.inverse_transform_point(&near.place)).max(0.0);
+                assert!(
+                    of_place <= enough.max(distance + RESOLUTION) + 1e-9,
+                    "{of_place} is told for {enough}: {distance}"
+                );
+                assert!(near.distance <= of_place && near.distance >= of_place - RESOLUTION - 1e-9);
             }
             n_met += usize::from(distance == 0.0);
             n_near += usize::from(distance > 0.0 && distance < 5.0);
@@ -101,11 +111,14 @@ fn nothing_is_near_where_there_is_no_material_and_what_is_nowhere_meets_all() {
     let mut map = DexelMap::of_box(&Isometry3::identity(), [0.0; 3], [4.0, 4.0, 3.0], 1.0).unwrap();
     let [solid, ..] = solids();
     let nowhere = Isometry3::translation(f64::NAN, 0.0, 0.0);
-    assert_eq!(map.nearest(&solid, &nowhere, 1.0).map(|n| n.distance), Some(0.0));
+    assert_eq!(map.nearest(&solid, &nowhere, [0.0, 1.0]).map(|n| n.distance), Some(0.0));
     let far = Isometry3::translation(2.5, 2.5, 105.0);
-    assert!(map.nearest(&solid, &far, 99.99).is_none());
-    let near = map.nearest(&solid, &far, 100.01).unwrap();
+    assert!(map.nearest(&solid, &far, [0.0, 99.99]).is_none());
+    let near = map.nearest(&solid, &far, [0.0, 100.01]).unwrap();
     assert!((near.distance - 100.0).abs() <= 2.0 * RESOLUTION && near.place.z == 3.0, "{near:?}");
     cut(&mut map, &body(9.0, 0.0, 40.0), upright([2.0, 2.0, -1.0]), upright([2.0, 2.0, -1.0]), 0.01);
-    assert!(map.nearest(&solid, &far, f64::INFINITY).is_none() && map.nearest(&solid, &nowhere, 1.0).is_none());
+    assert!(
+        map.nearest(&solid, &far, [0.0, f64::INFINITY]).is_none()
+            && map.nearest(&solid, &nowhere, [0.0, 1.0]).is_none()
+    );
 }
