@@ -1,4 +1,4 @@
-use facemill_cl_data::Solid;
+use facemill_cl_data::{Aabb, Solid};
 use facemill_surface_model::TriMesh;
 use nalgebra::{Isometry3, Point3, Unit, Vector3};
 use pulp::Arch;
@@ -120,6 +120,10 @@ impl MeshTree {
 }
 
 impl Interference for MeshTree {
+    fn bounds(&self) -> Option<Aabb> {
+        Some(Aabb::of_points(self.corners.iter().flatten()))
+    }
+
     fn verdict(&self, solid: &Solid, mesh_from_solid: &Isometry3<f64>, hint: Option<u32>) -> Verdict {
         if !is_finite(solid, mesh_from_solid) {
             return self

@@ -1,4 +1,4 @@
-use facemill_cl_data::Solid;
+use facemill_cl_data::{Aabb, Solid};
 use nalgebra::{Isometry3, Point3, Unit, Vector3};
 
 use crate::certify::{MotionInterval, SweepVerdict};
@@ -98,6 +98,11 @@ pub trait Interference: Sync {
         resolution: f64,
     ) -> Option<f64> {
         stepped_lift(self, solid, mesh_from_solid, direction, max_lift, resolution)
+    }
+
+    /// A box around the mesh, mesh frame; `None` where none is known.
+    fn bounds(&self) -> Option<Aabb> {
+        None
     }
 
     /// How deep the surface is in the undilated core, which it meets in `met`, to 1e-6 mm, and where: for

@@ -1,0 +1,125 @@
+//! The stock as it is at a moment, as something that bodies keep off.
+
+use facemill_cl_data::{Aabb, Solid};
+use facemill_interference::{Interference, Separation, Verdict, Witness};
+use facemill_z_map::{DexelGrid, DexelMap};
+use nalgebra::{Isometry3, Point3, Vector3};
+
+use crate::{ObstacleKind, VirtualObstacle};
+
+/// Stock before it is cut: a mesh with a thickness around it.
+pub(crate) struct FirstStock<'a> {
+    mesh: &'a dyn Interference,
+    /// mm.
+    thickness: f64,
+    /// Boxes around what of it may have no lines; of their frame.
+    beyond: Vec<Aabb>,
+}
+
+/// The same at a moment.
+///
+/// Material is only where the stock was at first, and where the lines have it or there are none. So its distance is no less than
+/// from the first stock, and no less than from the lines: the larger of both is told. Of the lines that is their distance from the
+/// body less `beside`.
+pub(crate) struct StockNow<'s> {
+    first: &'s FirstStock<'s>,
+    lines: &'s DexelMap,
+    /// How far beside the lines material may be, mm.
+    beside: f64,
+}
+
+/// Distance of what is nearest, and a point of it where one is known.
+struct Near {
+    distance: f64,
+    place: Option<Point3<f64>>,
+}
+
+/// By how much lines may cover less than there is, mm: rounding of corners.
+const ROUNDING: f64 = 1e-6;
+
+impl<'a> FirstStock<'a> {
+    /// `None` where an obstacle is no stock and has none on it. A fixture is not cut, whatever is on it.
+    pub(crate) fn of(obstacle: &VirtualObstacle<'a>, grid: &DexelGrid) -> Option<Self> {
+        let has_stock = match obstacle.kind {
+            ObstacleKind::Stock => true,
+            ObstacleKind::Part | ObstacleKind::Check => obstacle.stock > obstacle.allowance,
+            ObstacleKind::Fixture => false,
+        };
+        let (mesh, thickness) = (obstacle.mesh, obstacle.stock);
+        has_stock.then(|| Self { mesh, thickness, beyond: beyond(mesh, thickness, grid) })
+    }
+
+    pub(crate) fn at<'s>(&'s self, lines: &'s DexelMap, beside: f64) -> StockNow<'s> {
+        StockNow { first: self, lines, beside }
+    }
+}
+
+/// Boxes around what of a stock is beside the rectangle of the lines, on each side of it.
+fn beyond(mesh: &dyn Interference, thickness: f64, grid: &DexelGrid) -> Vec<Aabb> {
+    let everywhere = Aabb { min: Point3::from([f64::NEG_INFINITY; 3]), max: Point3::from([f64::INFINITY; 3]) };
+    let bounds = mesh.bounds().map(|b| b.dilated(thickness).transformed(&grid.work_from_map().inverse()));
+    let all = bounds.unwrap_or(everywhere);
+    let sides = (0..2).flat_map(|axis| {
+        let (mut below, mut above) = (all, all);
+        below.max[axis] = all.max[axis].min(grid.origin()[axis]);
+        above.min[axis] = all.min[axis].max(grid.origin()[axis] + grid.n_lines()[axis] as f64 * grid.cell());
+        [below, above].map(|side| (side, side.max[axis] - side.min[axis]))
+    });
+    sides.filter(|(side, width)| *width > ROUNDING && !side.is_empty()).map(|(side, _)| side).collect()
+}
+
+impl StockNow<'_> {
+    /// What may be material is no nearer to an undilated body than this; `None` where that is not nearer than `at_most`. Of
+    /// distances up to `enough` any may be told.
+    fn now(&self, core: &Solid, work_from_solid: &Isometry3<f64>, [enough, at_most]: [f64; 2]) -> Option<Near> {
+        let found = self.lines.nearest(core, work_from_solid, [enough, at_most].map(|d| d + self.beside));
+        let lines = found.map(|n| Near { distance: (n.distance - self.beside).max(0.0), place: Some(n.place) });
+        let map_from_solid = self.lines.grid().work_from_map().inv_mul(work_from_solid);
+        let around = core.aabb().transformed(&map_from_solid);
+        let beyond = self.first.beyond.iter().map(|side| gap(&around, side)).reduce(f64::min);
+        let beyond = beyond.filter(|d| *d <= at_most).map(|distance| Near { distance, place: None });
+        lines.into_iter().chain(beyond).reduce(|a, b| if b.distance < a.distance { b } else { a })
+    }
+
+    /// The first stock, where it is not farther than `at_most` from an undilated body: 0 within it.
+    fn at_first(&self, core: &Solid, pose: &Isometry3<f64>, at_most: f64, hint: Option<u32>) -> Option<Separation> {
+        let FirstStock { mesh, thickness, .. } = *self.first;
+        let surface = mesh.core_distance(core, pose, at_most + thickness, hint);
+        if surface.is_none_or(|s| s.distance > thickness) {
+            let verdict = mesh.verdict(core, pose, hint);
+            if let Verdict::Hit(Witness { triangle, point }) = verdict {
+                return Some(Separation { distance: 0.0, triangle, point });
+            }
+        }
+        surface.map(|s| Separation { distance: (s.distance - thickness).max(0.0), ..s })
+    }
+}
+
+/// Largest gap of two boxes along an axis, mm: their distance is no less, and it changes by no more than points of one box move.
+fn gap(a: &Aabb, b: &Aabb) -> f64 {
+    (a.min - b.max).sup(&(b.min - a.max)).sup(&Vector3::zeros()).max()
+}
+
+/// Of the solid, not of its surface: a body within it is at distance 0.
+impl Interference for StockNow<'_> {
+    fn verdict(&self, solid: &Solid, mesh_from_solid: &Isometry3<f64>, hint: Option<u32>) -> Verdict {
+        let met = self.core_distance(solid, mesh_from_solid, solid.rounding(), hint);
+        met.map_or(Verdict::Free, |s| Verdict::Hit(Witness { triangle: s.triangle, point: s.point }))
+    }
+
+    fn core_distance(
+        &self,
+        solid: &Solid,
+        mesh_from_solid: &Isometry3<f64>,
+        at_most: f64,
+        hint: Option<u32>,
+    ) -> Option<Separation> {
+        let core = solid.dilated(-solid.rounding());
+        let first = self.at_first(&core, mesh_from_solid, at_most, hint)?;
+        // What is nearer than at first makes no difference.
+        let now = self.now(&core, mesh_from_solid, [first.distance, at_most])?;
+        // Where the stock was nearest at first there may be none left.
+        let point = now.place.unwrap_or(first.point);
+        Some(Separation { distance: now.distance.max(first.distance), triangle: first.triangle, point })
+    }
+}
