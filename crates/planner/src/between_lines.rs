@@ -3,17 +3,38 @@
 use facemill_nc_program::ReadProgram;
 use facemill_tool_model::ToolAssembly;
 use facemill_virtual_machine::{
-    Finding, VerifySettings, certain_depth, in_question, is_known_to_cut, still_there, verify,
+    BetweenPositions, Finding, FindingKind, HeldAsCut, Verification, VerifySettings, certain_depth, in_question,
+    is_known_to_cut, still_there, verify,
 };
 
+use crate::load::Job;
 use crate::output::{name_obstacles, not_verified};
 use crate::stock_map::StockMeshes;
 use crate::verify_stock::{CutRequest, Stand};
 use crate::{Failure, Stages};
 
-/// Of tool bodies and the cutter in rapid that meet the stock as it was at first, and are not known to meet what is left of it, those
-/// that are not proven to be free of that: of each head. `then` is what is found of each without the stock at first, `not_covered` the
-/// lines of the blocks on which it may reach stock that has no lines: there all of it counts as left.
+/// What a head's run against all of the stock adds to one that leaves it to the runs that cut it.
+pub(crate) struct BetweenLines {
+    /// What is not proven to be free of what is left of the stock.
+    pub findings: Vec<Finding>,
+    /// What is known between the positions of all that moves near the stock as it was at first.
+    pub positions: Option<BetweenPositions>,
+}
+
+impl BetweenLines {
+    /// Counts blocks of which nothing is known between the positions near the stock, too.
+    pub(crate) fn keep_open(&self, known: &mut Option<BetweenPositions>) {
+        let (Some(known), Some(positions)) = (known, &self.positions) else { return };
+        known.open_blocks = known.open_blocks.max(positions.open_blocks);
+        let lines = [known.first_open_line, positions.first_open_line];
+        known.first_open_line = lines.into_iter().flatten().min();
+    }
+}
+
+/// Of bodies of tool and machine and the cutter in rapid that meet the stock as it was at first, and are not known to meet what is left of
+/// it, those that are not proven to be free of that: of each head. `then` is what is found of each without the stock at first,
+/// `not_covered` the lines of the blocks on which its tool may reach stock that has no lines: there all of it counts as left. For bodies of
+/// the machine it does wherever there are no lines.
 ///
 /// # Errors
 /// As of [`cut_stock`](crate::verify_stock::cut_stock).
@@ -23,35 +44,95 @@ pub(crate) fn between_lines<const N: usize>(
     cut: &CutRequest,
     (then, not_covered): ([&[Finding]; N], &[Vec<u32>; N]),
     stages: &dyn Stages,
-) -> Result<[Vec<Finding>; N], Failure> {
+) -> Result<[BetweenLines; N], Failure> {
     let mut asked = [const { Vec::new() }; N];
-    for ((asked, (on, settings)), then) in asked.iter_mut().zip(heads).zip(then) {
+    let mut found = Vec::with_capacity(N);
+    for (h, (on, settings)) in heads.into_iter().enumerate() {
         // Whatever is deep enough to be found between the lines is in question.
         let at_first = VerifySettings {
-            stock_is_cut: false,
+            as_cut: HeldAsCut::NOTHING,
             probed_lines: Vec::new(),
             gouge_limit: 0.0,
             sections: Vec::new(),
-            ..(*settings).clone()
+            ..settings.clone()
         };
-        let monitor = stages.start("verify against all of the stock", program.blocks.len());
-        let mut run = verify(program, on.at, &at_first, &*monitor).map_err(not_verified)?;
-        name_obstacles(&mut run, on.setup);
-        *asked = in_question(&run.findings, then);
-    }
-    let mut found: [Vec<Finding>; N] = std::array::from_fn(|h| {
+        let run = run("verify against all of the stock", program, (on, &at_first), stages)?;
+        asked[h] = in_question(on.at, &run.findings, then[h]);
         let is_beside = |f: &&Finding| not_covered[h].iter().any(|line| (f.first_line..=f.last_line).contains(line));
-        asked[h].iter().filter(is_beside).cloned().collect()
-    });
+        let beside = asked[h].iter().filter(|f| !is_of_machine(f)).filter(is_beside);
+        found.push(BetweenLines { findings: beside.cloned().collect(), positions: run.between });
+    }
+    let left = left_between(program, heads, cut, asked, stages)?;
+    found.iter_mut().zip(left).for_each(|(found, left)| found.findings.extend(left));
+    found.try_into().map_err(|_| Failure::Internal("a head without a run".to_owned()))
+}
+
+/// Takes out of the heads' runs against the stock as it was at first what bodies of the machine meet of it that is known to be cut then,
+/// where there is any; what is not proven to be free of what is left is told with that. The region is that of the lines.
+///
+/// # Errors
+/// As of [`cut_stock`](crate::verify_stock::cut_stock).
+pub(crate) fn hold_machine_as_cut<const N: usize>(
+    program: &ReadProgram,
+    heads: [(&Stand<'_>, &VerifySettings); N],
+    cut: &CutRequest,
+    mut at_first: [&mut Verification; N],
+    stages: &dyn Stages,
+) -> Result<(), Failure> {
+    let of_machine = |on: &Stand<'_>, found: &[Finding], known: &[Finding]| -> Vec<Finding> {
+        in_question(on.at, found, known).into_iter().filter(is_of_machine).collect()
+    };
+    let is_met = heads.iter().zip(&at_first).any(|((on, _), run)| !of_machine(on, &run.findings, &[]).is_empty());
+    if !is_met || !is_cut_known(&tools(&heads), cut.cell, cut.tolerance) {
+        return Ok(());
+    }
+    let mut asked = [const { Vec::new() }; N];
+    for ((asked, at_first), (on, settings)) in asked.iter_mut().zip(&mut at_first).zip(heads) {
+        let as_cut = HeldAsCut { machine: true, ..settings.as_cut };
+        let without = VerifySettings { as_cut, ..settings.clone() };
+        let then = run("verify without the stock", program, (on, &without), stages)?;
+        *asked = of_machine(on, &at_first.findings, &then.findings);
+        let news = of_machine(on, &then.findings, &at_first.findings);
+        at_first.findings.retain(|f| !asked.contains(f));
+        at_first.findings.extend(news);
+    }
+    let left = left_between(program, heads, cut, asked, stages)?;
+    at_first.into_iter().zip(left).for_each(|(at_first, left)| add_between(&mut at_first.findings, left));
+    Ok(())
+}
+
+/// Whether a finding that is in question is of a body of the machine, and not of the tool.
+fn is_of_machine(finding: &Finding) -> bool {
+    matches!(finding.kind, FindingKind::Collision | FindingKind::NearMiss)
+}
+
+fn run(
+    what: &'static str,
+    program: &ReadProgram,
+    (on, settings): (&Stand<'_>, &VerifySettings),
+    stages: &dyn Stages,
+) -> Result<Verification, Failure> {
+    let monitor = stages.start(what, program.blocks.len());
+    let mut run = verify(program, on.at, settings, &*monitor).map_err(not_verified)?;
+    name_obstacles(&mut run, on.setup);
+    Ok(run)
+}
+
+/// Of what is in question for each head, what is not proven to be free of what is left of the stock.
+fn left_between<const N: usize>(
+    program: &ReadProgram,
+    heads: [(&Stand<'_>, &VerifySettings); N],
+    cut: &CutRequest,
+    asked: [Vec<Finding>; N],
+    stages: &dyn Stages,
+) -> Result<[Vec<Finding>; N], Failure> {
     let is_asked = asked.iter().any(|asked| !asked.is_empty()) && is_cut_known(&tools(&heads), cut.cell, cut.tolerance);
-    let Some((on, _)) = heads.first().filter(|_| is_asked) else { return Ok(found) };
+    let Some((on, _)) = heads.first().filter(|_| is_asked) else { return Ok([const { Vec::new() }; N]) };
     let monitor = stages.start("look between the lines", program.blocks.len());
     let mut outside = StockMeshes::of(on.setup).outside(on.job, on.setup, cut.cell, cut.region)?;
     let mut asked = asked.into_iter();
     let views = heads.map(|(on, settings)| (on.at, settings, asked.next().unwrap_or_default()));
-    let between = still_there(program, views, &mut outside, cut.tolerance, &*monitor).map_err(not_verified)?;
-    found.iter_mut().zip(between).for_each(|(found, between)| found.extend(between));
-    Ok(found)
+    still_there(program, views, &mut outside, cut.tolerance, &*monitor).map_err(not_verified)
 }
 
 /// Adds what was found between the lines, but for what is told of all of these blocks already, of the same bodies in the stock.
@@ -65,18 +146,30 @@ pub(crate) fn add_between(findings: &mut Vec<Finding>, between: Vec<Finding>) {
     findings.sort_by_key(|f| (f.first_line, f.kind));
 }
 
+/// What a cut holds against the stock as it is then: bodies of the machine, too, where all that may be left of it is known.
+pub(crate) fn held_as_cut(job: &Job, cut: &CutRequest) -> HeldAsCut {
+    let tools: Vec<&ToolAssembly> =
+        [&job.tool].into_iter().chain(job.second.as_ref().map(|second| &second.tool)).collect();
+    HeldAsCut { tool: true, machine: cut.rest.is_none() && is_cut_known(&tools, cut.cell, cut.tolerance) }
+}
+
 fn tools<'a, const N: usize>(heads: &[(&Stand<'a>, &VerifySettings); N]) -> [&'a ToolAssembly; N] {
     heads.map(|(on, _)| &on.job.tool)
 }
 
 /// Whether of all of these tools it is known what they take between the lines.
-fn is_cut_known(tools: &[&ToolAssembly], cell: f64, tolerance: f64) -> bool {
+pub(crate) fn is_cut_known(tools: &[&ToolAssembly], cell: f64, tolerance: f64) -> bool {
     tools.iter().all(|tool| is_known_to_cut(tool.cutter(), cell, tolerance))
 }
 
+/// What bodies of the machine keep off where it is not known what is left between the lines.
+const MACHINE_AT_FIRST: &str = "bodies of the machine are held against the stock as it was at first";
+
 /// What is seen between the lines of stock that began as the rest of another program.
 pub(crate) fn seen_of_rest(cell: f64) -> String {
-    format!("of the rest that the stock began as, nothing is left between its lines, {cell} mm apart")
+    format!(
+        "of the rest that the stock began as, nothing is left between its lines, {cell} mm apart; {MACHINE_AT_FIRST}"
+    )
 }
 
 /// What is seen between the lines of cut stock by these tools.
@@ -84,13 +177,14 @@ pub(crate) fn seen_between(tools: &[&ToolAssembly], cell: f64, tolerance: f64) -
     if !is_cut_known(tools, cell, tolerance) {
         return format!(
             "between the lines of the stock, {cell} mm apart, nothing is seen: the flute is too short for it; take a smaller \
-             distance of the lines"
+             distance of the lines; {MACHINE_AT_FIRST}"
         );
     }
     let depth = certain_depth(cell, tolerance);
     format!(
         "between the lines of the stock, {cell} mm apart, cutter and sections of the tool are found that go deeper than {depth:.2} mm below \
-         their surface into it; what of them is thinner than {:.2} mm is not asked there",
+         their surface into it; what of them is thinner than {:.2} mm is not asked there; bodies of the machine are held against all that may \
+         be left",
         2.0 * depth
     )
 }

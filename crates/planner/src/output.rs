@@ -9,11 +9,11 @@ use facemill_nc_program::{
     write_apt, write_program, write_program_with_lines,
 };
 use facemill_virtual_machine::{
-    Assumption, Certificates, Finding, GougeSection, ObstacleKind, Verification, VerifyError, VerifySettings,
-    VirtualObstacle, VirtualSetup, assumptions, certify, verify,
+    Assumption, Certificates, Finding, GougeSection, HeldAsCut, ObstacleKind, Verification, VerifyError,
+    VerifySettings, VirtualObstacle, VirtualSetup, assumptions, certify, verify,
 };
 
-use crate::between_lines::between_lines;
+use crate::between_lines::{add_between, between_lines, hold_machine_as_cut};
 use crate::cell::budget;
 use crate::follow::Surroundings;
 use crate::load::{Job, Setup};
@@ -208,9 +208,9 @@ pub(crate) struct OwnProgram<'a> {
     pub operations: &'a [PlannedOperation<'a>],
     pub words: &'a WordMap,
     pub texts: &'a Texts,
-    /// Whether tool and rapids are held against the stock as it is at that moment, which [`cut_stock`](Self::cut_stock) does, and not
-    /// against the stock as it was at first.
-    pub stock_is_cut: bool,
+    /// What is held against the stock as it is at that moment, which [`cut_stock`](Self::cut_stock) and
+    /// [`between_lines`](Self::between_lines) do, and not against the stock as it was at first.
+    pub as_cut: HeldAsCut,
 }
 
 impl OwnProgram<'_> {
@@ -254,21 +254,36 @@ impl OwnProgram<'_> {
         cut_stock(&self.read()?, [(&on, &settings)], cut, stages)
     }
 
-    /// What meets the setup's own stock between the lines that it was cut on, all over it; `then` is what is found without.
+    /// Adds what meets the setup's own stock between the lines that it was cut on, all over it, to what is found without.
     pub(crate) fn between_lines(
         &self,
         cut: &StockReport,
-        then: &[Finding],
+        then: &mut Verification,
         stages: &dyn Stages,
-    ) -> Result<Vec<Finding>, Failure> {
-        let (cell, tolerance) = (cut.cell_mm, cut.tolerance_mm);
-        let request =
-            CutRequest { cell, tolerance, region: StockRegion::Whole, rest: None, across: false, deviation: None };
+    ) -> Result<(), Failure> {
+        let request = lines_of(cut, StockRegion::Whole);
         let at = self.virtual_setup()?;
         let on = Stand { job: self.job, setup: self.setup, at: &at };
         let heads = [(&on, &self.settings())];
-        let [found] = between_lines(&self.read()?, heads, &request, ([then], &[Vec::new()]), stages)?;
-        Ok(found)
+        let findings = [&*then.findings];
+        let [found] = between_lines(&self.read()?, heads, &request, (findings, &[Vec::new()]), stages)?;
+        found.keep_open(&mut then.between);
+        add_between(&mut then.findings, found.findings);
+        Ok(())
+    }
+
+    /// Takes out of what is found against the setup's own stock as it was at first what bodies of the machine meet of it that has been cut
+    /// then.
+    pub(crate) fn hold_machine_as_cut(
+        &self,
+        cut: &StockReport,
+        at_first: &mut Verification,
+        stages: &dyn Stages,
+    ) -> Result<(), Failure> {
+        let request = lines_of(cut, StockRegion::Rectangle(cut.region_mm));
+        let at = self.virtual_setup()?;
+        let on = Stand { job: self.job, setup: self.setup, at: &at };
+        hold_machine_as_cut(&self.read()?, [(&on, &self.settings())], &request, [at_first], stages)
     }
 
     /// The program as it stands in the text.
@@ -292,14 +307,13 @@ impl OwnProgram<'_> {
             })
             .collect();
         // Nothing is cut before the first operation.
-        VerifySettings {
-            gouge_limit: 0.0,
-            sections,
-            is_whole: true,
-            stock_is_cut: self.stock_is_cut,
-            ..VerifySettings::default()
-        }
+        VerifySettings { gouge_limit: 0.0, sections, is_whole: true, as_cut: self.as_cut, ..VerifySettings::default() }
     }
+}
+
+/// A setup's own stock, on lines like those that it was cut on.
+pub(crate) fn lines_of(cut: &StockReport, region: StockRegion) -> CutRequest {
+    CutRequest { cell: cut.cell_mm, tolerance: cut.tolerance_mm, region, rest: None, across: false, deviation: None }
 }
 
 /// By what share the time of the written program's cuts may differ from the planned one: F words have few digits.

@@ -3,10 +3,10 @@
 use std::time::Instant;
 
 use facemill_nc_program::WordMap;
-use facemill_virtual_machine::{Assumption, Certificates, Verification, joined, rapid_lines};
+use facemill_virtual_machine::{Assumption, Certificates, HeldAsCut, Verification, joined, rapid_lines};
 use facemill_z_map::DexelMap;
 
-use crate::between_lines::{add_between, seen_between, seen_of_rest};
+use crate::between_lines::{is_cut_known, seen_between, seen_of_rest};
 use crate::cell::z_map;
 use crate::chip_files::ChipFiles;
 use crate::dual::plan_dual_setup;
@@ -118,8 +118,14 @@ pub(crate) fn planned_setup(
     report.totals.mended_blocks = mended;
     report.stock = of_stock;
     report.links = links;
-    let program =
-        OwnProgram { job, setup: &setup, operations: &operations, words: &words, texts: &texts, stock_is_cut: false };
+    let program = OwnProgram {
+        job,
+        setup: &setup,
+        operations: &operations,
+        words: &words,
+        texts: &texts,
+        as_cut: HeldAsCut::NOTHING,
+    };
     report.assumptions = program.assumptions()?;
     report.assumptions.extend(seen.map(|text| Assumption { line: None, text }));
     report.assumptions.extend(open_stock(&setup));
@@ -175,7 +181,7 @@ fn shorten_links(
         (LinkStockFile::AsCut, Err(why)) => return Ok(Err(format!("the stock is not cut: {why}"))),
     };
     let texts = write_draft(job, setup, operations, words)?;
-    let program = OwnProgram { job, setup, operations, words, texts: &texts, stock_is_cut: false };
+    let program = OwnProgram { job, setup, operations, words, texts: &texts, as_cut: HeldAsCut::NOTHING };
     let mut links = PlannedLinks::find(&program, cut, stages)?;
     links.put_in(operations);
     Ok(Ok(links))
@@ -203,10 +209,15 @@ struct Sound {
 }
 
 impl Rounds<'_, '_> {
-    /// Whether tool and rapids are held against the stock as it is at that moment alone, by its lines: where links may go through what
-    /// has been cut.
-    fn stock_is_cut(&self) -> bool {
-        self.before.is_ok() && self.ground.setup.file.links.stock == LinkStockFile::AsCut
+    /// What is held against the stock as it is at that moment alone: where links may go through what has been cut, tool and rapids, by its
+    /// lines; and bodies of the machine where all that may be left of it is known.
+    fn as_cut(&self) -> HeldAsCut {
+        let Ground { job, setup, .. } = self.ground;
+        let (Ok((stock, began_as)), LinkStockFile::AsCut) = (self.before, setup.file.links.stock) else {
+            return HeldAsCut::NOTHING;
+        };
+        let (cell, tolerance) = (stock.grid().cell(), job.file.verification.stock_tolerance_mm);
+        HeldAsCut { tool: true, machine: began_as.is_own() && is_cut_known(&[&job.tool], cell, tolerance) }
     }
 }
 
@@ -236,36 +247,32 @@ impl Rounds<'_, '_> {
                 continue;
             }
             check_feeds(job, &texts.timed, verification.as_ref())?;
-            let program = OwnProgram {
-                job,
-                setup,
-                operations,
-                words: self.words,
-                texts: &texts,
-                stock_is_cut: self.stock_is_cut(),
-            };
+            let program =
+                OwnProgram { job, setup, operations, words: self.words, texts: &texts, as_cut: self.as_cut() };
             let tolerance = job.file.verification.stock_tolerance_mm;
             let cut_stock = |request: &CutRequest| program.cut_stock(request, self.stages);
             let cut = verification
                 .as_mut()
-                .map(|found| cut_by_plan(self.before, tolerance, ([found], self.stock_is_cut()), cut_stock));
+                .map(|found| cut_by_plan(self.before, tolerance, ([found], program.as_cut.tool), cut_stock));
             let cut = cut.unwrap_or_else(|| Ok((PlannedStockReport::not_asked(false), None)))?;
             let mut seen = None;
-            if let (Some(report), Some(found)) =
-                (cut.0.cut.as_ref().filter(|_| self.stock_is_cut()), verification.as_mut())
-            {
-                seen = Some(if cut.0.began_as_own() {
-                    let new = program.between_lines(report, &found.findings, self.stages)?;
-                    add_between(&mut found.findings, new);
-                    seen_between(&[&job.tool], report.cell_mm, report.tolerance_mm)
-                } else {
-                    seen_of_rest(report.cell_mm)
-                });
+            if let (Some(report), Some(found)) = (&cut.0.cut, verification.as_mut()) {
+                match (program.as_cut.tool, cut.0.began_as_own()) {
+                    (true, true) => {
+                        program.between_lines(report, found, self.stages)?;
+                        seen = Some(seen_between(&[&job.tool], report.cell_mm, report.tolerance_mm));
+                    }
+                    (true, false) => seen = Some(seen_of_rest(report.cell_mm)),
+                    (false, true) => program.hold_machine_as_cut(report, found, self.stages)?,
+                    (false, false) => {}
+                }
             }
             clock.lap("cut the stock");
             if take_back(verification.as_ref(), operations) {
                 continue;
             }
+            // Faults that the cut stock has taken away hid the times.
+            check_feeds(job, &texts.timed, verification.as_ref())?;
             let links = match shortened {
                 Ok(links) => LinksReport::of(links.report(operations, &texts)),
                 Err(why) => LinksReport::not_shortened(why),
@@ -278,7 +285,7 @@ impl Rounds<'_, '_> {
         let (Ground { job, setup, .. }, words, settings) = (self.ground, self.words, self.settings);
         let texts = write_texts(job, setup, operations, words, settings.verify)?;
         clock.lap("program");
-        let program = OwnProgram { job, setup, operations, words, texts: &texts, stock_is_cut: self.stock_is_cut() };
+        let program = OwnProgram { job, setup, operations, words, texts: &texts, as_cut: self.as_cut() };
         let verification = if settings.verify { Some(program.verify(self.stages)?) } else { None };
         clock.lap("verify");
         let certificates = if settings.certificates { Some(program.certify(self.stages)?) } else { None };

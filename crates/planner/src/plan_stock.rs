@@ -106,6 +106,13 @@ pub(crate) enum BeganAs {
     RestOf(String),
 }
 
+impl BeganAs {
+    /// Whether it is the setup's own.
+    pub(crate) fn is_own(&self) -> bool {
+        matches!(self, Self::Own { .. })
+    }
+}
+
 impl fmt::Display for BeganAs {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -205,7 +212,7 @@ pub(crate) fn cut_by_plan<const N: usize>(
         not_cut_because: None,
         began_as: Some(began_as.to_string()),
         cut: Some(done.report),
-        began_as_own: matches!(began_as, BeganAs::Own { .. }),
+        began_as_own: began_as.is_own(),
     };
     Ok((report, Some(done.rest)))
 }

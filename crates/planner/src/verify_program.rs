@@ -5,15 +5,15 @@ use std::path::Path;
 use facemill_inverse_kinematics::Machine;
 use facemill_nc_program::{Compensation, Dialect, ReadProgram, WordMap, read_program};
 use facemill_virtual_machine::{
-    Assumption, BlockCut, Certificates, Estimate, Finding, RemovalLimit, Verification, VerifySettings, VirtualSetup,
-    assumptions, certify, place_findings, rapid_lines, verify,
+    Assumption, BlockCut, Certificates, Estimate, Finding, HeldAsCut, RemovalLimit, Verification, VerifySettings,
+    VirtualSetup, assumptions, certify, place_findings, rapid_lines, verify,
 };
 use facemill_z_map::DexelMap;
 use nalgebra::Isometry3;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::between_lines::{add_between, between_lines, seen_between, seen_of_rest};
+use crate::between_lines::{BetweenLines, add_between, between_lines, held_as_cut, seen_between, seen_of_rest};
 use crate::cell::budget;
 use crate::deviation::{CutStock, deviation_of};
 use crate::deviation_report::DeviationReport;
@@ -51,8 +51,9 @@ pub struct VerifyRequest<'a> {
     pub certificates: bool,
     /// Only estimate collisions, by the paper's rule ([`Estimate`]): fast, and no proof of anything. Not with `certificates`.
     pub fast: bool,
-    /// Cut the stock as the program goes, and hold tool assembly and rapids against it as it then is. Without it they are held
-    /// against the stock as it was at first.
+    /// Cut the stock as the program goes, and hold tool assembly, bodies of the machine and rapids against it as it then is. Without it
+    /// they are held against the stock as it was at first; bodies of the machine are also where the cut begins with a rest, the flute
+    /// is too short to know what is left between the lines, or the run is an estimate.
     pub cut: Option<CutRequest>,
 }
 
@@ -145,7 +146,12 @@ pub fn verify_program(
         let limits = job.operations_of(setup).map(|(_, o)| budget(job, o).simulated());
         limits.reduce(f64::min).unwrap_or(0.0)
     });
-    let run = Run { program: &program, request, gouge_limit, stages };
+    let as_cut = match &request.cut {
+        Some(_) if request.fast => HeldAsCut::TOOL,
+        Some(cut) => held_as_cut(job, cut),
+        None => HeldAsCut::NOTHING,
+    };
+    let run = Run { program: &program, request, gouge_limit, as_cut, stages };
     let mut found = if job.second.is_some() { run.two_heads(job)? } else { run.one_head(job)? };
     found.verification.findings.sort_by_key(|f| (f.first_line, f.kind));
     let machine = match &job.second {
@@ -174,6 +180,7 @@ struct Run<'a> {
     program: &'a ReadProgram,
     request: &'a VerifyRequest<'a>,
     gouge_limit: f64,
+    as_cut: HeldAsCut,
     stages: &'a dyn Stages,
 }
 
@@ -219,6 +226,8 @@ struct Cut<const N: usize> {
     painted: Option<Vec<u8>>,
     /// What is seen between the lines.
     seen_between: String,
+    /// What the runs against all of the stock add, but for the findings.
+    between: Vec<BetweenLines>,
 }
 
 impl Found {
@@ -227,6 +236,7 @@ impl Found {
         self.verification.findings.extend(cut.findings.into_iter().flatten());
         self.assumptions.extend(cuts_nothing(&cut.report, &cut.cuts));
         self.assumptions.push(Assumption { line: None, text: cut.seen_between });
+        cut.between.iter().for_each(|between| between.keep_open(&mut self.verification.between));
         (self.stock, self.rest, self.cuts) = (Some(cut.report), Some(cut.rest), cut.cuts);
         (self.deviation, self.painted) = (cut.deviation, cut.painted);
         cut.known
@@ -301,17 +311,20 @@ impl Run<'_> {
         } else {
             seen_between(&heads.map(|(on, _)| &on.job.tool), accuracy[1], accuracy[0])
         };
+        let mut between = Vec::new();
         if cut.rest.is_none() && !self.request.fast {
-            let between = between_lines(self.program, stands, cut, (then, &done.not_covered), self.stages)?;
-            findings.iter_mut().zip(between).for_each(|(all, between)| add_between(all, between));
+            between.extend(between_lines(self.program, stands, cut, (then, &done.not_covered), self.stages)?);
+            let new = between.iter_mut().map(|between| std::mem::take(&mut between.findings));
+            findings.iter_mut().zip(new).for_each(|(all, new)| add_between(all, new));
         }
-        Ok(Cut { known, findings, report: done.report, rest: done.rest, cuts, deviation, painted, seen_between })
+        let (report, rest) = (done.report, done.rest);
+        Ok(Cut { known, findings, report, rest, cuts, deviation, painted, seen_between, between })
     }
 
     fn settings(&self) -> VerifySettings {
         VerifySettings {
             gouge_limit: self.gouge_limit,
-            stock_is_cut: self.request.cut.is_some(),
+            as_cut: self.as_cut,
             is_whole: true,
             estimate: self.request.fast.then(Estimate::default),
             ..VerifySettings::default()

@@ -151,7 +151,8 @@ impl Certificate {
 /// For the cutter the distance is that of its test body for a depth: a little more than the depth at sampled times
 /// first, then more, up to the gouge limit. What is not proven is told as such, and says nothing about the motion.
 ///
-/// Bodies, and the cutter where it must not touch, are proven with what the control may leave the motion by.
+/// Bodies, and the cutter where it must not touch, are proven with what the control may leave the motion by. Of stock that
+/// [`VerifySettings::as_cut`] leaves to the runs that cut it nothing is said.
 ///
 /// Proven are motions under every law. Where no bound on the axes' accelerations is known, nothing is: beside the
 /// places where linear axes cannot follow the tip, and near the pole under

@@ -78,7 +78,7 @@ impl DeadCore {
         let tool = scene.setup.tool;
         let radius = tool.dead_core_radius();
         let recess = recess(tool);
-        if scene.settings.stock_is_cut || radius <= 0.0 || !recess.is_finite() || !scene.obstacles.iter().any(has_stock)
+        if scene.settings.as_cut.tool || radius <= 0.0 || !recess.is_finite() || !scene.obstacles.iter().any(has_stock)
         {
             return Ok(None);
         }

@@ -88,6 +88,7 @@ mod lengths;
 #[cfg(test)]
 mod lengths_laws;
 mod links;
+mod machine_bodies;
 mod motion_modes;
 mod moves;
 mod outside_run;
@@ -109,6 +110,7 @@ mod stepping;
 mod stock_bodies;
 mod stock_cover;
 mod stock_heads;
+mod stock_now;
 mod stock_run;
 mod surface_normals;
 mod timing;
@@ -132,7 +134,8 @@ pub use lengths::{
 pub use links::{LinkDistances, LinkHold, LinkSettings, LinkStage, ProgramLink, links_off_first_stock, run_links};
 pub use outside_run::{HeadFindings, certain_depth, in_question, is_known_to_cut, outside_layer, still_there};
 pub use setup::{
-    Estimate, GougeSection, ObstacleKind, RemovalLimit, VerifyError, VerifySettings, VirtualObstacle, VirtualSetup,
+    Estimate, GougeSection, HeldAsCut, ObstacleKind, RemovalLimit, VerifyError, VerifySettings, VirtualObstacle,
+    VirtualSetup,
 };
 pub use stock_cover::blocks_beyond;
 pub use stock_run::{BlockCut, StockRun, run_stock, run_stock_of_heads};

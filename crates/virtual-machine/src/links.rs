@@ -8,7 +8,7 @@ use facemill_z_map::{DexelMap, RoundRing, Step, Sweep, TurnedBody};
 use rayon::prelude::*;
 
 use crate::{
-    ObstacleKind, VerifyError, VerifySettings, VirtualSetup,
+    HeldAsCut, ObstacleKind, VerifyError, VerifySettings, VirtualSetup,
     doubts::Doubts,
     moves::{Move, resolve},
     prover::Prover,
@@ -104,7 +104,7 @@ pub fn run_links(
     if !(link.tolerance > 0.0 && link.tolerance.is_finite()) {
         return Err(VerifyError::Setting { field: "tolerance", value: link.tolerance, needed: "above 0" });
     }
-    let verify = &VerifySettings { stock_is_cut: true, ..verify.clone() };
+    let verify = &VerifySettings { as_cut: HeldAsCut::TOOL, ..verify.clone() };
     let wide = wider(setup, link.clearance, 0.0);
     let scene = Scene::new(&wide, verify)?;
     let resolved = resolve(program, setup, verify);
@@ -142,7 +142,7 @@ pub fn links_off_first_stock<T: Send>(
     monitor: &dyn Monitor,
 ) -> Result<Vec<T>, VerifyError> {
     check(setup, verify, &[("fixtures", keep.fixtures), ("first_stock", keep.first_stock)])?;
-    let verify = &VerifySettings { stock_is_cut: false, ..verify.clone() };
+    let verify = &VerifySettings { as_cut: HeldAsCut::NOTHING, ..verify.clone() };
     let wide = wider(setup, keep.fixtures, keep.first_stock);
     let stage = LinkStage { scene: &Scene::new(&wide, verify)?, cut: None };
     let resolved = resolve(program, setup, verify);

@@ -4,8 +4,8 @@ use facemill_inverse_kinematics::{AxisValues, Carrier, Machine, MachineBody};
 use nalgebra::Isometry3;
 
 use crate::{
-    FindingKind, ObstacleKind, VerifyError, VerifySettings, VirtualObstacle, VirtualSetup, cutter_depth::CutterDepth,
-    dead_core::cl_of, moves::Move, track::Shape,
+    FindingKind, HeldAsCut, ObstacleKind, VerifyError, VerifySettings, VirtualObstacle, VirtualSetup,
+    cutter_depth::CutterDepth, dead_core::cl_of, moves::Move, track::Shape,
 };
 
 /// The setup with what does not change from position to position worked out.
@@ -26,6 +26,7 @@ pub(crate) struct Scene<'a> {
 }
 
 /// A non-cutting body.
+#[derive(Clone)]
 pub(crate) struct SceneBody {
     pub(crate) name: String,
     pub(crate) kind: FindingKind,
@@ -54,10 +55,11 @@ pub(crate) struct SceneObstacle<'a> {
     pub(crate) frame: Frame,
     /// Material that the cutter has to leave on it, mm; the clearance of a body of the machine.
     pub(crate) allowance: f64,
-    /// Distance that everything else keeps from its mesh at least, mm.
+    /// Distance that everything else keeps from its mesh at least, mm, where the stock is as it was at first.
     pub(crate) stock: f64,
-    /// The same of the tool assembly and the cutter in rapid.
+    /// The same of the tool assembly and the cutter in rapid, as the settings have it; and of bodies of the machine.
     pub(crate) tool_stock: f64,
+    machine_stock: f64,
     pub(crate) role: Role,
     /// Whether the cutter moves against it.
     pub(crate) meets_cutter: bool,
@@ -122,9 +124,9 @@ impl<'a> Scene<'a> {
         });
         let mut bodies: Vec<_> = tool.chain(moving).collect();
         let meets = |mount: Mount| -> Vec<bool> {
-            let on_tool = matches!(mount, Mount::Tool(_));
-            // What is cut in a run of its own the tool meets there.
-            let is_left = |o: &SceneObstacle<'_>| o.meets_cutter || !on_tool || o.body.is_some();
+            let is_cut = if matches!(mount, Mount::Tool(_)) { settings.as_cut.tool } else { settings.as_cut.machine };
+            // What is cut in a run of its own is met there.
+            let is_left = |o: &SceneObstacle<'_>| !is_cut || o.role != Role::Work(ObstacleKind::Stock);
             obstacles.iter().map(|o| is_left(o) && may_meet(setup.machine, &links, mount, o)).collect()
         };
         for body in &mut bodies {
@@ -142,6 +144,32 @@ impl<'a> Scene<'a> {
             obstacles,
             other: other_view(setup),
         })
+    }
+
+    /// These bodies of the setup's machine and nothing else, against meshes as stock.
+    pub(crate) fn of_bodies(
+        setup: &'a VirtualSetup<'a>,
+        settings: &'a VerifySettings,
+        bodies: &[&SceneBody],
+        stock: impl Iterator<Item = &'a dyn Interference>,
+    ) -> Self {
+        let obstacle = |mesh| {
+            let (name, kind) = (String::new(), ObstacleKind::Stock);
+            SceneObstacle::of_mesh(&VirtualObstacle { name, mesh, kind, allowance: 0.0, stock: 0.0 }, settings)
+        };
+        let obstacles: Vec<SceneObstacle<'a>> = stock.map(obstacle).collect();
+        let meets = vec![true; obstacles.len()];
+        Self {
+            setup,
+            settings,
+            work_from_table: setup.table_from_work.inverse(),
+            tool_length: setup.tool.gauge_length(),
+            cutter: CutterDepth::new(setup.tool.cutter()),
+            bodies: bodies.iter().map(|body| SceneBody { meets: meets.clone(), ..(*body).clone() }).collect(),
+            tool_meets: vec![false; obstacles.len()],
+            obstacles,
+            other: None,
+        }
     }
 
     /// The tool at these axis values, workpiece frame.
@@ -286,19 +314,22 @@ impl SceneBody {
 impl<'a> SceneObstacle<'a> {
     /// Distance that a body keeps from the mesh at least, mm.
     pub(crate) fn stock_for(&self, body: &SceneBody) -> f64 {
-        if matches!(body.mount, Mount::Tool(_)) { self.tool_stock } else { self.stock }
+        if matches!(body.mount, Mount::Tool(_)) { self.tool_stock } else { self.machine_stock }
     }
 
     fn of_mesh(o: &VirtualObstacle<'a>, settings: &VerifySettings) -> Self {
-        let is_cut = settings.stock_is_cut;
+        let HeldAsCut { tool, machine } = settings.as_cut;
+        // A fixture is not cut, whatever is on it.
+        let is_cut = o.kind != ObstacleKind::Fixture;
         Self {
             name: o.name.clone(),
             frame: Frame::Work,
             allowance: o.allowance,
             stock: o.stock,
-            tool_stock: if is_cut { o.allowance } else { o.stock },
+            tool_stock: if tool { o.allowance } else { o.stock },
+            machine_stock: if machine && is_cut { o.stock.min(o.allowance) } else { o.stock },
             role: Role::Work(o.kind),
-            meets_cutter: !(is_cut && o.kind == ObstacleKind::Stock),
+            meets_cutter: !(tool && o.kind == ObstacleKind::Stock),
             // The raw stock is gone where the cutter has been: only of the others is the distance worth telling.
             counts: o.kind != ObstacleKind::Stock,
             body: None,
@@ -326,6 +357,7 @@ impl<'a> SceneObstacle<'a> {
             allowance: body.clearance,
             stock: body.clearance,
             tool_stock: body.clearance,
+            machine_stock: body.clearance,
             role: Role::Machine,
             meets_cutter: links.between(Link::Tool, Link::Body(index)) > 0,
             counts: stands_still || body.carrier() == Some(Carrier::OtherHead),

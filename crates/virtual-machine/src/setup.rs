@@ -93,10 +93,8 @@ pub struct VerifySettings {
     pub removal: Option<RemovalLimit>,
     /// Share by which it may take more: volumes are those of lines, and means over half the cutter's radius or ten cells.
     pub removal_slack: f64,
-    /// Whether the stock is cut in a run of its own ([`run_stock`](crate::run_stock)): tool assembly, cutter in rapid, ramps
-    /// and the cutter's core are then held against it there, as it is at every moment, and not here, as it was at first.
-    /// Bodies of the machine still are.
-    pub stock_is_cut: bool,
+    /// What other runs hold against the stock as it is at every moment: here it is not held against the stock as it was at first.
+    pub as_cut: HeldAsCut,
     /// Lines of the blocks of which [`run_stock`](crate::run_stock) is to tell whether they certainly cut
     /// ([`BlockCut::is_certain`](crate::BlockCut::is_certain)) or may be near stock
     /// ([`BlockCut::may_be_near`](crate::BlockCut::may_be_near)), in any order: each takes the time of two more sweeps.
@@ -123,6 +121,25 @@ impl Default for Estimate {
     fn default() -> Self {
         Self { cut_step: 2.0 }
     }
+}
+
+/// What is held against the stock as it is at every moment, in runs that cut it; all else is held against the stock as it was at first,
+/// which is on the safe side.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct HeldAsCut {
+    /// Tool assembly, cutter in rapid, ramps and the cutter's core: by [`run_stock`](crate::run_stock).
+    pub tool: bool,
+    /// Bodies of the machine: by [`still_there`](crate::still_there), of what they meet of the stock as it was at first.
+    pub machine: bool,
+}
+
+impl HeldAsCut {
+    /// Where no stock is cut.
+    pub const NOTHING: Self = Self { tool: false, machine: false };
+    /// Where it is not known what is left between the lines that the stock is cut on.
+    pub const TOOL: Self = Self { tool: true, machine: false };
+    /// Where it is.
+    pub const ALL: Self = Self { tool: true, machine: true };
 }
 
 /// How much a cutter may take at a time.
@@ -176,7 +193,7 @@ impl Default for VerifySettings {
             singular_turn: 10f64.to_radians(),
             removal: None,
             removal_slack: 0.1,
-            stock_is_cut: false,
+            as_cut: HeldAsCut::NOTHING,
             probed_lines: Vec::new(),
             is_whole: false,
             estimate: None,

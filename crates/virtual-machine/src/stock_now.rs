@@ -1,11 +1,11 @@
-//! The stock as it is at a moment, as something that bodies keep off.
+//! What may be left of the stock at a moment, as something that bodies keep off.
 
 use facemill_cl_data::{Aabb, Solid};
 use facemill_interference::{Interference, Separation, Verdict, Witness};
 use facemill_z_map::{DexelGrid, DexelMap};
 use nalgebra::{Isometry3, Point3, Vector3};
 
-use crate::{ObstacleKind, VirtualObstacle};
+use crate::{ObstacleKind, VirtualObstacle, outside_run::outside_layer};
 
 /// Stock before it is cut: a mesh with a thickness around it.
 pub(crate) struct FirstStock<'a> {
@@ -18,14 +18,12 @@ pub(crate) struct FirstStock<'a> {
 
 /// The same at a moment.
 ///
-/// Material is only where the stock was at first, and where the lines have it or there are none. So its distance is no less than
-/// from the first stock, and no less than from the lines: the larger of both is told. Of the lines that is their distance from the
-/// body less `beside`.
+/// Lines are those that are outside of all stock ([`still_there`](crate::still_there)): what is left is only where the stock was at
+/// first, and in cells whose line has material at the same height, or where there are no lines. So its distance is no less than from
+/// the first stock, and no less than from the lines but for half the diagonal of a cell: the larger of both is told.
 pub(crate) struct StockNow<'s> {
     first: &'s FirstStock<'s>,
     lines: &'s DexelMap,
-    /// How far beside the lines material may be, mm.
-    beside: f64,
 }
 
 /// Distance of what is nearest, and a point of it where one is known.
@@ -34,7 +32,7 @@ struct Near {
     place: Option<Point3<f64>>,
 }
 
-/// By how much lines may cover less than there is, mm: rounding of corners.
+/// By how much lines may cover less than there is, mm: rounding of corners, and of the ends of material.
 const ROUNDING: f64 = 1e-6;
 
 impl<'a> FirstStock<'a> {
@@ -49,8 +47,8 @@ impl<'a> FirstStock<'a> {
         has_stock.then(|| Self { mesh, thickness, beyond: beyond(mesh, thickness, grid) })
     }
 
-    pub(crate) fn at<'s>(&'s self, lines: &'s DexelMap, beside: f64) -> StockNow<'s> {
-        StockNow { first: self, lines, beside }
+    pub(crate) fn at<'s>(&'s self, lines: &'s DexelMap) -> StockNow<'s> {
+        StockNow { first: self, lines }
     }
 }
 
@@ -72,13 +70,27 @@ impl StockNow<'_> {
     /// What may be material is no nearer to an undilated body than this; `None` where that is not nearer than `at_most`. Of
     /// distances up to `enough` any may be told.
     fn now(&self, core: &Solid, work_from_solid: &Isometry3<f64>, [enough, at_most]: [f64; 2]) -> Option<Near> {
-        let found = self.lines.nearest(core, work_from_solid, [enough, at_most].map(|d| d + self.beside));
-        let lines = found.map(|n| Near { distance: (n.distance - self.beside).max(0.0), place: Some(n.place) });
+        let beside = outside_layer(self.lines.grid().cell()) + ROUNDING;
+        let found = self.lines.nearest(core, work_from_solid, [enough, at_most].map(|d| d + beside));
+        let lines = found.map(|n| Near { distance: (n.distance - beside).max(0.0), place: Some(n.place) });
         let map_from_solid = self.lines.grid().work_from_map().inv_mul(work_from_solid);
         let around = core.aabb().transformed(&map_from_solid);
         let beyond = self.first.beyond.iter().map(|side| gap(&around, side)).reduce(f64::min);
         let beyond = beyond.filter(|d| *d <= at_most).map(|distance| Near { distance, place: None });
         lines.into_iter().chain(beyond).reduce(|a, b| if b.distance < a.distance { b } else { a })
+    }
+
+    /// Whether a place of the first stock may be left, but for rounding.
+    fn may_hold(&self, place: &Point3<f64>) -> bool {
+        let grid = self.lines.grid();
+        let p = grid.work_from_map().inverse_transform_point(place);
+        let [i, j] = [0, 1].map(|k| ((p[k] - grid.origin()[k]) / grid.cell()).floor());
+        let n = grid.n_lines();
+        if i < 0.0 || j < 0.0 || i >= n[0] as f64 || j >= n[1] as f64 {
+            return true;
+        }
+        let mut intervals = self.lines.intervals(i as usize, j as usize);
+        intervals.any(|interval| interval.bottom <= p.z && p.z <= interval.top)
     }
 
     /// The first stock, where it is not farther than `at_most` from an undilated body: 0 within it.
@@ -118,8 +130,8 @@ impl Interference for StockNow<'_> {
         let first = self.at_first(&core, mesh_from_solid, at_most, hint)?;
         // What is nearer than at first makes no difference.
         let now = self.now(&core, mesh_from_solid, [first.distance, at_most])?;
-        // Where the stock was nearest at first there may be none left.
-        let point = now.place.unwrap_or(first.point);
+        let left = Some(first.point).filter(|p| self.may_hold(p));
+        let point = left.or(now.place).unwrap_or(first.point);
         Some(Separation { distance: now.distance.max(first.distance), triangle: first.triangle, point })
     }
 }

@@ -67,7 +67,8 @@ pub struct BlockCut {
 /// - What is no deeper than twice the tolerance is no finding: so far the ways may be off.
 /// - Bodies are found wherever they meet the material of a line.
 /// - Faults of the text, and motions that are not simulated, are `verify`'s to tell: nothing is cut on them.
-/// - Bodies of the machine are not asked: `verify` holds them against the stock as it was before cutting.
+/// - Bodies of the machine are not asked: [`still_there`](crate::still_there) tells what of their findings against the stock as it was
+///   before cutting may hold against what is left.
 ///
 /// With [`VerifySettings::estimate`] what is cut stays the same, but bodies and the cutter in rapid are asked at positions alone: where the segments of
 /// cuts end, and on rapids a radius of the cutter apart.

@@ -49,7 +49,8 @@ const MOVES_PER_SAMPLE: usize = 16;
 /// Between the positions nothing is worse than at them by more than [`VerifySettings::between`], on the programmed motion
 /// ([`BetweenPositions`](crate::BetweenPositions)): positions of the cutter lie near enough to each other for that, and bodies are
 /// followed from one to the next until it is known. Ramps, the dead core and the stock on meshes are those of positions.
-/// Stock is only known as a thickness on a mesh, or as it was before cutting.
+/// Stock is only known as a thickness on a mesh, or as it was before cutting; what [`VerifySettings::as_cut`] leaves to the runs that cut
+/// it is not held against it here, and keeps off part and check surfaces with their allowance.
 /// Control tolerance is not added: it is part of the error
 /// budget. A ramp is steep when all of the bottom goes down more steeply than the tool may while the cutter is in stock.
 ///

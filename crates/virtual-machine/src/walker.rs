@@ -12,7 +12,7 @@ use crate::{
     moves::Move,
     ramp::{Descent, RAMP_ROUNDING},
     scene::{Frame, Mount, Role, Scene},
-    stepping::{positions, ways},
+    stepping::{Positions, positions, ways},
     timing::{duration, spike},
     track::{Placement, Track},
 };
@@ -105,13 +105,12 @@ impl<'a> Walker<'a> {
 
     /// Tests one move: all positions behind its start, whose position ends the move before.
     pub(crate) fn run(&mut self, index: usize, m: &Move, monitor: &dyn Monitor) -> Result<(), Cancelled> {
-        let Scene { setup, tool_length, .. } = *self.scene;
+        let setup = self.scene.setup;
         self.time(index, m);
-        let Ok(motion) = Motion::new(setup.machine, m.law, &m.start, &m.end, tool_length) else {
+        let Some((motion, steps)) = self.positions(m) else {
             self.fail_to_reach(index, m, (0.0, m.start));
             return Ok(());
         };
-        let steps = positions(setup.machine, &motion, m.law, [&m.start, &m.end], tool_length, &spacing(self.scene, m));
         if !steps.is_bounded {
             self.result.open.push(index);
         }
@@ -144,6 +143,32 @@ impl<'a> Walker<'a> {
             before = here.cl;
         }
         Ok(())
+    }
+
+    /// Tests the bodies alone, at all positions behind a move's start that the axes can follow to.
+    pub(crate) fn run_bodies(&mut self, index: usize, m: &Move, monitor: &dyn Monitor) -> Result<(), Cancelled> {
+        let Some((motion, steps)) = self.positions(m) else { return Ok(()) };
+        if !steps.is_bounded {
+            self.result.open.push(index);
+        }
+        for (n, t) in steps.enumerate() {
+            if n.is_multiple_of(POSITIONS_PER_CHECK) {
+                monitor.checkpoint()?;
+            }
+            let Ok(axes) = motion.at(t) else { return Ok(()) };
+            let here = self.position(index, m, (t, axes));
+            self.place_machine(&here);
+            self.test_bodies(&here);
+        }
+        Ok(())
+    }
+
+    /// The motion of a move, and the positions that are tested; `None` where the axes have no such motion.
+    fn positions(&self, m: &Move) -> Option<(Motion<'a>, Positions)> {
+        let Scene { setup, tool_length, .. } = *self.scene;
+        let motion = Motion::new(setup.machine, m.law, &m.start, &m.end, tool_length).ok()?;
+        let steps = positions(setup.machine, &motion, m.law, [&m.start, &m.end], tool_length, &spacing(self.scene, m));
+        Some((motion, steps))
     }
 
     /// Tests the bodies alone, at the end of a move alone.
@@ -326,7 +351,7 @@ impl<'a> Walker<'a> {
     fn test_ramp(&mut self, here: &Position<'_>, before: &ClPoint, rounding: f64) {
         let scene = self.scene;
         let tool = scene.setup.tool;
-        if scene.settings.stock_is_cut {
+        if scene.settings.as_cut.tool {
             return;
         }
         let descent = Descent::between(before, &here.cl, tool.cutter().radius());

@@ -153,6 +153,8 @@ pub(crate) fn plan_dual_setup(
     check_feeds(job, &texts.timed, verifications.as_ref().map(|[first, _]| first))?;
     let program = DualProgram { ground: &ground, parts: &parts, words: &words, texts: &texts };
     let (of_stock, rest) = program.cut_by_plan(stock, verifications.as_mut(), stages)?;
+    // Faults that the cut stock has taken away hid the times.
+    check_feeds(job, &texts.timed, verifications.as_ref().map(|[first, _]| first))?;
     clock.lap("cut the stock");
     texts.time(&ground, &words)?;
     clock.lap("times");

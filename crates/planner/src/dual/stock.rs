@@ -3,13 +3,17 @@
 use facemill_virtual_machine::{Verification, VerifySettings};
 
 use super::output::DualProgram;
+use crate::between_lines::hold_machine_as_cut;
+use crate::output::lines_of;
 use crate::plan_stock::{CutByPlan, PlannedStockReport, StockToCut, cut_by_plan};
+use crate::stock_map::StockRegion;
 use crate::verify_program::removal_of;
 use crate::verify_stock::{Stand, cut_stock};
 use crate::{Failure, Stages};
 
 impl DualProgram<'_, '_> {
-    /// Cuts the stock by both heads, where it is verified and there is one to cut, and adds what meets it to each head's run.
+    /// Cuts the stock by both heads, where it is verified and there is one to cut, and adds what meets it to each head's run; what bodies of
+    /// the machine meet there of the stock as it was at first alone is taken out.
     ///
     /// # Errors
     /// When the stock cannot be made lines of that are as far apart as asked, or the stages are cancelled.
@@ -25,14 +29,22 @@ impl DualProgram<'_, '_> {
         };
         let job = self.ground.jobs[0];
         let before = stock.before(job, self.ground.setups[0])?;
-        cut_by_plan(&before, job.file.verification.stock_tolerance_mm, ([first, second], false), |request| {
-            let at = [0, 1].map(|h| self.setup(h));
-            let stands = [0, 1].map(|h| Stand { job: self.ground.jobs[h], setup: self.ground.setups[h], at: &at[h] });
-            let settings = [0, 1].map(|h| {
-                let removal = removal_of(self.ground.jobs[h], self.ground.setups[h].file, h);
-                VerifySettings { removal, ..self.settings(h) }
-            });
-            cut_stock(&self.read()?, [(&stands[0], &settings[0]), (&stands[1], &settings[1])], request, stages)
-        })
+        let at = [0, 1].map(|h| self.setup(h));
+        let stands = [0, 1].map(|h| Stand { job: self.ground.jobs[h], setup: self.ground.setups[h], at: &at[h] });
+        let settings = [0, 1].map(|h| {
+            let removal = removal_of(self.ground.jobs[h], self.ground.setups[h].file, h);
+            VerifySettings { removal, ..self.settings(h) }
+        });
+        let heads = [(&stands[0], &settings[0]), (&stands[1], &settings[1])];
+        let program = self.read()?;
+        let tolerance = job.file.verification.stock_tolerance_mm;
+        let cut = cut_by_plan(&before, tolerance, ([&mut *first, &mut *second], false), |request| {
+            cut_stock(&program, heads, request, stages)
+        })?;
+        if let Some(report) = cut.0.cut.as_ref().filter(|_| cut.0.began_as_own()) {
+            let lines = lines_of(report, StockRegion::Rectangle(report.region_mm));
+            hold_machine_as_cut(&program, heads, &lines, [first, second], stages)?;
+        }
+        Ok(cut)
     }
 }

@@ -3,7 +3,7 @@
 use facemill_nc_program::{ReadProgram, WordMap};
 use facemill_tool_model::{AssemblyLength, OpenAssembly};
 use facemill_virtual_machine::{
-    Certificates, ClearLengths, Finding, FindingKind, ForcedBy, LengthSettings, LengthStock, VerifyError,
+    Certificates, ClearLengths, Finding, FindingKind, ForcedBy, HeldAsCut, LengthSettings, LengthStock, VerifyError,
     VerifySettings, VirtualSetup, certify, clear_lengths, run_stock, verify,
 };
 use facemill_z_map::DexelMap;
@@ -50,8 +50,8 @@ impl<'a> Stage<'a> {
         };
         let limits = job.operations_of(setup.file).map(|(_, o)| budget(job, o).simulated());
         let gouge_limit = limits.reduce(f64::min).unwrap_or(0.0);
-        let verify =
-            VerifySettings { gouge_limit, stock_is_cut: stock.is_some(), is_whole: true, ..VerifySettings::default() };
+        let as_cut = HeldAsCut { tool: stock.is_some(), machine: false };
+        let verify = VerifySettings { gouge_limit, as_cut, is_whole: true, ..VerifySettings::default() };
         Ok(Self { job, setup, program, request, stages, words, frame, stock, verify })
     }
 

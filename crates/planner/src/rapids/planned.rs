@@ -303,7 +303,7 @@ impl Seeker<'_> {
 
 #[cfg(test)]
 mod tests {
-    use facemill_virtual_machine::FindingKind;
+    use facemill_virtual_machine::{FindingKind, HeldAsCut};
 
     use super::*;
     use crate::cell::z_map;
@@ -368,7 +368,7 @@ mod tests {
             operations: &operations,
             words: &words,
             texts: &texts,
-            stock_is_cut: false,
+            as_cut: HeldAsCut::NOTHING,
         };
         let mut links = PlannedLinks::find(&program, Some((stock, 0.05)), stages).unwrap();
         let before = places(&operations);

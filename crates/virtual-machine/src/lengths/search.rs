@@ -11,7 +11,7 @@ use super::{
     posted::{posted_for_length, words_of_length},
     stock_needs::{StockNeeds, tool_of},
 };
-use crate::{VerifyError, VerifySettings, VirtualSetup, moves::resolve, scene::Scene, setup};
+use crate::{HeldAsCut, VerifyError, VerifySettings, VirtualSetup, moves::resolve, scene::Scene, setup};
 
 /// How lengths are searched for.
 #[derive(Clone, Debug, PartialEq)]
@@ -83,7 +83,8 @@ pub fn clear_lengths(
     monitor: &dyn Monitor,
 ) -> Result<ClearLengths, VerifyError> {
     check(setup, stock, settings)?;
-    let verify = VerifySettings { stock_is_cut: stock.is_some(), ..settings.verify.clone() };
+    let as_cut = HeldAsCut { tool: stock.is_some(), machine: false };
+    let verify = VerifySettings { as_cut, ..settings.verify.clone() };
     let search = Search { program, setup, assembly, stock, settings, verify, monitor };
     let mut lengths = [0.0; 4];
     assembly.rest(&mut lengths);

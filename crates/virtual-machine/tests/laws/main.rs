@@ -9,6 +9,7 @@ mod dead_core;
 mod estimate;
 mod links;
 mod machine_bodies;
+mod machine_stock;
 mod mesh_bodies;
 mod outside;
 mod planted_faults;

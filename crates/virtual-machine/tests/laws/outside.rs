@@ -121,6 +121,13 @@ fn what_is_told_alike_of_the_stock_as_it_is_is_not_in_question() {
     let found = |kind, line: u32| Finding::of_line(kind, line, None, "", String::new());
     let [rapid, holder, gouge] = [FindingKind::RapidCollision, FindingKind::HolderCollision, FindingKind::Gouge];
     let at_first = [found(rapid, 3), found(holder, 5), found(gouge, 6), found(rapid, 9)];
-    let asked = in_question(&at_first, &[found(rapid, 3), found(rapid, 5)]);
+    let shop = Shop::new();
+    let asked = in_question(&shop.setup(), &at_first, &[found(rapid, 3), found(rapid, 5)]);
     assert_eq!(asked, [at_first[1].clone(), at_first[3].clone()]);
+    // Of bodies, those of the machine with what they come near, too.
+    let near = |kind, body: &str| Finding { body: Some(body.to_owned()), ..found(kind, 7) };
+    let kinds = [FindingKind::Collision, FindingKind::NearMiss];
+    let at_first = kinds.map(|kind| ["head", "cutter"].map(|body| near(kind, body))).concat();
+    let asked = in_question(&shop.setup(), &at_first, &[near(FindingKind::NearMiss, "cutter")]);
+    assert_eq!(asked, kinds.map(|kind| near(kind, "head")));
 }

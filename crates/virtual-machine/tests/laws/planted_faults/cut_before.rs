@@ -6,7 +6,7 @@
 use facemill_cl_data::Silent;
 use facemill_nc_program::{Dialect, read_fanuc, read_program};
 use facemill_tool_model::ToolAssembly;
-use facemill_virtual_machine::{FindingKind, VerifySettings, VirtualSetup, run_stock_of_heads};
+use facemill_virtual_machine::{FindingKind, HeldAsCut, VerifySettings, VirtualSetup, run_stock_of_heads};
 use facemill_z_map::DexelMap;
 use nalgebra::Isometry3;
 
@@ -34,7 +34,7 @@ pub(crate) fn rows() -> Vec<Row> {
 fn cut_box(setup: &VirtualSetup<'_>, text: &str, [low, high]: [[f64; 3]; 2], line: u32) -> Outcome {
     let mut stock = DexelMap::of_box(&Isometry3::identity(), low, high, 1.0).unwrap();
     let program = read_program(text, Dialect::Fanuc).unwrap();
-    let settings = VerifySettings { stock_is_cut: true, ..VerifySettings::default() };
+    let settings = VerifySettings { as_cut: HeldAsCut::TOOL, ..VerifySettings::default() };
     let run = cut_stock(&program, setup, &settings, &mut stock, TOLERANCE);
     assert!(run.removed_mm3 > 1e4, "{}", run.removed_mm3);
     Outcome { findings: run.findings, line }

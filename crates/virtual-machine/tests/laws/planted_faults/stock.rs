@@ -2,19 +2,20 @@
 
 use facemill_nc_program::{Dialect, read_program};
 use facemill_tool_model::ToolAssembly;
-use facemill_virtual_machine::{FindingKind, RemovalLimit, VerifySettings, VirtualSetup};
+use facemill_virtual_machine::{FindingKind, HeldAsCut, RemovalLimit, VerifySettings, VirtualSetup};
 use facemill_z_map::DexelMap;
 use nalgebra::Isometry3;
 
 use super::pairs::{Outcome, Row, ran, row};
 use crate::kit::stock::cut_stock;
 use crate::kit::{HEAD, RADIUS, Shop, Text};
+use crate::machine_stock::{BEHIND, Block, IN_SLOT, NEEDED, both, pass, shop_with_guard, slot};
 
 /// That of the cut stock, mm.
 const TOLERANCE: f64 = 0.01;
 
 pub(crate) fn rows() -> Vec<Row> {
-    use FindingKind::{DeadCore, HolderCollision, OverEngagement, RampTooSteep, RapidCollision};
+    use FindingKind::{Collision, DeadCore, HolderCollision, OverEngagement, RampTooSteep, RapidCollision};
     vec![
         row("rapid where nothing has been cut yet", RapidCollision, too_early),
         row("rapid through what a pass has left", RapidCollision, left_over),
@@ -23,6 +24,7 @@ pub(crate) fn rows() -> Vec<Row> {
         row("plunge into cut stock", RampTooSteep, plunge),
         row("core of the cutter in stock", DeadCore, core).with(&[RampTooSteep]),
         row("too much at a time", OverEngagement, load),
+        row("body of the head in a slot that is too narrow", Collision, narrow_slot),
     ]
 }
 
@@ -35,7 +37,7 @@ fn cut_with(setup: VirtualSetup<'_>, text: &Text<'_>, high: [f64; 3], settings: 
     let low = [-high[0], -high[1], 0.0];
     let mut stock = DexelMap::of_box(&Isometry3::identity(), low, high, 1.0).unwrap();
     let program = read_program(&text.text, Dialect::Fanuc).unwrap();
-    let settings = VerifySettings { stock_is_cut: true, ..settings.clone() };
+    let settings = VerifySettings { as_cut: HeldAsCut::TOOL, ..settings.clone() };
     let run = cut_stock(&program, &setup, &settings, &mut stock, TOLERANCE);
     Outcome { findings: run.findings, line }
 }
@@ -121,4 +123,12 @@ fn load(scale: f64) -> Outcome {
     let text = Text::new(&shop).rapid([-90.0, 0.0, 200.0]).rapid([-90.0, 0.0, 15.0]).cut([90.0, 0.0, 15.0]);
     let settings = VerifySettings { removal: Some(limit), ..VerifySettings::default() };
     cut(&shop, &text.rapid([90.0, 0.0, 200.0]), [50.0, 20.0, 20.0], &settings, HEAD + 3)
+}
+
+/// A disc about the tool in a slot that is so much narrower or wider than the disc with its clearance needs.
+fn narrow_slot(scale: f64) -> Outcome {
+    let (shop, block) = (shop_with_guard(), Block::on_the_plate());
+    let text = pass(slot(Text::new(&shop), (2.0 - scale) * NEEDED), 0.0, IN_SLOT);
+    let found = both(&text, &block.setup(&shop), &VerifySettings::default(), &block.outside);
+    Outcome { findings: found.now, line: HEAD + BEHIND }
 }
