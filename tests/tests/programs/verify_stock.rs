@@ -2,6 +2,7 @@
 //! are what closed forms say, in the report and in the colours.
 
 mod across;
+mod bodies;
 mod estimates;
 mod feeds;
 mod plans;
