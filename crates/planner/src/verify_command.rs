@@ -43,7 +43,8 @@ pub(crate) struct VerifyArguments {
     /// a first look; what it does not find may still be there
     #[arg(long, conflicts_with = "certificates")]
     fast: bool,
-    /// Cut the stock on lines so far apart, and hold tool assembly and rapids against it as it is at every moment
+    /// Cut the stock on lines so far apart, and hold tool assembly, bodies of the machine and rapids against it as it is at
+    /// every moment
     #[arg(long, value_name = "MM", allow_negative_numbers = true, value_parser = above_zero)]
     stock_cell_mm: Option<f64>,
     /// How far from the truth what is cut may be [default: 0.05]
