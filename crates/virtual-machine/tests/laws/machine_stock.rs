@@ -438,3 +438,21 @@ fn what_one_head_has_cut_is_free_for_bodies_of_the_other() {
     };
     assert!(!found([0, 1]) && found([1, 0]));
 }
+
+/// From below through a thin block, a guard that is narrower than the cutter over it: what the flute takes on the same way comes later.
+#[test]
+fn what_the_move_itself_cuts_behind_the_guard_is_met_and_not_a_second_time() {
+    let length = Shop::new().tool.gauge_length();
+    let disc = ShapeFile::Cylinder { radius_mm: RADIUS - 6.0, height_mm: 10.0 };
+    let shop = shop_with(disc, [0.0, 0.0, ABOVE - length], 1.0);
+    let block = Block::new([-10.0, -10.0, 100.0], [10.0, 10.0, 104.0], 1.0);
+    let up = |text: Text<'_>| {
+        let text = text.rapid([-200.0, 0.0, 200.0]).rapid([-200.0, 0.0, 60.0]).rapid([0.0, 0.0, 60.0]);
+        text.cut([0.0, 0.0, 140.0]).text
+    };
+    let once = up(Text::new(&shop));
+    let twice = Text { text: up(Text { text: once, shop: &shop }), shop: &shop };
+    let found = both(&twice, &block.setup(&shop), &coarse(), &block.outside);
+    assert_eq!(collisions(&found.first), [(4, 4), (8, 8)]);
+    assert_eq!(collisions(&found.now), [(4, 4)]);
+}
