@@ -77,9 +77,9 @@ impl<'a> MachineBodies<'a> {
     ) -> Result<Vec<Episode>, Cancelled> {
         let bodies: Vec<&(usize, SceneBody)> = self.bodies.iter().filter(|(k, _)| asked.contains(k)).collect();
         let stock: Vec<StockNow<'_>> = self.first.iter().map(|first| first.at(lines)).collect();
-        let cores: Vec<&SceneBody> = bodies.iter().map(|(_, body)| body).collect();
+        let own: Vec<&SceneBody> = bodies.iter().map(|(_, body)| body).collect();
         let meshes = stock.iter().map(|now| now as &dyn Interference);
-        let scene = Scene::of_bodies(self.setup, self.settings, &cores, meshes);
+        let scene = Scene::of_bodies(self.setup, self.settings, &own, meshes);
         let shapes = Asked::new(&scene);
         let mut walker = Walker::new(&scene, &shapes, None, None);
         walker.run_bodies(index, m, monitor)?;

@@ -148,9 +148,6 @@ impl<'a> Walker<'a> {
     /// Tests the bodies alone, at all positions behind a move's start that the axes can follow to.
     pub(crate) fn run_bodies(&mut self, index: usize, m: &Move, monitor: &dyn Monitor) -> Result<(), Cancelled> {
         let Some((motion, steps)) = self.positions(m) else { return Ok(()) };
-        if !steps.is_bounded {
-            self.result.open.push(index);
-        }
         for (n, t) in steps.enumerate() {
             if n.is_multiple_of(POSITIONS_PER_CHECK) {
                 monitor.checkpoint()?;

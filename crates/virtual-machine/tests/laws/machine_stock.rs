@@ -3,7 +3,7 @@
 
 use facemill_cl_data::Silent;
 use facemill_interference::MeshTree;
-use facemill_inverse_kinematics::{BodyFile, Machine, ShapeFile};
+use facemill_inverse_kinematics::{BodyFile, CuttingLawFile, Machine, ShapeFile};
 use facemill_nc_program::{Dialect, read_program};
 use facemill_virtual_machine::{
     Certificates, Finding, FindingKind, HeadFindings, HeldAsCut, Measure, ObstacleKind, VerifySettings,
@@ -455,4 +455,22 @@ fn what_the_move_itself_cuts_behind_the_guard_is_met_and_not_a_second_time() {
     let found = both(&twice, &block.setup(&shop), &coarse(), &block.outside);
     assert_eq!(collisions(&found.first), [(4, 4), (8, 8)]);
     assert_eq!(collisions(&found.now), [(4, 4)]);
+}
+
+/// In a slot that is wide enough, a tool half a degree off the pole that turns past it: no bound on the rotary axes is known there.
+#[test]
+fn a_body_is_told_where_no_bound_on_its_motion_in_the_cut_stock_is_known() {
+    let mut file = shop_with_guard().machine.to_file();
+    file.motion.cutting = CuttingLawFile::TipLinearVectorTurned;
+    let shop = Shop::with_machine(Machine::from_file(file).unwrap());
+    let block = Block::on_the_plate();
+    let setup = block.setup(&shop);
+    for (turn, is_known) in [("C0.", true), ("C150.", false)] {
+        let text = slot(Text::new(&shop), 1.1 * NEEDED).rapid([-120.0, 0.0, 200.0]).line("G0 B0.5 C0.");
+        let text = text.line("G0 G43.4 H7 X0. Y0. Z200.").line("G0 Z18.").line(&format!("G1 X1. B0.5 {turn} F500."));
+        let Both { first, now } = both(&text, &setup, &coarse(), &block.outside);
+        assert_eq!(collisions(&first), [(16, 17)], "{turn} {first:?}");
+        assert_eq!(collisions(&now), if is_known { vec![] } else { vec![(17, 17)] }, "{turn} {now:?}");
+        assert!(now.iter().all(|f| f.measure.is_none()), "{turn} {now:?}");
+    }
 }
