@@ -12,7 +12,26 @@ const MOST_ALIKE: usize = 20;
 /// What findings of one fault have in common: kind, body, obstacle, axis and note.
 type Alike = (FindingKind, Option<String>, Option<String>, Option<String>, String);
 
-/// Findings, of which those that are alike and without a rapid between them are one: it tells its first and last line, how many
+/// What meets: body and obstacle.
+type Pair = (Option<String>, Option<String>);
+
+/// Findings without the near misses of bodies that meet each other on some of the same blocks.
+fn without_near(findings: Vec<Finding>) -> Vec<Finding> {
+    let is_collision = |k: FindingKind| {
+        matches!(k, FindingKind::Collision | FindingKind::HolderCollision | FindingKind::RapidCollision)
+    };
+    let mut met: BTreeMap<Pair, Vec<[u32; 2]>> = BTreeMap::new();
+    for f in findings.iter().filter(|f| is_collision(f.kind)) {
+        met.entry((f.body.clone(), f.obstacle.clone())).or_default().push([f.first_line, f.last_line]);
+    }
+    let is_met = |f: &Finding| {
+        let of_pair = met.get(&(f.body.clone(), f.obstacle.clone()));
+        of_pair.into_iter().flatten().any(|[first, last]| *first <= f.last_line && f.first_line <= *last)
+    };
+    findings.into_iter().filter(|f| f.kind != FindingKind::NearMiss || !is_met(f)).collect()
+}
+
+/// Findings, without near misses of bodies that meet each other on some of the same blocks, and of which those that are alike and without a rapid between them are one: it tells its first and last line, how many
 /// there were ([`Finding::episodes`]), and all else of the worst. Where there are still more than twenty alike, those
 /// from the twentieth on are one, too. In the order of their first lines; those of the same one stay in theirs.
 ///
@@ -29,7 +48,7 @@ pub fn joined(findings: Vec<Finding>, rapid_lines: &[u32]) -> Vec<Finding> {
     let mut all: Vec<Finding> = Vec::new();
     // Where the last one of each is, and how many there are.
     let mut latest: BTreeMap<Alike, (usize, usize)> = BTreeMap::new();
-    for finding in findings {
+    for finding in without_near(findings) {
         let (last, n) = latest.entry(alike(&finding)).or_insert((all.len(), 0));
         let goes_on = *n > 0 && !rapid_between(all[*last].last_line, finding.first_line);
         if goes_on || *n == MOST_ALIKE {

@@ -10,7 +10,7 @@ use crate::{
     chunk_result::{ChunkResult, Clearance, Gouge, Gouges, nearest},
     control::own_head,
     edges::steps_told,
-    episodes::{Contact, Episode, Episodes, Key, worth_telling},
+    episodes::{Contact, Episode, Episodes, Key},
     moves::{Moves, TextFault},
     reader_notes,
     scene::Scene,
@@ -82,7 +82,7 @@ impl<'a> Report<'a> {
         v.largest_gouge = gouges.deepest_of_all().map(|g| self.gouge_place(&g));
         v.sections = self.sections(&gouges);
         v.smallest_clearance = clearance.map(|c| self.clearance_place(&c));
-        v.findings = worth_telling(&episodes.all).map(|e| self.finding(e)).chain(self.text_findings()).collect();
+        v.findings = episodes.all.iter().map(|e| self.finding(e)).chain(self.text_findings()).collect();
         v.findings.extend(reader_notes::findings(self.program));
         v.findings.extend(reader_notes::no_end(self.program).filter(|_| self.scene.settings.is_whole));
         self.place(&mut v.findings);

@@ -81,6 +81,5 @@ fn boxes_as_meshes_give_the_findings_and_certificates_of_boxes() {
             n_certified += usize::from(of_boxes.certified);
         }
     }
-    // Near misses of the blocks on which there is a collision are not told.
-    assert!(n_findings > 1 && n_certified > 1, "{n_findings} findings, {n_certified} certified");
+    assert!(n_findings > 2 && n_certified > 1, "{n_findings} findings, {n_certified} certified");
 }

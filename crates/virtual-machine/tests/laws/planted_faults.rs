@@ -17,7 +17,8 @@ use facemill_cl_data::{Cancelled, Monitor, Silent};
 use facemill_inverse_kinematics::AxisKind;
 use facemill_nc_program::{Dialect, WordMap, WorkOffset, read_program};
 use facemill_virtual_machine::{
-    FindingKind, GougeSection, Measure, Verification, VerifyError, VerifySettings, VirtualSetup, verify,
+    FindingKind, GougeSection, Measure, Verification, VerifyError, VerifySettings, VirtualSetup, joined, rapid_lines,
+    verify,
 };
 
 /// A pass over the plate at tip height `z`, with a dip to `dip` at its middle block.
@@ -114,7 +115,7 @@ fn planted_holder_touch_is_found_and_its_twin_is_not() {
 }
 
 #[test]
-fn a_near_miss_is_told_of_blocks_without_the_collision_of_the_same_bodies_alone() {
+fn a_joined_near_miss_is_of_blocks_without_the_collision_of_the_same_bodies_alone() {
     // Down beside the wall at the border of the clearance, then into it, and back; and once more at its border alone.
     let shop = Shop::new();
     let run = |text: Text<'_>| {
@@ -122,7 +123,9 @@ fn a_near_miss_is_told_of_blocks_without_the_collision_of_the_same_bodies_alone(
         let text =
             text.cut([at[0], 0.0, 1.98]).cut([at[0], 10.0, 0.5]).cut([at[0], 20.0, 1.98]).cut([115.0, 20.0, 40.0]);
         let again = text.cut([115.0, 30.0, 40.0]).cut([115.0, 30.0, 1.98]).cut([115.0, 30.0, 40.0]);
-        again.verify().findings.iter().map(|f| (f.kind, f.first_line, f.last_line)).collect::<Vec<_>>()
+        let program = read_program(&again.text, Dialect::Fanuc).unwrap();
+        let found = joined(again.verify().findings, &rapid_lines(&program));
+        found.iter().map(|f| (f.kind, f.first_line, f.last_line)).collect::<Vec<_>>()
     };
     let found = run(Text::new(&shop).rapid([115.0, 0.0, 300.0]).rapid([115.0, 0.0, 20.0]));
     let (near, hit) = (FindingKind::NearMiss, FindingKind::HolderCollision);
