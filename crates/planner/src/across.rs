@@ -49,18 +49,62 @@ fn add(run: &mut StockRun, other: StockRun) {
     add_findings(&mut run.findings, other.findings);
 }
 
-/// Adds findings, but for what is told of all of these blocks already, of the same bodies; the worse of both is told then.
+/// Adds findings. Of those of the same bodies of which one is of all blocks of the other the wider one stays, with the worse of both.
 fn add_findings(findings: &mut Vec<Finding>, new: Vec<Finding>) {
-    for f in new {
-        let is_told = |k: &&mut Finding| {
-            (k.kind, &k.body, &k.obstacle, &k.axis) == (f.kind, &f.body, &f.obstacle, &f.axis)
-                && k.first_line <= f.first_line
-                && f.last_line <= k.last_line
-        };
-        match findings.iter_mut().find(is_told) {
-            Some(known) => known.take_worse(f),
-            None => findings.push(f),
+    let is_wider = |a: &Finding, b: &Finding| {
+        (a.kind, &a.body, &a.obstacle, &a.axis) == (b.kind, &b.body, &b.obstacle, &b.axis)
+            && a.first_line <= b.first_line
+            && b.last_line <= a.last_line
+    };
+    for mut f in new {
+        if let Some(known) = findings.iter_mut().find(|known| is_wider(known, &f)) {
+            known.take_worse(f);
+            continue;
         }
+        findings
+            .extract_if(.., |known| is_wider(&f, known))
+            .collect::<Vec<_>>()
+            .into_iter()
+            .for_each(|k| f.take_worse(k));
+        findings.push(f);
     }
     findings.sort_by_key(|f| (f.first_line, f.kind));
+}
+
+#[cfg(test)]
+mod tests {
+    use std::slice::from_ref;
+
+    use facemill_virtual_machine::{FindingKind, Measure};
+
+    use super::*;
+
+    fn found(lines: [u32; 2], body: &str, depth: Option<f64>) -> Finding {
+        let finding = Finding::of_line(FindingKind::RapidCollision, lines[0], None, "", String::new());
+        Finding {
+            last_line: lines[1],
+            worst_line: lines[1],
+            body: Some(body.to_owned()),
+            measure: depth.map(Measure::DepthMm),
+            ..finding
+        }
+    }
+
+    #[test]
+    fn the_wider_of_two_findings_stays_with_the_worse_depth() {
+        let told = |first: &[Finding], new: &[Finding]| {
+            let mut all = first.to_vec();
+            add_findings(&mut all, new.to_vec());
+            all.iter().map(|f| (f.first_line, f.last_line, f.measure)).collect::<Vec<_>>()
+        };
+        let depth = |d: f64| Some(Measure::DepthMm(d));
+        let (wide, narrow) = (found([3, 9], "cutter", None), found([4, 5], "cutter", Some(0.7)));
+        assert_eq!(told(from_ref(&wide), from_ref(&narrow)), [(3, 9, depth(0.7))]);
+        assert_eq!(told(from_ref(&narrow), from_ref(&wide)), [(3, 9, depth(0.7))]);
+        let deeper = found([4, 4], "cutter", Some(0.9));
+        assert_eq!(told(&[narrow.clone(), found([7, 7], "cutter", Some(0.8))], &[wide, deeper]), [(3, 9, depth(0.9))]);
+        // Others, and those that only overlap, stay.
+        let others = [found([5, 9], "cutter", Some(0.1)), found([4, 5], "shank", Some(0.1))];
+        assert_eq!(told(&[narrow], &others).len(), 3);
+    }
 }

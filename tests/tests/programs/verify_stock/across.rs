@@ -4,8 +4,9 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use facemill::nc_program::Dialect;
+use facemill::verify_program;
+use facemill::virtual_machine::{FindingKind, Measure};
 use facemill::{CutRequest, DeviationRequest, Failure, Job, SilentStages, StockRegion, Verified, VerifyRequest};
-use facemill::{Stages, verify_program};
 use facemill_tests::jobs::JobFolder;
 
 use super::{ALLOWANCE, NEAR, RADIUS, TABLE, plate, report, sum};
@@ -16,11 +17,11 @@ const CELL: f64 = 0.5;
 const GOUGE: f64 = 0.2;
 
 /// An upright pass along the wall at y = 15, and one along the wall at x = 15 that leaves a tenth on it; below the plate's bottom.
-fn program() -> String {
+fn program(gouge: f64) -> String {
     let words = |x: f64, y: f64, z: f64| format!("X{x:.4} Y{y:.4} Z{:.4} B0. C0.", z + TABLE);
     let mut text = format!("G21 G90 G94\nG0 G43 {} H1\n", words(-30.0, 25.0, 40.0));
     let passes = [
-        [[-30.0, 15.0 + RADIUS - GOUGE], [30.0, 15.0 + RADIUS - GOUGE]],
+        [[-30.0, 15.0 + RADIUS - gouge], [30.0, 15.0 + RADIUS - gouge]],
         [[15.0 + RADIUS + 0.1, 30.0], [15.0 + RADIUS + 0.1, -30.0]],
     ];
     for [[x0, y0], [x1, y1]] in passes {
@@ -30,7 +31,11 @@ fn program() -> String {
     text + "M30\n"
 }
 
-fn run(job: &JobFolder, across: bool, region: StockRegion, stages: &dyn Stages) -> Result<Verified, Failure> {
+fn run(job: &JobFolder, across: bool, region: StockRegion) -> Result<Verified, Failure> {
+    run_text(job, &program(GOUGE), across, region)
+}
+
+fn run_text(job: &JobFolder, text: &str, across: bool, region: StockRegion) -> Result<Verified, Failure> {
     let deviation = Some(DeviationRequest { tolerance: Some(0.04), painted: false });
     let cut = CutRequest { cell: CELL, tolerance: 0.002, region, rest: None, across, deviation };
     let request = VerifyRequest {
@@ -42,14 +47,14 @@ fn run(job: &JobFolder, across: bool, region: StockRegion, stages: &dyn Stages) 
         fast: false,
         cut: Some(cut),
     };
-    verify_program(&Job::read(&job.job())?, program().as_bytes(), &request, stages)
+    verify_program(&Job::read(&job.job())?, text.as_bytes(), &request, &SilentStages)
 }
 
 #[test]
 fn walls_along_z_are_measured_on_lines_across() {
     let job = plate();
-    let [upright, across] = [false, true]
-        .map(|across| run(&job, across, StockRegion::Whole, &SilentStages).unwrap_or_else(|e| panic!("{e}")));
+    let [upright, across] =
+        [false, true].map(|across| run(&job, across, StockRegion::Whole).unwrap_or_else(|e| panic!("{e}")));
     let sides = 4.0 * 30.0 * 6.0;
     let part = &report(&upright).part;
     assert!((part.area_mm2.not_measured - sides).abs() < 1e-6, "{part:?}");
@@ -97,9 +102,31 @@ fn removed() -> f64 {
     sum
 }
 
+/// Half a line's distance into the wall that a pass has left, where no upright line is: lines along y say how deep.
+#[test]
+fn a_rapid_into_a_wall_between_upright_lines_is_measured_on_lines_across() {
+    let job = plate();
+    let (wall, deep) = (0.3, 0.3);
+    let words = |y: f64| format!("X{:.4} Y{y:.4} Z{:.4} B0. C0.", 0.0, TABLE - 3.0);
+    let text =
+        program(wall).replace("M30\n", "") + &format!("G0 {}\nG0 {}\nM30\n", words(60.0), words(25.0 - wall - deep));
+    let depths = |across: bool| {
+        let found = run_text(&job, &text, across, StockRegion::Whole).unwrap_or_else(|e| panic!("{e}"));
+        let findings = found.file.verification.findings;
+        let rapids = findings
+            .into_iter()
+            .filter(|f| f.kind == FindingKind::RapidCollision && f.obstacle.as_deref() == Some("stock"));
+        rapids.filter_map(|f| f.measure).collect::<Vec<_>>()
+    };
+    assert_eq!(depths(false), [], "a line stands in the wall");
+    let found = depths(true);
+    let is_deep = |m: &Measure| matches!(m, Measure::DepthMm(d) if (d - deep).abs() < 0.02);
+    assert!(found.len() == 1 && found.iter().all(is_deep), "{found:?}");
+}
+
 #[test]
 fn lines_across_are_of_the_whole_stock() {
     let job = plate();
-    let why = run(&job, true, StockRegion::Operations, &SilentStages).expect_err("a region").to_string();
+    let why = run(&job, true, StockRegion::Operations).expect_err("a region").to_string();
     assert!(why.contains("lines along x and y") && why.contains("region"), "{why}");
 }
