@@ -68,7 +68,8 @@ pub(crate) fn between_lines<const N: usize>(
 }
 
 /// Takes out of the heads' runs against the stock as it was at first what bodies of the machine meet of it that is known to be cut then,
-/// where there is any; what is not proven to be free of what is left is told with that. The region is that of the lines.
+/// where there is any; what is not proven to be free of what is left is told with that. The region is that of the lines. Returns whether
+/// there was any to look at, and what is left is known.
 ///
 /// # Errors
 /// As of [`cut_stock`](crate::verify_stock::cut_stock).
@@ -78,13 +79,13 @@ pub(crate) fn hold_machine_as_cut<const N: usize>(
     cut: &CutRequest,
     mut at_first: [&mut Verification; N],
     stages: &dyn Stages,
-) -> Result<(), Failure> {
+) -> Result<bool, Failure> {
     let of_machine = |on: &Stand<'_>, found: &[Finding], known: &[Finding]| -> Vec<Finding> {
         in_question(on.at, found, known).into_iter().filter(is_of_machine).collect()
     };
     let is_met = heads.iter().zip(&at_first).any(|((on, _), run)| !of_machine(on, &run.findings, &[]).is_empty());
     if !is_met || !is_cut_known(&tools(&heads), cut.cell, cut.tolerance) {
-        return Ok(());
+        return Ok(false);
     }
     let mut asked = [const { Vec::new() }; N];
     for ((asked, at_first), (on, settings)) in asked.iter_mut().zip(&mut at_first).zip(heads) {
@@ -98,7 +99,7 @@ pub(crate) fn hold_machine_as_cut<const N: usize>(
     }
     let left = left_between(program, heads, cut, asked, stages)?;
     at_first.into_iter().zip(left).for_each(|(at_first, left)| add_between(&mut at_first.findings, left));
-    Ok(())
+    Ok(true)
 }
 
 /// Whether a finding that is in question is of a body of the machine, and not of the tool.
@@ -169,6 +170,21 @@ const MACHINE_AT_FIRST: &str = "bodies of the machine are held against the stock
 pub(crate) fn seen_of_rest(cell: f64) -> String {
     format!(
         "of the rest that the stock began as, nothing is left between its lines, {cell} mm apart; {MACHINE_AT_FIRST}"
+    )
+}
+
+/// What is seen between the lines of cut stock by an estimate.
+pub(crate) fn seen_in_estimate(cell: f64) -> String {
+    format!(
+        "between the lines of the stock, {cell} mm apart, nothing is looked for in the fast mode; {MACHINE_AT_FIRST}"
+    )
+}
+
+/// What bodies of the machine are held against in a plan that keeps off the stock as it was at first.
+pub(crate) fn machine_as_cut(cell: f64, tolerance: f64) -> String {
+    format!(
+        "bodies of the machine that meet the stock as it was at first are held against what may be left of it then, on lines {cell} mm \
+         apart and within {tolerance} mm"
     )
 }
 

@@ -273,13 +273,13 @@ impl OwnProgram<'_> {
     }
 
     /// Takes out of what is found against the setup's own stock as it was at first what bodies of the machine meet of it that has been cut
-    /// then.
+    /// then; whether there was any to look at.
     pub(crate) fn hold_machine_as_cut(
         &self,
         cut: &StockReport,
         at_first: &mut Verification,
         stages: &dyn Stages,
-    ) -> Result<(), Failure> {
+    ) -> Result<bool, Failure> {
         let request = lines_of(cut, StockRegion::Rectangle(cut.region_mm));
         let at = self.virtual_setup()?;
         let on = Stand { job: self.job, setup: self.setup, at: &at };

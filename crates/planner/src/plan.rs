@@ -6,7 +6,7 @@ use facemill_nc_program::WordMap;
 use facemill_virtual_machine::{Assumption, Certificates, HeldAsCut, Verification, joined, rapid_lines};
 use facemill_z_map::DexelMap;
 
-use crate::between_lines::{is_cut_known, seen_between, seen_of_rest};
+use crate::between_lines::{is_cut_known, machine_as_cut, seen_between, seen_of_rest};
 use crate::cell::z_map;
 use crate::chip_files::ChipFiles;
 use crate::dual::plan_dual_setup;
@@ -263,7 +263,10 @@ impl Rounds<'_, '_> {
                         seen = Some(seen_between(&[&job.tool], report.cell_mm, report.tolerance_mm));
                     }
                     (true, false) => seen = Some(seen_of_rest(report.cell_mm)),
-                    (false, true) => program.hold_machine_as_cut(report, found, self.stages)?,
+                    (false, true) if program.hold_machine_as_cut(report, found, self.stages)? => {
+                        seen = Some(machine_as_cut(report.cell_mm, report.tolerance_mm));
+                    }
+                    (false, true) => {}
                     (false, false) => {}
                 }
             }

@@ -157,6 +157,10 @@ fn cut_of(arguments: &VerifyArguments, rest: Option<DexelMap>) -> Result<Option<
             deviation,
         }));
     }
+    if arguments.stock_across && arguments.stock_region != StockRegion::Whole {
+        let message = "--stock-across cuts all of the stock: leave out --stock-region, or --stock-across";
+        return Err(Failure::input(&arguments.program.program, message));
+    }
     if let Some(cell) = arguments.stock_cell_mm {
         return Ok(Some(CutRequest {
             cell,
@@ -201,8 +205,9 @@ fn region(text: &str) -> Result<StockRegion, String> {
 
 fn told(file: &VerificationFile) -> String {
     let v: &Verification = &file.verification;
-    let mut lines = vec![
-        format!("{} - {}, read as {}", file.job, file.setup, file.dialect),
+    let mut lines = vec![format!("{} - {}, read as {}", file.job, file.setup, file.dialect)];
+    lines.extend(v.estimate.as_ref().map(told_estimate));
+    lines.extend([
         format!(
             "  blocks            {} with a motion, cutting length {:.1} m",
             v.n_blocks,
@@ -222,9 +227,8 @@ fn told(file: &VerificationFile) -> String {
             }
             None => "  smallest clearance none".to_owned(),
         },
-    ];
+    ]);
     lines.extend(v.between.as_ref().map(told_between));
-    lines.extend(v.estimate.as_ref().map(told_estimate));
     lines.extend(file.stock.iter().flat_map(StockReport::told));
     lines.extend(file.deviation.as_ref().map(told_deviation).unwrap_or_default());
     if let Some(c) = &file.certificates {

@@ -13,7 +13,9 @@ use nalgebra::Isometry3;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::between_lines::{BetweenLines, add_between, between_lines, held_as_cut, seen_between, seen_of_rest};
+use crate::between_lines::{
+    BetweenLines, add_between, between_lines, held_as_cut, seen_between, seen_in_estimate, seen_of_rest,
+};
 use crate::cell::budget;
 use crate::deviation::{CutStock, deviation_of};
 use crate::deviation_report::DeviationReport;
@@ -305,7 +307,7 @@ impl Run<'_> {
         let cuts = blocks_of_heads(&done.runs);
         let mut findings = done.runs.map(|run| run.findings);
         let seen_between = if self.request.fast {
-            format!("between the lines of the stock, {} mm apart, nothing is looked for in the fast mode", accuracy[1])
+            seen_in_estimate(accuracy[1])
         } else if cut.rest.is_some() {
             seen_of_rest(accuracy[1])
         } else {

@@ -2,7 +2,7 @@
 
 use facemill_cutter_location::{PairTest, PoseTest, Workcell};
 use facemill_inverse_kinematics::{AxisValues, Machine};
-use facemill_virtual_machine::{joined, rapid_lines};
+use facemill_virtual_machine::{Assumption, joined, rapid_lines};
 use facemill_z_map::ZMap;
 use nalgebra::Point3;
 
@@ -152,7 +152,7 @@ pub(crate) fn plan_dual_setup(
     let jobs_of: Vec<&Job> = heads.iter().map(|&h| jobs[h]).collect();
     check_feeds(job, &texts.timed, verifications.as_ref().map(|[first, _]| first))?;
     let program = DualProgram { ground: &ground, parts: &parts, words: &words, texts: &texts };
-    let (of_stock, rest) = program.cut_by_plan(stock, verifications.as_mut(), stages)?;
+    let ((of_stock, rest), seen) = program.cut_by_plan(stock, verifications.as_mut(), stages)?;
     // Faults that the cut stock has taken away hid the times.
     check_feeds(job, &texts.timed, verifications.as_ref().map(|[first, _]| first))?;
     clock.lap("cut the stock");
@@ -167,6 +167,7 @@ pub(crate) fn plan_dual_setup(
     let program = DualProgram { ground: &ground, parts: &parts, words: &words, texts: &texts };
     report.assumptions = program.assumptions()?;
     report.assumptions.extend(open_stock(setups[0]));
+    report.assumptions.extend(seen.map(|text| Assumption { line: None, text }));
     report.findings = joined(report.findings, &rapid_lines(&program.read()?));
     report.stock = of_stock;
     if settings.verify {

@@ -3,7 +3,7 @@
 use facemill_virtual_machine::{Verification, VerifySettings};
 
 use super::output::DualProgram;
-use crate::between_lines::hold_machine_as_cut;
+use crate::between_lines::{hold_machine_as_cut, machine_as_cut};
 use crate::output::lines_of;
 use crate::plan_stock::{CutByPlan, PlannedStockReport, StockToCut, cut_by_plan};
 use crate::stock_map::StockRegion;
@@ -13,7 +13,7 @@ use crate::{Failure, Stages};
 
 impl DualProgram<'_, '_> {
     /// Cuts the stock by both heads, where it is verified and there is one to cut, and adds what meets it to each head's run; what bodies of
-    /// the machine meet there of the stock as it was at first alone is taken out.
+    /// the machine meet there of the stock as it was at first alone is taken out, with what that rests on.
     ///
     /// # Errors
     /// When the stock cannot be made lines of that are as far apart as asked, or the stages are cancelled.
@@ -22,10 +22,10 @@ impl DualProgram<'_, '_> {
         stock: Option<&StockToCut<'_>>,
         verifications: Option<&mut [Verification; 2]>,
         stages: &dyn Stages,
-    ) -> Result<CutByPlan, Failure> {
+    ) -> Result<(CutByPlan, Option<String>), Failure> {
         let is_verified = verifications.is_some();
         let (Some(stock), Some([first, second])) = (stock, verifications) else {
-            return Ok((PlannedStockReport::not_asked(is_verified), None));
+            return Ok(((PlannedStockReport::not_asked(is_verified), None), None));
         };
         let job = self.ground.jobs[0];
         let before = stock.before(job, self.ground.setups[0])?;
@@ -43,8 +43,11 @@ impl DualProgram<'_, '_> {
         })?;
         if let Some(report) = cut.0.cut.as_ref().filter(|_| cut.0.began_as_own()) {
             let lines = lines_of(report, StockRegion::Rectangle(report.region_mm));
-            hold_machine_as_cut(&program, heads, &lines, [first, second], stages)?;
+            if hold_machine_as_cut(&program, heads, &lines, [first, second], stages)? {
+                let seen = machine_as_cut(report.cell_mm, report.tolerance_mm);
+                return Ok((cut, Some(seen)));
+            }
         }
-        Ok(cut)
+        Ok((cut, None))
     }
 }
