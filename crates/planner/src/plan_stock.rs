@@ -204,7 +204,8 @@ pub(crate) fn cut_by_plan<const N: usize>(
     let done = cut(&request)?;
     for (verification, run) in verifications.into_iter().zip(done.runs) {
         let is_news = |f: &Finding| {
-            rests_on_lines || !matches!(f.kind, FindingKind::HolderCollision | FindingKind::RapidCollision)
+            use FindingKind::{HolderCollision, NearMiss, RapidCollision};
+            rests_on_lines || !matches!(f.kind, HolderCollision | NearMiss | RapidCollision)
         };
         add_new(&mut verification.findings, run.findings.into_iter().filter(is_news).collect());
     }

@@ -102,6 +102,7 @@ mod rates;
 mod rates_laws;
 mod reader_notes;
 mod report;
+mod retract;
 mod rotaries;
 mod scene;
 mod segments;

@@ -5,7 +5,8 @@ use facemill_inverse_kinematics::AxisValues;
 use facemill_nc_program::{ReadBlock, ReadProgram};
 
 use crate::{
-    AxisReading, BetweenPositions, ClearancePlace, Finding, GougePlace, GougeSection, Pose, SectionGouge, Verification,
+    AxisReading, BetweenPositions, ClearancePlace, Finding, FindingKind, GougePlace, GougeSection, Pose, SectionGouge,
+    Verification,
     between::cutter_between,
     chunk_result::{ChunkResult, Clearance, Gouge, Gouges, nearest},
     control::own_head,
@@ -29,10 +30,10 @@ pub(crate) struct Report<'a> {
 
 /// What is said of a body that comes near the cut stock.
 fn near(key: &Key) -> Option<&'static str> {
-    let of_body = if key.body.is_some() {
-        "nearer than its clearance"
-    } else {
-        "nearer to a line than half a cell, or between the lines in the stock"
+    let of_body = match (key.body, key.kind) {
+        (Some(_), _) => "nearer than its clearance",
+        (None, FindingKind::NearMiss) => "back along its axis out of what it has cut",
+        (None, _) => "nearer to a line than half a cell, or between the lines in the stock",
     };
     (!key.is_contact).then_some(of_body)
 }

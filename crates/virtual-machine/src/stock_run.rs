@@ -14,6 +14,7 @@ use crate::{
     probe::Probe,
     ramp::{Descent, RAMP_ROUNDING},
     report::Report,
+    retract::CutEnd,
     scene::Scene,
     segments::{Coarseness, MoveOfHead, Segment, segments_of_heads},
     setup,
@@ -63,7 +64,8 @@ pub struct BlockCut {
 ///   [`VerifySettings::clearance_slack`], it is asked after the flute has passed; what it meets then alone is nearer than its
 ///   clearance, and has no depth.
 /// - In rapids the cutter is asked, with half the diagonal of a cell around it: no rapid through a cell's material is missed. Where the
-///   cutter itself, smaller by twice the tolerance, does not meet the line, that has no depth: it may be along its own wall.
+///   cutter itself, smaller by twice the tolerance, does not meet the line, that has no depth: it may be along its own wall. Back along
+///   the axis from where a cut has ended, beside lines that the flute has been as near to, it is a near miss.
 /// - What is no deeper than twice the tolerance is no finding: so far the ways may be off.
 /// - Bodies are found wherever they meet the material of a line.
 /// - Faults of the text, and motions that are not simulated, are `verify`'s to tell: nothing is cut on them.
@@ -202,6 +204,8 @@ impl<'a> View<'a> {
 struct Head<'r, 'a> {
     view: &'r View<'a>,
     engagement: Option<Engagement>,
+    /// Where the last cut ended; `None` before the first.
+    cut_end: Option<CutEnd>,
     out: Out,
 }
 
@@ -260,7 +264,7 @@ impl<'r, 'a> Head<'r, 'a> {
         let Scene { setup, settings, .. } = view.scene;
         let (limit, radius) = (settings.removal, setup.tool.cutter().radius());
         let engagement = limit.map(|limit| Engagement::new(limit, settings.removal_slack, radius, view.cell));
-        Self { view, engagement, out: Out::default() }
+        Self { view, engagement, cut_end: None, out: Out::default() }
     }
 
     /// Begins a move; without segments its way is not known.
@@ -290,6 +294,8 @@ impl<'r, 'a> Head<'r, 'a> {
         let key = match purpose {
             Purpose::Cut => {
                 self.out.taken[index].removed_mm3 += result.volume;
+                let cutter = self.view.scene.setup.tool.cutter();
+                self.cut_end = Some(CutEnd::new(segment.to, cutter.flute_length(), self.view.coarse.tolerance));
                 self.engage(index, m, segment, result.volume);
                 return self.ramp(index, m, segment, result.volume);
             }
@@ -302,7 +308,10 @@ impl<'r, 'a> Head<'r, 'a> {
             Purpose::Rapid => Key::of_cutter(FindingKind::RapidCollision, stock),
             Purpose::NearRapid => {
                 self.engagement.iter_mut().for_each(Engagement::lift);
-                Key::of_cutter(FindingKind::RapidCollision, stock).without_contact()
+                let place = result.deepest.map(|d| d.place);
+                let is_own = self.cut_end.zip(place).is_some_and(|(end, place)| end.has_been_beside(segment, &place));
+                let kind = if is_own { FindingKind::NearMiss } else { FindingKind::RapidCollision };
+                Key::of_cutter(kind, stock).without_contact()
             }
             Purpose::Body(k) => Key::of_body(FindingKind::HolderCollision, k, stock),
             Purpose::Kept(k) => Key::of_body(FindingKind::HolderCollision, k, stock).without_contact(),

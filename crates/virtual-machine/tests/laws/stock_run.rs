@@ -4,7 +4,7 @@ use crate::kit::stock::cut_stock;
 use crate::kit::{CORNER, HEAD, RADIUS, Shop, Text};
 use facemill_cl_data::{Aabb, Silent};
 use facemill_nc_program::{Dialect, read_program};
-use facemill_virtual_machine::{FindingKind, StockRun, VerifySettings, blocks_beyond};
+use facemill_virtual_machine::{Finding, FindingKind, StockRun, VerifySettings, blocks_beyond};
 use facemill_z_map::DexelMap;
 use nalgebra::{Isometry3, Point3};
 
@@ -67,6 +67,34 @@ fn a_rapid_through_the_block_is_found_on_its_line_and_none_above_it() {
     let both = both.rapid([-260.0, 0.0, 200.0]).rapid([-260.0, 0.0, 19.0]).rapid([260.0, 0.0, 19.0]).text;
     let both = run(&shop, &both, &mut block(20.0, 1.0));
     assert!(both.findings.is_empty(), "{:?}", both.findings);
+}
+
+#[test]
+fn a_rapid_back_out_of_a_cut_is_near_and_one_beside_other_stock_is_a_collision() {
+    let shop = Shop::new();
+    let slot_to = |x: f64, y: f64| {
+        let start = Text::new(&shop).rapid([-260.0, y, 200.0]).rapid([-260.0, y, 10.0]);
+        start.cut([x, y, 10.0])
+    };
+    let found = |text: Text<'_>| run(&shop, &text.text, &mut block(20.0, 1.0)).findings;
+    let is = |f: &Finding, kind, line: u32| (f.kind, f.worst_line - HEAD, f.measure) == (kind, line, None);
+    let mut n_near = 0;
+    for k in 0..8 {
+        // Straight up out of the slot, wherever its walls are among the lines.
+        let (x, y) = (0.13 * f64::from(k), 0.37 * f64::from(k));
+        let up = found(slot_to(x, y).rapid([x, y, 12.0]).rapid([x, y, 200.0]));
+        assert!(up.iter().all(|f| f.kind == FindingKind::NearMiss && f.measure.is_none()), "{up:?} at {x}, {y}");
+        n_near += up.len();
+        // Sideways into the wall, by less than to the next line, and up from there.
+        let aside = 0.37 * (1.0 - (y + RADIUS).fract()).max(0.3);
+        let into = found(slot_to(x, y).rapid([x, y + aside, 10.0]).rapid([x, y + aside, 200.0]));
+        assert!(into.iter().any(|f| f.kind == FindingKind::RapidCollision), "{into:?} at {x}, {y}");
+        // As near to the top of the block beside the slot, which no flute has cut.
+        let over = slot_to(x, y).rapid([x, y, 200.0]).rapid([x, y + 100.0, 200.0]).rapid([x, y + 100.0, 20.3]);
+        let over = found(over.rapid([x, y + 100.0, 200.0]));
+        assert!(over.iter().any(|f| is(f, FindingKind::RapidCollision, 6)), "{over:?}");
+    }
+    assert!(n_near > 4, "{n_near}");
 }
 
 #[test]
