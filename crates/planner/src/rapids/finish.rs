@@ -1,12 +1,12 @@
 //! The new program: written, read again and run until no link that changed has a finding that was not there.
 
 use facemill_nc_program::read_program;
-use facemill_virtual_machine::{Finding, Verification};
+use facemill_virtual_machine::{Finding, Verification, joined};
 
 use super::clock::LinkClock;
 use super::numbered::{replaced, without_numbers};
 use super::{Found, LinkReport, RAPIDS_FORMAT, Rapids, RapidsFile, Stage, WayKind, verified};
-use crate::{Failure, Stages, VerificationFile};
+use crate::{Failure, Stages, Verified};
 
 /// How often links with new findings get their old lines back before nothing is changed.
 const ROUNDS: usize = 4;
@@ -16,19 +16,20 @@ pub(super) fn finish(
     stage: &Stage<'_>,
     text: &[u8],
     links: &mut [Found],
-    before: &VerificationFile,
+    before: &Verified,
     stages: &dyn Stages,
 ) -> Result<Rapids, Failure> {
     for _ in 0..ROUNDS {
         let (new, places) = written(stage, text, links);
         same_elsewhere(stage, [text, &new], links, &places)?;
         let after = verified(stage.job, &new, stage.request, stages)?;
-        if !take_back(links, &places, &before.verification, &after.verification) {
-            if after.verification.findings.len() > before.verification.findings.len() {
+        let [was, is] = [before, &after].map(|v| &v.file.verification);
+        if !take_back(links, &places, was, is) {
+            if is.findings.len() > was.findings.len() {
                 break;
             }
             let file = report(stage, links, &places, [before, &after]);
-            return Ok(Rapids { text: new, file, verification: after });
+            return Ok(Rapids { text: new, file, verification: after.file });
         }
     }
     Err(Failure::Infeasible(format!(
@@ -110,7 +111,7 @@ fn take_back(links: &mut [Found], places: &[[u32; 2]], before: &Verification, af
     is_any
 }
 
-fn report(stage: &Stage<'_>, links: &[Found], places: &[[u32; 2]], verified: [&VerificationFile; 2]) -> RapidsFile {
+fn report(stage: &Stage<'_>, links: &[Found], places: &[[u32; 2]], verified: [&Verified; 2]) -> RapidsFile {
     let views = [(&stage.job.machine, stage.job.tool.gauge_length())];
     let of_link = |(link, place): (&Found, &[u32; 2])| LinkReport {
         lines: link.lines,
@@ -136,7 +137,7 @@ fn report(stage: &Stage<'_>, links: &[Found], places: &[[u32; 2]], verified: [&V
         lower_bound_s: bound,
         ratio_to_lower_bound: (bound > 0.0).then(|| after / bound),
         changed: links.iter().filter(|l| l.better.is_some()).count(),
-        findings: verified.map(|v| v.verification.findings.len()),
+        findings: verified.map(|v| joined(v.file.verification.findings.clone(), &v.rapid_lines).len()),
         links: all,
     }
 }

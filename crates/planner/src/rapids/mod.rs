@@ -30,7 +30,7 @@ use crate::output::not_verified;
 use crate::program::{rtcp_frame, word_map};
 use crate::stock_map::StockMeshes;
 use crate::verify_program::virtual_setup;
-use crate::{CutRequest, Failure, Stages, VerificationFile, VerifyRequest, verify_program};
+use crate::{CutRequest, Failure, Stages, VerificationFile, Verified, VerifyRequest, verify_program};
 use choose::{Choice, Chooser, Chosen};
 use finish::finish;
 use text::{LinkLines, LinkWords, RapidForm, link_lines, turns_shorter};
@@ -104,12 +104,7 @@ pub fn faster_rapids(
     finish(&stage, text, &mut links, &before, stages)
 }
 
-fn verified(
-    job: &Job,
-    text: &[u8],
-    request: &RapidsRequest<'_>,
-    stages: &dyn Stages,
-) -> Result<VerificationFile, Failure> {
+fn verified(job: &Job, text: &[u8], request: &RapidsRequest<'_>, stages: &dyn Stages) -> Result<Verified, Failure> {
     let verify = VerifyRequest {
         program: request.program,
         dialect: request.dialect,
@@ -119,7 +114,7 @@ fn verified(
         fast: false,
         cut: Some(request.cut.clone()),
     };
-    Ok(verify_program(job, text, &verify, stages)?.file)
+    verify_program(job, text, &verify, stages)
 }
 
 /// A link with what was found for it.
