@@ -98,22 +98,14 @@ pub fn plan_and_cut(job: &Path, cut: CutRequest) -> (String, Verified) {
     let planned = plan_setup(&job, 0, settings, &SilentStages).unwrap_or_else(|e| panic!("{e}"));
     let table = String::from_utf8(planned.chip_table.1.clone()).expect("text");
     let nc = planned.files.iter().find(|(name, _)| name.ends_with(".nc")).expect("a program");
-    let request = VerifyRequest {
-        program: Path::new(&nc.0),
-        dialect: Dialect::Fanuc,
-        setup: 0,
-        gouge_limit: None,
-        certificates: false,
-        fast: false,
-        cut: Some(cut),
-    };
+    let request = VerifyRequest { cut: Some(cut), ..VerifyRequest::new(Path::new(&nc.0), Dialect::Fanuc) };
     let verified = verify_program(&job, &nc.1, &request, &SilentStages).unwrap_or_else(|e| panic!("{e}"));
     (table, verified)
 }
 
 /// Stock on lines so far apart, cut within this tolerance, mm.
 pub fn request(cell: f64, tolerance: f64, region: StockRegion) -> CutRequest {
-    CutRequest { cell, tolerance, region, rest: None, across: false, deviation: None }
+    CutRequest { region, ..CutRequest::on_lines(cell, tolerance) }
 }
 
 /// The pieces of a table of chips at CC points with what the blocks of their program took.

@@ -11,7 +11,7 @@ use facemill::nc_program::{Dialect, MappedAxis, WordMap, WorkOffset, read_progra
 use facemill::new_job::{NewJob, new_job};
 use facemill::rapids::{RapidsFile, RapidsRequest, faster_rapids};
 use facemill::z_map::DexelMap;
-use facemill::{CutRequest, Job, PlanSettings, SilentStages, StockRegion, clock, files, plan_setup, read_mesh};
+use facemill::{CutRequest, Job, PlanSettings, SilentStages, clock, files, plan_setup, read_mesh};
 use nalgebra::{Isometry3, Point3};
 
 #[expect(dead_code, reason = "the other pictures use more of it")]
@@ -31,14 +31,7 @@ fn main() -> Result<(), Failed> {
     let job = Job::read(&folder.path().join("job.json"))?;
     let planned = plan_setup(&job, 0, PlanSettings { verify: false, certificates: false }, &SilentStages)?;
     let (name, text) = planned.files.iter().find(|(n, _)| n.ends_with(".nc")).ok_or("no program")?;
-    let cut = CutRequest {
-        cell: 0.5,
-        tolerance: 0.05,
-        region: StockRegion::Whole,
-        rest: None,
-        across: false,
-        deviation: None,
-    };
+    let cut = CutRequest::on_lines(0.5, 0.05);
     let program = Path::new(name);
     let dialect = Dialect::Fanuc;
     let request = RapidsRequest { program, dialect, setup: 0, gouge_limit: None, cut, clearance: None };

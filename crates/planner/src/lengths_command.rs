@@ -9,7 +9,7 @@ use facemill::lengths::{LengthsRequest, lengths_of_program};
 use facemill::nc_program::{Dialect, read_program};
 use facemill::tool_model::HolderLibrary;
 use facemill::z_map::DexelMap;
-use facemill::{CutRequest, Failure, StockRegion, files, read_rest};
+use facemill::{CutRequest, Failure, files, read_rest};
 
 use crate::cli::{Bars, say};
 use crate::option_lengths::{above_zero, from_zero};
@@ -59,7 +59,7 @@ pub(crate) struct LengthsArguments {
 fn cut_of(arguments: &LengthsArguments, rest: Option<DexelMap>) -> Option<CutRequest> {
     let of = |cell: f64, rest: Option<DexelMap>| {
         let tolerance = arguments.stock_tolerance_mm;
-        CutRequest { cell, tolerance, region: StockRegion::Whole, rest, across: false, deviation: None }
+        CutRequest { rest, ..CutRequest::on_lines(cell, tolerance) }
     };
     match rest {
         Some(rest) => Some(of(rest.grid().cell(), Some(rest))),

@@ -313,7 +313,7 @@ impl OwnProgram<'_> {
 
 /// A setup's own stock, on lines like those that it was cut on.
 pub(crate) fn lines_of(cut: &StockReport, region: StockRegion) -> CutRequest {
-    CutRequest { cell: cut.cell_mm, tolerance: cut.tolerance_mm, region, rest: None, across: false, deviation: None }
+    CutRequest { region, ..CutRequest::on_lines(cut.cell_mm, cut.tolerance_mm) }
 }
 
 /// By what share the time of the written program's cuts may differ from the planned one: F words have few digits.

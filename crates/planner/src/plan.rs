@@ -266,8 +266,7 @@ impl Rounds<'_, '_> {
                     (false, true) if program.hold_machine_as_cut(report, found, self.stages)? => {
                         seen = Some(machine_as_cut(report.cell_mm, report.tolerance_mm));
                     }
-                    (false, true) => {}
-                    (false, false) => {}
+                    (false, _) => {}
                 }
             }
             clock.lap("cut the stock");

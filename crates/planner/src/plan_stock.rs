@@ -199,8 +199,7 @@ pub(crate) fn cut_by_plan<const N: usize>(
         Err(why) => return Ok((PlannedStockReport::not_cut(why.clone()), None)),
     };
     let cell = stock.grid().cell();
-    let request =
-        CutRequest { cell, tolerance, region: StockRegion::Whole, rest: Some(stock), across: false, deviation: None };
+    let request = CutRequest { rest: Some(stock), ..CutRequest::on_lines(cell, tolerance) };
     let done = cut(&request)?;
     for (verification, run) in verifications.into_iter().zip(done.runs) {
         let is_news = |f: &Finding| {

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use clap::Args;
 use facemill::rapids::{RapidsRequest, faster_rapids};
 use facemill::z_map::DexelMap;
-use facemill::{CutRequest, Failure, StockRegion, files, read_rest};
+use facemill::{CutRequest, Failure, files, read_rest};
 
 use crate::cli::{Bars, say};
 use crate::option_lengths::{above_zero, from_zero};
@@ -44,7 +44,7 @@ pub(crate) struct RapidsArguments {
 fn cut_of(arguments: &RapidsArguments, rest: Option<DexelMap>) -> CutRequest {
     let cell = rest.as_ref().map_or(arguments.stock_cell_mm, |rest| rest.grid().cell());
     let tolerance = arguments.stock_tolerance_mm;
-    CutRequest { cell, tolerance, region: StockRegion::Whole, rest, across: false, deviation: None }
+    CutRequest { rest, ..CutRequest::on_lines(cell, tolerance) }
 }
 
 pub(crate) fn run(arguments: &RapidsArguments) -> Result<ExitCode, Failure> {

@@ -91,13 +91,12 @@ pub(crate) fn run(arguments: &VerifyArguments) -> Result<ExitCode, Failure> {
     let ProgramOfJob { job, setup, dialect, text } = arguments.program.read_with(&arguments.stand)?;
     let rest = arguments.rest.as_ref().map(|path| read_rest(&job, setup, path)).transpose()?;
     let request = VerifyRequest {
-        program: &arguments.program.program,
-        dialect,
         setup,
         gouge_limit: arguments.gouge_mm.or_else(|| arguments.stand.gouge_limit()),
         certificates: arguments.certificates,
         fast: arguments.fast,
         cut: cut_of(arguments, rest)?,
+        ..VerifyRequest::new(&arguments.program.program, dialect)
     };
     let outputs_asked = [&arguments.out, &arguments.rest_mesh, &arguments.rest_out, &arguments.deviation];
     files::check_outputs(outputs_asked.into_iter().flatten().map(PathBuf::as_path))?;
@@ -148,14 +147,7 @@ fn cut_of(arguments: &VerifyArguments, rest: Option<DexelMap>) -> Result<Option<
     });
     if let Some(rest) = rest {
         let cell = rest.grid().cell();
-        return Ok(Some(CutRequest {
-            cell,
-            tolerance,
-            region: StockRegion::Whole,
-            rest: Some(rest),
-            across: false,
-            deviation,
-        }));
+        return Ok(Some(CutRequest { rest: Some(rest), deviation, ..CutRequest::on_lines(cell, tolerance) }));
     }
     if arguments.stock_across && arguments.stock_region != StockRegion::Whole {
         let message = "--stock-across cuts all of the stock: leave out --stock-region, or --stock-across";
@@ -163,12 +155,10 @@ fn cut_of(arguments: &VerifyArguments, rest: Option<DexelMap>) -> Result<Option<
     }
     if let Some(cell) = arguments.stock_cell_mm {
         return Ok(Some(CutRequest {
-            cell,
-            tolerance,
             region: arguments.stock_region,
-            rest: None,
             across: arguments.stock_across,
             deviation,
+            ..CutRequest::on_lines(cell, tolerance)
         }));
     }
     let needing = [

@@ -59,6 +59,14 @@ pub struct VerifyRequest<'a> {
     pub cut: Option<CutRequest>,
 }
 
+impl<'a> VerifyRequest<'a> {
+    /// In the job's first setup, to the limits of its operations, against the stock as it was at first.
+    #[must_use]
+    pub const fn new(program: &'a Path, dialect: Dialect) -> Self {
+        Self { program, dialect, setup: 0, gouge_limit: None, certificates: false, fast: false, cut: None }
+    }
+}
+
 /// What was found, and what is left of the stock where it was cut.
 #[derive(Clone, Debug)]
 pub struct Verified {

@@ -42,6 +42,14 @@ pub struct CutRequest {
     pub deviation: Option<DeviationRequest>,
 }
 
+impl CutRequest {
+    /// All of the job's stock on lines so far apart, within this tolerance, mm.
+    #[must_use]
+    pub const fn on_lines(cell: f64, tolerance: f64) -> Self {
+        Self { cell, tolerance, region: StockRegion::Whole, rest: None, across: false, deviation: None }
+    }
+}
+
 /// What was cut.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct StockReport {

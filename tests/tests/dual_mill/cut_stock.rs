@@ -46,23 +46,9 @@ pub(super) fn both_heads_cut_the_stock(job: &JobFolder, planned: &Planned, read:
 
 fn a_block_at_rapid_rate_is_found_for_both_heads(job: &JobFolder, planned: &Planned, read: &ReadPlan) {
     let told = planned.report.stock.cut.as_ref().expect("is cut");
-    let cut = CutRequest {
-        cell: CELL,
-        tolerance: told.tolerance_mm,
-        region: StockRegion::Operations,
-        rest: None,
-        across: false,
-        deviation: None,
-    };
-    let request = VerifyRequest {
-        program: &job.path("program.nc"),
-        dialect: Dialect::Fanuc,
-        setup: 0,
-        gouge_limit: None,
-        certificates: false,
-        fast: false,
-        cut: Some(cut),
-    };
+    let cut = CutRequest { region: StockRegion::Operations, ..CutRequest::on_lines(CELL, told.tolerance_mm) };
+    let path = job.path("program.nc");
+    let request = VerifyRequest { cut: Some(cut), ..VerifyRequest::new(&path, Dialect::Fanuc) };
     let (line, hasty) = with_a_hasty_block(read, &text_of(planned, "program.nc"));
     let verified = verify_program(&Job::read(&job.job()).unwrap(), hasty.as_bytes(), &request, &SilentStages).unwrap();
     let (file, own) = (&verified.file, verified.file.stock.as_ref().expect("is cut"));

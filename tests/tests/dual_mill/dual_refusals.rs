@@ -6,7 +6,7 @@ use facemill::inverse_kinematics::preset_dual_xyzb;
 use facemill::nc_program::Dialect;
 use facemill::new_job::NewJob;
 use facemill::rapids::{RapidsRequest, faster_rapids};
-use facemill::{CutRequest, Job, SilentStages, StockRegion};
+use facemill::{CutRequest, Job, SilentStages};
 use facemill_tests::jobs::{JobFolder, set};
 use serde_json::{Value, json};
 
@@ -74,14 +74,7 @@ fn both_heads_with_one_tool_are_refused() {
 #[test]
 fn links_of_programs_for_two_heads_are_not_replaced_and_the_error_says_what_runs_them() {
     let job = JobFolder::new(&NewJob::DualPropeller { diameter_mm: 1000.0 });
-    let cut = CutRequest {
-        cell: 4.0,
-        tolerance: 0.1,
-        region: StockRegion::Whole,
-        rest: None,
-        across: false,
-        deviation: None,
-    };
+    let cut = CutRequest::on_lines(4.0, 0.1);
     let program = Path::new("program.nc");
     let request = RapidsRequest { program, dialect: Dialect::Fanuc, setup: 0, gouge_limit: None, cut, clearance: None };
     let refused = faster_rapids(&Job::read(&job.job()).unwrap(), b"G0 X1=0.\n", &request, &SilentStages);

@@ -3,7 +3,7 @@
 
 use facemill::nc_program::Dialect;
 use facemill::rapids::{Rapids, RapidsFile, RapidsRequest, WayKind, faster_rapids};
-use facemill::{CutRequest, Failure, Job, SilentStages, StockRegion};
+use facemill::{CutRequest, Failure, Job, SilentStages};
 use facemill_tests::interpreter;
 use facemill_tests::jobs::{JobFolder, text_of};
 use facemill_tests::read_back::ReadBack;
@@ -18,14 +18,7 @@ mod rapids_command;
 
 fn faster(job: &JobFolder, dialect: Dialect, text: &str) -> Result<Rapids, Failure> {
     let path = job.path("program.nc");
-    let cut = CutRequest {
-        cell: 1.0,
-        tolerance: 0.05,
-        region: StockRegion::Whole,
-        rest: None,
-        across: false,
-        deviation: None,
-    };
+    let cut = CutRequest::on_lines(1.0, 0.05);
     let request = RapidsRequest { program: &path, dialect, setup: 0, gouge_limit: None, cut, clearance: None };
     faster_rapids(&Job::read(&job.job()).unwrap(), text.as_bytes(), &request, &SilentStages)
 }

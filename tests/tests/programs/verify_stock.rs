@@ -18,7 +18,7 @@ use facemill::nc_program::Dialect;
 use facemill::new_job::NewJob;
 use facemill::{
     CuspsNotCompared, CutRequest, DeviationFigures, DeviationReport, DeviationRequest, Failure, Job, SilentStages,
-    StockRegion, Verified, VerifyRequest, verify_program,
+    Verified, VerifyRequest, verify_program,
 };
 use facemill_tests::jobs::JobFolder;
 use facemill_tests::paper_machine::PIVOT_TO_FACE;
@@ -118,20 +118,12 @@ fn verified_for(
     tolerance: Option<f64>,
 ) -> Result<Verified, Failure> {
     let request = VerifyRequest {
-        program: Path::new("program.nc"),
-        dialect,
-        setup: 0,
         gouge_limit: Some(0.05),
-        certificates: false,
-        fast: false,
         cut: Some(CutRequest {
-            cell,
-            tolerance: 0.002,
-            region: StockRegion::Whole,
-            rest: None,
-            across: false,
             deviation: Some(DeviationRequest { tolerance, painted: true }),
+            ..CutRequest::on_lines(cell, 0.002)
         }),
+        ..VerifyRequest::new(Path::new("program.nc"), dialect)
     };
     verify_program(&Job::read(&job.job())?, text.as_bytes(), &request, &SilentStages)
 }

@@ -5,8 +5,8 @@ use std::path::Path;
 
 use facemill::new_job::{NewJob, new_job};
 use facemill::{
-    CutRequest, DeviationReport, DeviationRequest, Job, PlanSettings, SilentStages, StockRegion, VerifyRequest, files,
-    plan_setup, verify_program,
+    CutRequest, DeviationReport, DeviationRequest, Job, PlanSettings, SilentStages, VerifyRequest, files, plan_setup,
+    verify_program,
 };
 
 type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
@@ -32,20 +32,11 @@ pub(crate) fn deviation() -> Result<String> {
     let text = planned.files.iter().find(|(name, _)| name == "program.nc").ok_or("no program")?;
     let text = spoilt(std::str::from_utf8(&text.1)?);
     let request = VerifyRequest {
-        program: Path::new("program.nc"),
-        dialect: job.post.dialect(),
-        setup: 0,
-        gouge_limit: None,
-        certificates: false,
-        fast: false,
         cut: Some(CutRequest {
-            cell: 0.5 * SIZE / CELLS as f64,
-            tolerance: 0.005,
-            region: StockRegion::Whole,
-            rest: None,
-            across: false,
             deviation: Some(DeviationRequest { tolerance: Some(0.06), painted: true }),
+            ..CutRequest::on_lines(0.5 * SIZE / CELLS as f64, 0.005)
         }),
+        ..VerifyRequest::new(Path::new("program.nc"), job.post.dialect())
     };
     let verified = verify_program(&job, text.as_bytes(), &request, &SilentStages)?;
     let report = verified.file.deviation.ok_or("no report")?;

@@ -106,13 +106,10 @@ pub fn faster_rapids(
 
 fn verified(job: &Job, text: &[u8], request: &RapidsRequest<'_>, stages: &dyn Stages) -> Result<Verified, Failure> {
     let verify = VerifyRequest {
-        program: request.program,
-        dialect: request.dialect,
         setup: request.setup,
         gouge_limit: request.gouge_limit,
-        certificates: false,
-        fast: false,
         cut: Some(request.cut.clone()),
+        ..VerifyRequest::new(request.program, request.dialect)
     };
     verify_program(job, text, &verify, stages)
 }

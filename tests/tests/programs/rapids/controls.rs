@@ -2,7 +2,7 @@
 
 use facemill::nc_program::Dialect;
 use facemill::rapids::{Rapids, RapidsRequest, WayKind, faster_rapids};
-use facemill::{CutRequest, Job, SilentStages, StockRegion};
+use facemill::{CutRequest, Job, SilentStages};
 use facemill_tests::jobs::JobFolder;
 use facemill_tests::variants::{box_obj, tiny_patch};
 
@@ -16,15 +16,8 @@ pub(super) fn block() -> JobFolder {
 }
 
 /// The program with faster links; its stock is far below both ways, so that coarse lines do.
-fn faster(job: &Job, dialect: Dialect, text: &str) -> Rapids {
-    let cut = CutRequest {
-        cell: 4.0,
-        tolerance: 0.05,
-        region: StockRegion::Whole,
-        rest: None,
-        across: false,
-        deviation: None,
-    };
+pub(super) fn faster(job: &Job, dialect: Dialect, text: &str) -> Rapids {
+    let cut = CutRequest::on_lines(4.0, 0.05);
     let program = std::path::Path::new("program.nc");
     let request = RapidsRequest { program, dialect, setup: 0, gouge_limit: None, cut, clearance: None };
     faster_rapids(job, text.as_bytes(), &request, &SilentStages).unwrap_or_else(|e| panic!("{dialect:?}: {e}"))

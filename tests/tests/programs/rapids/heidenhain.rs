@@ -1,8 +1,8 @@
 //! Links of Heidenhain programs, whose lines count on.
 
+use facemill::Job;
 use facemill::nc_program::Dialect;
-use facemill::rapids::WayKind;
-use facemill::{CutRequest, Job, SilentStages, StockRegion, rapids};
+use facemill::rapids::{Rapids, WayKind};
 use facemill_tests::commands::facemill_in;
 use facemill_tests::jobs::text_of;
 use facemill_tests::variants::blink_patch;
@@ -10,18 +10,8 @@ use serde_json::json;
 
 use super::controls::block;
 
-fn faster(job: &Job, text: &str) -> rapids::Rapids {
-    let cut = CutRequest {
-        cell: 4.0,
-        tolerance: 0.05,
-        region: StockRegion::Whole,
-        rest: None,
-        across: false,
-        deviation: None,
-    };
-    let (program, dialect) = (std::path::Path::new("program.h"), Dialect::Heidenhain);
-    let request = rapids::RapidsRequest { program, dialect, setup: 0, gouge_limit: None, cut, clearance: None };
-    rapids::faster_rapids(job, text.as_bytes(), &request, &SilentStages).unwrap_or_else(|e| panic!("{e}"))
+fn faster(job: &Job, text: &str) -> Rapids {
+    super::controls::faster(job, Dialect::Heidenhain, text)
 }
 
 /// Two ways above the patch at feed, and these lines for their link; `head` behind the tool's call. No line has its number.

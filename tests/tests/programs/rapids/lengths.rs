@@ -81,15 +81,7 @@ fn collisions(job: &JobFolder, tool: &ToolFile, text: &str) -> Vec<Finding> {
     let read = Job::read(&job.job()).unwrap();
     let read = Job { tool: ToolAssembly::new(tool.clone()).unwrap(), ..read };
     let dialect = Dialect::Fanuc;
-    let request = VerifyRequest {
-        program: &path,
-        dialect,
-        setup: 0,
-        gouge_limit: None,
-        certificates: false,
-        fast: false,
-        cut: None,
-    };
+    let request = VerifyRequest::new(&path, dialect);
     let verified = verify_program(&read, text.as_bytes(), &request, &SilentStages).unwrap();
     let is_of_bodies = |f: &Finding| matches!(f.kind, FindingKind::HolderCollision | FindingKind::Collision);
     verified.file.verification.findings.into_iter().filter(is_of_bodies).collect()

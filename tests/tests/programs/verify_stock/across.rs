@@ -37,15 +37,11 @@ fn run(job: &JobFolder, across: bool, region: StockRegion) -> Result<Verified, F
 
 fn run_text(job: &JobFolder, text: &str, across: bool, region: StockRegion) -> Result<Verified, Failure> {
     let deviation = Some(DeviationRequest { tolerance: Some(0.04), painted: false });
-    let cut = CutRequest { cell: CELL, tolerance: 0.002, region, rest: None, across, deviation };
+    let cut = CutRequest { region, across, deviation, ..CutRequest::on_lines(CELL, 0.002) };
     let request = VerifyRequest {
-        program: Path::new("program.nc"),
-        dialect: Dialect::Fanuc,
-        setup: 0,
         gouge_limit: Some(0.05),
-        certificates: false,
-        fast: false,
         cut: Some(cut),
+        ..VerifyRequest::new(Path::new("program.nc"), Dialect::Fanuc)
     };
     verify_program(&Job::read(&job.job())?, text.as_bytes(), &request, &SilentStages)
 }

@@ -50,15 +50,8 @@ fn text(passes: &[(f64, bool)]) -> String {
 }
 
 fn verified(job: &JobFolder, text: &str, cut: Option<CutRequest>) -> Verified {
-    let request = VerifyRequest {
-        program: Path::new("program.nc"),
-        dialect: Dialect::Fanuc,
-        setup: 0,
-        gouge_limit: Some(0.05),
-        certificates: false,
-        fast: false,
-        cut,
-    };
+    let request =
+        VerifyRequest { gouge_limit: Some(0.05), cut, ..VerifyRequest::new(Path::new("program.nc"), Dialect::Fanuc) };
     let job = Job::read(&job.job()).unwrap_or_else(|e| panic!("{e}"));
     verify_program(&job, text.as_bytes(), &request, &SilentStages).unwrap_or_else(|e| panic!("{e}"))
 }
@@ -76,7 +69,7 @@ fn found(job: &JobFolder, text: &str, cut: Option<CutRequest>) -> Vec<Finding> {
 #[test]
 fn a_body_of_the_machine_may_go_where_the_program_has_cut() {
     let job = plate_under_a_disc(THICKNESS, 13.0, 3.5);
-    let lines = |region| CutRequest { cell: 0.5, tolerance: 0.01, region, rest: None, across: false, deviation: None };
+    let lines = |region| CutRequest { region, ..CutRequest::on_lines(0.5, 0.01) };
     // At height 3 the disc is above all stock, at 1 it is below its top; the cutter is narrower than the disc.
     let [wide, deep] = [(3.0, true), (1.0, false)];
     let behind = text(&[wide, deep]);

@@ -4,28 +4,19 @@ use std::path::Path;
 
 use facemill::nc_program::Dialect;
 use facemill::virtual_machine::FindingKind;
-use facemill::{CutRequest, Job, SilentStages, StockRegion, VerificationFile, VerifyRequest, verify_program};
+use facemill::{CutRequest, Job, SilentStages, VerificationFile, VerifyRequest, verify_program};
 
 use super::{RADIUS, plate, program};
 
 fn run(fast: bool, certificates: bool) -> Result<VerificationFile, String> {
     let job = plate();
-    let cut = CutRequest {
-        cell: 1.0,
-        tolerance: 0.01,
-        region: StockRegion::Whole,
-        rest: None,
-        across: false,
-        deviation: None,
-    };
+    let cut = CutRequest::on_lines(1.0, 0.01);
     let request = VerifyRequest {
-        program: Path::new("program.nc"),
-        dialect: Dialect::Fanuc,
-        setup: 0,
         gouge_limit: Some(0.05),
         certificates,
         fast,
         cut: Some(cut),
+        ..VerifyRequest::new(Path::new("program.nc"), Dialect::Fanuc)
     };
     let text = program(1, 0.15).replace("M30", "G0 X-30. Y0. Z-180.\nM30");
     let job = Job::read(&job.job()).map_err(|e| e.to_string())?;

@@ -65,20 +65,12 @@ fn passes(feed: impl Fn(&Block) -> f64) -> (String, Vec<Block>) {
 }
 
 fn cut(tolerance: f64, region: StockRegion) -> Option<CutRequest> {
-    Some(CutRequest { cell: 0.5, tolerance, region, rest: None, across: false, deviation: None })
+    Some(CutRequest { region, ..CutRequest::on_lines(0.5, tolerance) })
 }
 
 fn run(job: &JobFolder, text: &str, cut: Option<CutRequest>) -> VerificationFile {
     let program = Path::new("program.nc");
-    let request = VerifyRequest {
-        program,
-        dialect: Dialect::Fanuc,
-        setup: 0,
-        gouge_limit: Some(0.05),
-        certificates: false,
-        fast: false,
-        cut,
-    };
+    let request = VerifyRequest { gouge_limit: Some(0.05), cut, ..VerifyRequest::new(program, Dialect::Fanuc) };
     let job = Job::read(&job.job()).expect("a job");
     verify_program(&job, text.as_bytes(), &request, &SilentStages).expect("a program that is understood").file
 }

@@ -5,8 +5,7 @@ use std::path::Path;
 use facemill::nc_program::Dialect;
 use facemill::virtual_machine::FindingKind;
 use facemill::{
-    CutRequest, Job, PlanSettings, Planned, SilentStages, StockRegion, StockReport, VerifyRequest, plan_job,
-    verify_program,
+    CutRequest, Job, PlanSettings, Planned, SilentStages, StockReport, VerifyRequest, plan_job, verify_program,
 };
 use facemill_tests::jobs::{JobFolder, text_of};
 use facemill_tests::variants::{tiny_patch, variant};
@@ -35,23 +34,8 @@ fn a_plan_cuts_what_its_text_cuts() {
     assert_eq!((told.cell_mm, told.blocks_not_covered), (1.0, 0));
 
     let text = text_of(&planned, "program.nc");
-    let whole = CutRequest {
-        cell: 1.0,
-        tolerance: 0.05,
-        region: StockRegion::Whole,
-        rest: None,
-        across: false,
-        deviation: None,
-    };
-    let request = VerifyRequest {
-        program: Path::new("program.nc"),
-        dialect: Dialect::Fanuc,
-        setup: 0,
-        gouge_limit: None,
-        certificates: false,
-        fast: false,
-        cut: Some(whole),
-    };
+    let whole = CutRequest::on_lines(1.0, 0.05);
+    let request = VerifyRequest { cut: Some(whole), ..VerifyRequest::new(Path::new("program.nc"), Dialect::Fanuc) };
     let read = Job::read(&job.job()).unwrap();
     let run = verify_program(&read, text.as_bytes(), &request, &SilentStages).unwrap();
     let own = run.file.stock.unwrap();

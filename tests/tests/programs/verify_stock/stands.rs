@@ -4,7 +4,7 @@ use std::path::Path;
 
 use facemill::nc_program::Dialect;
 use facemill::{
-    CutRequest, Job, STAND_GOUGE_LIMIT, SilentStages, Stand, StandStock, StockRegion, VerificationFile, VerifyRequest,
+    CutRequest, Job, STAND_GOUGE_LIMIT, SilentStages, Stand, StandStock, VerificationFile, VerifyRequest,
     verify_program,
 };
 use facemill_tests::jobs::JobFolder;
@@ -30,22 +30,11 @@ fn stand(job: &JobFolder) -> Stand {
 }
 
 fn run(job: &Job, text: &str) -> VerificationFile {
-    let cut = CutRequest {
-        cell: 1.0,
-        tolerance: 0.01,
-        region: StockRegion::Whole,
-        rest: None,
-        across: false,
-        deviation: None,
-    };
+    let cut = CutRequest::on_lines(1.0, 0.01);
     let request = VerifyRequest {
-        program: Path::new("program.nc"),
-        dialect: Dialect::Fanuc,
-        setup: 0,
         gouge_limit: Some(STAND_GOUGE_LIMIT),
-        certificates: false,
-        fast: false,
         cut: Some(cut),
+        ..VerifyRequest::new(Path::new("program.nc"), Dialect::Fanuc)
     };
     verify_program(job, text.as_bytes(), &request, &SilentStages).unwrap_or_else(|e| panic!("{e}")).file
 }
