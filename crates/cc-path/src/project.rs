@@ -19,8 +19,8 @@ const SAME_POINT: f64 = 1e-9;
 
 /// The passes of a path file on a drive surface (workpiece frame): every point moved to the nearest point of the surface.
 ///
-/// The feed is the direction of the projected pass, by central differences weighted for uneven spacing and one-sided at
-/// the ends. Normals are the file's where it has them, else the surface's.
+/// The feed is the direction of the projected pass: at each point that of the parabola through it and the points around it, at
+/// an end through the next two. Normals are the file's where it has them, else the surface's.
 ///
 /// # Errors
 /// When a point is farther from the surface than allowed, two points in a row project on the same point, a normal of the
@@ -104,9 +104,21 @@ fn feed(positions: &[Point3<f64>], k: usize) -> Vector3<f64> {
             }
             (before / b) * (a / (a + b)) + (after / a) * (b / (a + b))
         }
-        (Some(only), None) | (None, Some(only)) => only,
+        (Some(before), None) => at_end(before, k.checked_sub(2).map(|j| positions[k - 1] - positions[j])),
+        (None, Some(after)) => at_end(after, positions.get(k + 2).map(|p| p - positions[k + 1])),
         (None, None) => Vector3::zeros(),
     }
+}
+
+/// Direction at the end of a curve, by the chord at the end and the next one, both along the feed: exact for a parabola. A chord
+/// alone is off by half the bend, which a strong bend between points far apart makes 10° and more.
+///
+/// Where the next chord turns by more than 60°, it says nothing about the end.
+fn at_end(chord: Vector3<f64>, next: Option<Vector3<f64>>) -> Vector3<f64> {
+    let length = chord.norm();
+    let Some(next) = next.filter(|next| next.dot(&chord) >= 0.5 * length * next.norm()) else { return chord };
+    let (unit, next_length) = (chord / length, next.norm());
+    unit + (unit - next / next_length) * (length / (length + next_length))
 }
 
 #[cfg(test)]

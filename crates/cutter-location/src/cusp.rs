@@ -1,13 +1,13 @@
 //! What neighbouring passes leave between them, and how far apart they may lie.
 
-use facemill_cl_data::{Aabb, CcPoint, Posture};
-use facemill_surface_model::{CurvatureTensor, Tree};
+use facemill_cl_data::{CcPoint, Posture};
+use facemill_surface_model::CurvatureTensor;
 use facemill_tool_model::{
     Cusp, Cutter, Outline, SilhouetteCurvature, cusp_height_between, silhouette_curvature, step_over_for_cusp,
 };
-use nalgebra::Vector3;
 
 use crate::SearchCurve;
+use crate::neighbours::{CutPass, Neighbour, NeighbourReach, Neighbours};
 
 /// A CC point with the posture it is cut in.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,8 +37,15 @@ pub struct Ridge {
 /// The surface between the two is taken as a circle through both CC points with their normals, which is exact to the
 /// third order of the step; postures between two points of the neighbour are those of the nearer one.
 pub fn ridges(cutter: &Cutter, pass: &[CutPoint], neighbour: &[CutPoint], reach: f64) -> Vec<Option<Ridge>> {
-    let tree = tree_over(neighbour);
-    pass.iter().map(|p| ridge(cutter, p, neighbour, &tree, reach)).collect()
+    let beside = CutPass { points: neighbour.to_vec(), uncut_left: false };
+    let neighbours = Neighbours::new(vec![beside], NeighbourReach { far: reach, opposed: reach });
+    let nearer = |a: Ridge, b: Ridge| if b.step_over < a.step_over { b } else { a };
+    let ridge = |own: &CutPoint| {
+        let beside = neighbours.beside(own);
+        let found = beside.before().map(|n| Ridge::toward(cutter, own, n));
+        found.reduce(nearer)
+    };
+    pass.iter().map(ridge).collect()
 }
 
 /// The surface between a CC point and the neighbouring pass.
@@ -50,60 +57,20 @@ pub struct Strip {
     pub curvature: f64,
 }
 
-/// The strip between every point of `pass` and `neighbour`: as [`ridges`], without the cutter.
-pub fn strips(pass: &[CcPoint], neighbour: &[CcPoint], reach: f64) -> Vec<Option<Strip>> {
-    let neighbour: Vec<CutPoint> = neighbour.iter().map(|&cc| CutPoint { cc, posture: Posture::default() }).collect();
-    let tree = tree_over(&neighbour);
-    pass.iter().map(|cc| Some(crossing(cc, &neighbour, &tree, reach)?.1)).collect()
-}
-
-fn tree_over(points: &[CutPoint]) -> Tree {
-    let boxes: Vec<Aabb> = points.windows(2).map(|w| Aabb::of_points([&w[0].cc.position, &w[1].cc.position])).collect();
-    Tree::build(&boxes)
-}
-
-/// Where the plane across the feed meets the neighbour, and the surface on the way there.
-fn crossing(cc: &CcPoint, neighbour: &[CutPoint], tree: &Tree, reach: f64) -> Option<(CutPoint, Strip)> {
-    let around = Aabb::of_points([&cc.position]).dilated(reach);
-    let mut nearest: Option<(f64, CutPoint)> = None;
-    tree.for_each_overlapping(&around, |k| {
-        let crossing = section_crossing(cc, &neighbour[k as usize], &neighbour[k as usize + 1]);
-        if let Some((distance, q)) = crossing.filter(|(d, _)| *d <= reach) {
-            // Of equal distances the first segment, whatever order the tree visits them in.
-            let better = nearest.is_none_or(|(d, best)| {
-                (distance, q.cc.position.coords.as_slice()) < (d, best.cc.position.coords.as_slice())
-            });
-            if better {
-                nearest = Some((distance, q));
-            }
-        }
-    });
-    let (_, q) = nearest?;
-    let between = q.cc.position - cc.position;
-    let chord_sq = between.norm_squared();
-    if chord_sq == 0.0 {
-        return None;
+impl Ridge {
+    /// The ridge between a point and a pass beside it.
+    pub fn toward(cutter: &Cutter, own: &CutPoint, beside: &Neighbour) -> Self {
+        let (q, Strip { step_over, curvature }) = (&beside.point, beside.strip);
+        let outline = Outline::new(cutter, own.posture);
+        let others = Outline::new(cutter, q.posture);
+        let others = if own.cc.feed.dot(&q.cc.feed) < 0.0 { others.mirrored() } else { others };
+        let (right, left) = if beside.is_left { (outline, others) } else { (others, outline) };
+        let cusp = cusp_height_between(&right, &left, step_over, curvature);
+        // This point lies to the right of a left neighbour.
+        let from_neighbour = if beside.is_left { -beside.arc } else { beside.arc };
+        let neighbour = seen_along_circle(&others, from_neighbour, curvature);
+        Self { step_over, cusp, curvature, neighbour }
     }
-    // Normals of a convex surface spread apart.
-    let curvature = (q.cc.normal.into_inner() - cc.normal.into_inner()).dot(&between) / chord_sq;
-    let chord = chord_sq.sqrt();
-    let half_turn = 0.5 * chord * curvature;
-    let step_over = if half_turn.abs() < 1e-6 { chord } else { 2.0 * half_turn.clamp(-1.0, 1.0).asin() / curvature };
-    Some((q, Strip { step_over, curvature }))
-}
-
-fn ridge(cutter: &Cutter, p: &CutPoint, neighbour: &[CutPoint], tree: &Tree, reach: f64) -> Option<Ridge> {
-    let (q, Strip { step_over, curvature }) = crossing(&p.cc, neighbour, tree, reach)?;
-    let own = Outline::new(cutter, p.posture);
-    let others = Outline::new(cutter, q.posture);
-    let others = if p.cc.feed.dot(&q.cc.feed) < 0.0 { others.mirrored() } else { others };
-    let neighbour_is_left = p.cc.left().dot(&(q.cc.position - p.cc.position)) > 0.0;
-    let (right, left) = if neighbour_is_left { (own, others) } else { (others, own) };
-    let cusp = cusp_height_between(&right, &left, step_over, curvature);
-    // This point lies to the right of a left neighbour.
-    let from_neighbour = if neighbour_is_left { -step_over } else { step_over };
-    let neighbour = seen_along_circle(&others, from_neighbour, curvature);
-    Some(Ridge { step_over, cusp, curvature, neighbour })
 }
 
 /// An outline in the frame of the point at arc length `s` (to the left) on the surface's circle of this curvature.
@@ -112,21 +79,6 @@ fn seen_along_circle(outline: &Outline, s: f64, curvature: f64) -> Outline {
     let chord = if half_turn.abs() < 1e-9 { s } else { s * half_turn.sin() / half_turn };
     let foot = nalgebra::Point2::new(chord * half_turn.cos(), -chord * half_turn.sin());
     outline.seen_from(foot, -2.0 * half_turn)
-}
-
-/// Where the segment from `a` to `b` crosses the plane through `cc` across its feed, and how far that is from `cc`.
-fn section_crossing(cc: &CcPoint, a: &CutPoint, b: &CutPoint) -> Option<(f64, CutPoint)> {
-    let ahead = |p: &CutPoint| (p.cc.position - cc.position).dot(&cc.feed);
-    let (at_a, at_b) = (ahead(a), ahead(b));
-    if (at_a > 0.0) == (at_b > 0.0) {
-        return None;
-    }
-    let t = at_a / (at_a - at_b);
-    let nearer = if t < 0.5 { a } else { b };
-    let blend = |p: &Vector3<f64>, q: &Vector3<f64>| p * (1.0 - t) + q * t;
-    let position = nalgebra::Point3::from(blend(&a.cc.position.coords, &b.cc.position.coords));
-    let point = CcPoint::new(position, blend(&a.cc.normal, &b.cc.normal), blend(&a.cc.feed, &b.cc.feed)).ok()?;
-    Some(((position - cc.position).norm(), CutPoint { cc: point, posture: nearer.posture }))
 }
 
 /// Posture that a flat-bottomed cutter needs at a CC point if nothing but the surface's curvature there were in its way: the
@@ -196,7 +148,7 @@ pub fn expected_strip_width(
 mod tests {
     use super::*;
     use crate::SearchOrder;
-    use nalgebra::{Matrix3, Point3, Unit};
+    use nalgebra::{Matrix3, Point3, Unit, Vector3};
 
     fn point(x: f64, y: f64, tilt: f64) -> CutPoint {
         let cc = CcPoint::new(Point3::new(x, y, 0.0), Vector3::z(), Vector3::x()).unwrap();

@@ -26,6 +26,7 @@ pub mod link;
 mod machine_obstacles;
 mod machine_proof;
 pub mod map;
+pub mod neighbours;
 mod pair_costs;
 mod pair_plan;
 mod pair_test;

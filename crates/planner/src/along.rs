@@ -1,8 +1,9 @@
 //! Ridges and chips along the passes of an operation, and what of them its moves have to know.
 
-use facemill_cl_data::{CcPoint, Posture};
-use facemill_cutter_location::cusp::{CutPoint, Ridge, ridges, strips};
-use facemill_tool_model::{Cutter, Outline};
+use facemill_cl_data::{Aabb, CcPoint, Posture};
+use facemill_cutter_location::cusp::{CutPoint, Ridge};
+use facemill_cutter_location::neighbours::{Beside, CutPass, NeighbourReach, Neighbours, OwnPlace};
+use facemill_tool_model::{Cusp, Outline};
 use nalgebra::{Isometry3, Point3};
 use rayon::prelude::*;
 
@@ -21,7 +22,7 @@ pub(crate) struct Along {
     pub cut: usize,
     /// Whether it is a point of the path.
     pub is_point: bool,
-    /// Toward the pass before.
+    /// Toward the pass beside that was cut before; the higher one where there is one on each side.
     pub ridge: Option<Ridge>,
     /// What the cutter takes there.
     pub chip: Chip,
@@ -40,14 +41,9 @@ pub(crate) fn along_passes(
     stages: &dyn Stages,
 ) -> Result<Vec<Vec<Along>>, Failure> {
     let all: Vec<&Piece> = pieces.iter().map(|p| &p.piece).collect();
-    let twins = Twins::of(&all, operation, setup);
-    let surroundings = Surroundings {
-        job,
-        setup,
-        feeds: &operation.feeds,
-        pieces: &all,
-        reach: neighbour_reach(job.tool.cutter(), operation),
-    };
+    let reach = neighbour_reach(job.tool.cutter(), operation);
+    let twins = Twins::of(&all, operation, setup, reach.far);
+    let surroundings = Surroundings::new(job, setup, &operation.feeds, &all, reach);
     let monitor = stages.start("cusps and chips", all.len());
     let found: Vec<Option<Vec<Along>>> = (0..all.len())
         .into_par_iter()
@@ -76,44 +72,52 @@ fn cut_point(piece: &Piece, cut: usize) -> CutPoint {
     CutPoint { cc: cut.cc, posture: cut.pose.posture }
 }
 
-/// Points of the path.
-fn points(piece: &Piece) -> Vec<CutPoint> {
-    (0..piece.cuts.len()).filter(|&k| !piece.cuts[k].inserted).map(|k| cut_point(piece, k)).collect()
-}
-
 /// What lies around the pieces of an operation.
 struct Surroundings<'s> {
     job: &'s Job,
     setup: &'s Setup<'s>,
     feeds: &'s FeedsFile,
     pieces: &'s [&'s Piece],
-    reach: f64,
+    /// The pieces of each place of the pattern, in cutting order.
+    places: Vec<Neighbours>,
+    /// Number of each piece in its place.
+    numbers: Vec<usize>,
 }
 
-impl Surroundings<'_> {
-    /// The pieces of another pass in the same place.
-    fn of_pass(&self, copy: u32, pass: Option<usize>) -> impl Iterator<Item = (usize, &Piece)> {
-        self.pieces.iter().copied().enumerate().filter(move |(_, p)| p.copy == copy && Some(p.pass) == pass)
+impl<'s> Surroundings<'s> {
+    fn new(
+        job: &'s Job,
+        setup: &'s Setup<'s>,
+        feeds: &'s FeedsFile,
+        pieces: &'s [&'s Piece],
+        reach: NeighbourReach,
+    ) -> Self {
+        let n_places = pieces.iter().map(|p| p.copy as usize + 1).max().unwrap_or(0);
+        let mut passes: Vec<Vec<CutPass>> = vec![Vec::new(); n_places];
+        let mut numbers = Vec::with_capacity(pieces.len());
+        for piece in pieces {
+            let of_place = &mut passes[piece.copy as usize];
+            numbers.push(of_place.len());
+            let points = stations(piece).into_iter().map(|k| cut_point(piece, k)).collect();
+            of_place.push(CutPass { points, uncut_left: piece.uncut_left });
+        }
+        let places = passes.into_iter().map(|of_place| Neighbours::new(of_place, reach)).collect();
+        Self { job, setup, feeds, pieces, places, numbers }
     }
 
     /// Ridges and chips of a piece.
     fn along(&self, index: usize) -> Result<Vec<Along>, Failure> {
-        let (piece, cutter) = (self.pieces[index], self.job.tool.cutter());
-        let stations = stations(piece);
-        let own: Vec<CutPoint> = stations.iter().map(|&k| cut_point(piece, k)).collect();
-        let of_before = self.of_pass(piece.copy, piece.pass.checked_sub(1));
-        // With two heads, what a run has left of the pass before may be cut later.
-        let (earlier, later): (Vec<_>, Vec<_>) = of_before.partition(|(k, _)| *k < index);
-        let [earlier, later] = [earlier, later].map(|of| of.into_iter().map(|(_, p)| points(p)).collect::<Vec<_>>());
-        let mut ridges = vec![None; own.len()];
-        self.nearest_ridges(cutter, &own, &earlier, &mut ridges);
-        let cut_beside = ridges.clone();
-        self.nearest_ridges(cutter, &own, &later, &mut ridges);
-        // Beyond the ends of the pass before, how much it has left is not known; the first pass has none before it.
-        let is_first = earlier.is_empty() && later.is_empty();
-        let curvatures = self.curvatures(piece, &own, &ridges);
+        let piece = self.pieces[index];
+        let (neighbours, pass) = (&self.places[piece.copy as usize], self.numbers[index]);
+        let (stations, own) = (stations(piece), &neighbours.passes()[pass].points);
+        let beside: Vec<Beside> = (0..own.len()).map(|point| neighbours.of(OwnPlace { pass, point })).collect();
+        let known: Vec<Option<f64>> = beside.iter().map(Beside::curvature).collect();
+        let curvatures: Vec<f64> = carried_on(known).into_iter().map(Option::unwrap_or_default).collect();
+        let cutter = self.job.tool.cutter();
         let measured = |k: usize| {
-            let site = self.site(&own[k].cc, &own[k], cut_beside[k].as_ref(), curvatures[k]);
+            let cut_beside: Vec<Ridge> =
+                beside[k].earlier.iter().flatten().map(|n| Ridge::toward(cutter, &own[k], n)).collect();
+            let site = self.site(&own[k].cc, &own[k], &cut_beside, curvatures[k]);
             let area = area(&site)?;
             Ok((area, if area > 0.0 { site.thickness(self.thickness_accuracy()) } else { 0.0 }))
         };
@@ -121,11 +125,16 @@ impl Surroundings<'_> {
         (0..own.len())
             .map(|k| {
                 let (area, thickness) = chips[k];
-                let is_air = area == 0.0 && self.feeds.air_mm_min.is_some() && self.is_clear(k, &own, &chips)?;
-                let is_known = is_first || cut_beside[k].is_some();
+                let is_air = area == 0.0 && self.feeds.air_mm_min.is_some() && self.is_clear(k, own, &chips)?;
+                // On the side of what is cut already a pass near by that ends beside the point has left what is not known.
+                let side = usize::from(!piece.uncut_left);
+                let at = OwnPlace { pass, point: k };
+                let is_known =
+                    beside[k].earlier[side].is_some() || !neighbours.is_near_earlier(at, 2.0 * cutter.radius());
                 let chip = Chip { area, thickness, is_known, is_air };
                 let cut = stations[k];
-                Ok(Along { cut, is_point: !piece.cuts[cut].inserted, ridge: ridges[k], chip })
+                let ridges = beside[k].before().map(|n| Ridge::toward(cutter, &own[k], n));
+                Ok(Along { cut, is_point: !piece.cuts[cut].inserted, ridge: ridges.reduce(higher), chip })
             })
             .collect()
     }
@@ -135,7 +144,7 @@ impl Surroundings<'_> {
     }
 
     /// The section across the feed through `at`, with the cutter as at a point.
-    fn site(&self, at: &CcPoint, point: &CutPoint, beside: Option<&Ridge>, curvature: f64) -> ChipSite {
+    fn site(&self, at: &CcPoint, point: &CutPoint, beside: &[Ridge], curvature: f64) -> ChipSite {
         let outline = Outline::new(self.job.tool.cutter(), point.posture);
         let top = StockTop::over(self.setup, at, curvature, outline.extent());
         ChipSite::new(outline, beside, top)
@@ -150,7 +159,7 @@ impl Surroundings<'_> {
             for step in -CLEAR_STEPS..=CLEAR_STEPS {
                 let along = reach * f64::from(step) / f64::from(CLEAR_STEPS);
                 let position = point.cc.position + point.cc.feed.into_inner() * along;
-                if area(&self.site(&CcPoint { position, ..point.cc }, point, None, 0.0))? > 0.0 {
+                if area(&self.site(&CcPoint { position, ..point.cc }, point, &[], 0.0))? > 0.0 {
                     return Ok(false);
                 }
             }
@@ -160,38 +169,16 @@ impl Surroundings<'_> {
         let is_in_the_middle = [0, own.len() - 1].into_iter().all(|end| away(end) >= reach);
         Ok(is_in_the_middle && (0..own.len()).all(|j| chips[j].0 == 0.0 || away(j) > reach))
     }
+}
 
-    /// Of all pieces of the pass before the nearest ridge wins: a trimmed pass is several pieces.
-    fn nearest_ridges(&self, cutter: &Cutter, own: &[CutPoint], before: &[Vec<CutPoint>], best: &mut [Option<Ridge>]) {
-        for before in before {
-            for (best, found) in best.iter_mut().zip(ridges(cutter, own, before, self.reach)) {
-                let nearer = match (&best, &found) {
-                    (Some(b), Some(f)) => f.step_over < b.step_over,
-                    (None, Some(_)) => true,
-                    _ => false,
-                };
-                if nearer {
-                    *best = found;
-                }
-            }
-        }
-    }
-
-    /// Curvature of the surface across the feed: that of the ridge, else of the strip to the pass behind, else as at
-    /// the nearest point before with either.
-    fn curvatures(&self, piece: &Piece, own: &[CutPoint], ridges: &[Option<Ridge>]) -> Vec<f64> {
-        let mut found: Vec<Option<f64>> = ridges.iter().map(|r| r.map(|r| r.curvature)).collect();
-        if found.iter().any(Option::is_none) {
-            let own: Vec<CcPoint> = own.iter().map(|p| p.cc).collect();
-            for (_, behind) in self.of_pass(piece.copy, Some(piece.pass + 1)) {
-                let behind: Vec<CcPoint> = points(behind).iter().map(|p| p.cc).collect();
-                for (found, strip) in found.iter_mut().zip(strips(&own, &behind, self.reach)) {
-                    *found = found.or(strip.map(|s| s.curvature));
-                }
-            }
-        }
-        carried_on(found).iter().map(|curvature| curvature.unwrap_or(0.0)).collect()
-    }
+/// The ridge that stands higher: one of a strip that is not cut before all others.
+fn higher(a: Ridge, b: Ridge) -> Ridge {
+    let is_higher = match (a.cusp, b.cusp) {
+        (Cusp::Height(a), Cusp::Height(b)) => b > a,
+        (Cusp::Height(_), Cusp::Uncut) => true,
+        (Cusp::Uncut, _) => false,
+    };
+    if is_higher { b } else { a }
 }
 
 fn area(site: &ChipSite) -> Result<f64, Failure> {
@@ -212,7 +199,7 @@ const SAME_PLACE: f64 = 1e-6;
 
 impl Twins {
     /// A solid stock need not look alike from everywhere: then there are none.
-    fn of(pieces: &[&Piece], operation: &OperationFile, setup: &Setup<'_>) -> Self {
+    fn of(pieces: &[&Piece], operation: &OperationFile, setup: &Setup<'_>, reach: f64) -> Self {
         let none = Self { of: vec![None; pieces.len()] };
         if setup.stock_solid.is_some() {
             return none;
@@ -226,17 +213,23 @@ impl Twins {
                 .position(|first| first.copy == 0 && first.pass == piece.pass && are_twins(first, piece, place))
         };
         let of: Vec<Option<usize>> = (0..pieces.len()).into_par_iter().map(alike).collect();
-        let whole_pass_has = |copy: u32, pass: usize| {
-            let n = |copy| pieces.iter().filter(|p| p.copy == copy && p.pass == pass).count();
-            let mut own = pieces.iter().zip(&of).filter(|(p, _)| p.copy == copy && p.pass == pass);
-            own.all(|(_, twin)| twin.is_some()) && n(copy) == n(0)
+        let boxes: Vec<Aabb> = pieces
+            .iter()
+            .map(|p| Aabb::of_points(p.cuts.iter().map(|c| &c.cc.position)).dilated(0.5 * reach))
+            .collect();
+        let (of, boxes) = (&of, &boxes);
+        let near = |k: usize| {
+            let is_near = move |j: &usize| pieces[*j].copy == pieces[k].copy && boxes[*j].intersects(&boxes[k]);
+            (0..pieces.len()).filter(is_near)
         };
-        let beside = |k: usize| {
-            let (copy, pass) = (pieces[k].copy, pieces[k].pass);
-            pass.checked_sub(1).is_none_or(|before| whole_pass_has(copy, before)) && whole_pass_has(copy, pass + 1)
+        // What is near one has to be near the other in the same order.
+        let are_surrounded_alike = |k: usize, first: usize| {
+            let twin = |i: usize| (0..pieces.len()).find(|&j| pieces[j].copy == pieces[k].copy && of[j] == Some(i));
+            near(k).all(|j| of[j].is_some_and(|i| (i < first) == (j < k)))
+                && near(first).all(|i| twin(i).is_some_and(|j| (i < first) == (j < k)))
         };
-        let kept = (0..pieces.len()).map(|k| of[k].filter(|_| beside(k))).collect();
-        Self { of: kept }
+        let kept = |k: usize| of[k].filter(|&first| are_surrounded_alike(k, first));
+        Self { of: (0..pieces.len()).into_par_iter().map(kept).collect() }
     }
 }
 

@@ -124,30 +124,42 @@ pub(crate) struct ChipSite {
     own: Outline,
     /// Its heights.
     heights: OutlineTable,
-    /// Heights of the outline of the pass before, where it is known.
-    before: Option<OutlineTable>,
+    /// Heights of the outlines of the passes cut before, at most one on each side.
+    before: Vec<OutlineTable>,
     top: StockTop,
     /// The lateral range in which the outline is below the stock's top.
     range: (f64, f64),
 }
 
 impl ChipSite {
-    /// The section at a point with this outline, beside the pass that the ridge goes to.
-    pub(crate) fn new(own: Outline, ridge: Option<&Ridge>, top: StockTop) -> Self {
+    /// The section at a point with this outline, beside the passes cut before that the ridges go to.
+    pub(crate) fn new<'r>(own: Outline, ridges: impl IntoIterator<Item = &'r Ridge>, top: StockTop) -> Self {
         let range = engaged(&own, &top);
-        let before = ridge.map(|r| OutlineTable::new(&r.neighbour, range));
+        let before = ridges.into_iter().map(|r| OutlineTable::new(&r.neighbour, range)).collect();
         Self { own, heights: OutlineTable::new(&own, range), before, top, range }
     }
 
-    /// Section of the chip, mm²: the stock above the surface that this pass takes and the neighbouring one, cut before,
-    /// has not. Without a neighbour the cutter is in full stock.
+    /// Height that the passes before have left at y; infinite where none was.
+    fn left_at(&self, y: f64) -> f64 {
+        self.before.iter().filter_map(|b| b.height_at(y)).fold(f64::INFINITY, f64::min)
+    }
+
+    /// The most that the passes before have left over an interval: an outline is convex, so it is highest at one of the
+    /// ends, and what several leave is not above any of them.
+    fn most_left(&self, [from, to]: [f64; 2]) -> f64 {
+        let height = |b: &OutlineTable, y: f64| b.height_at(y).unwrap_or(f64::INFINITY);
+        self.before.iter().map(|b| height(b, from).max(height(b, to))).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Section of the chip, mm²: the stock above the surface that this pass takes and the neighbouring ones, cut before,
+    /// have not. Without a neighbour the cutter is in full stock.
     ///
     /// The estimate of its error is not above [`AREA_ACCURACY`] of it, or [`SMALLEST_AREA`] where that is more. 0 where
     /// nothing is cut.
     pub(crate) fn area(&self) -> Result<f64, OutlineError> {
         let (from, to) = self.range;
         let at = |accuracy: f64| {
-            let before = |y: f64| self.before.as_ref().and_then(|b| b.height_at(y));
+            let before = |y: f64| Some(self.left_at(y)).filter(|height| height.is_finite());
             let own = |y: f64| self.heights.height_at(y);
             chip_area_between_outlines(before, own, |y| self.top.at(y), from..=to, accuracy)
         };
@@ -171,12 +183,7 @@ impl ChipSite {
             axis: axis.into(),
             tip: tip.into(),
         };
-        // An outline is convex: over an interval it is highest at one of the ends.
-        let left = |y: f64| self.before.as_ref().and_then(|b| b.height_at(y)).unwrap_or(f64::INFINITY);
-        let highest = |[from, to]: [f64; 2]| {
-            let top = self.top.highest([from, to]);
-            if from == to { top.min(left(from)) } else { top.min(left(from).max(left(to))) }
-        };
+        let highest = |interval: [f64; 2]| self.top.highest(interval).min(self.most_left(interval));
         largest_thickness(&pose, highest, accuracy)
     }
 }
@@ -286,6 +293,34 @@ mod tests {
             }
         }
         assert!(n > 120, "{n} cases");
+    }
+
+    #[test]
+    fn between_two_passes_cut_before_only_what_both_have_left_is_a_chip() {
+        let (step, depth) = (14.0, 2.0);
+        for (tilt, rotate) in [(0.1, 0.0), (0.2, -0.5)] {
+            let posture = Posture { tilt, rotate };
+            let cutter = Cutter::new(40.0, 8.0, 60.0).unwrap();
+            let own = &pass(0.0, 0.0, posture)[1..2];
+            let both = [-step, step].map(|s| ridges(&cutter, own, &pass(0.0, s, posture), 300.0)[0].unwrap());
+            let top = StockTop::Layer { thickness: depth, curvature: 0.0 };
+            let site = ChipSite::new(Outline::new(&cutter, posture), &both, top);
+            let section = PassSection {
+                cutter: CutterEnd { radius: 40.0, corner_radius: 8.0 },
+                surface: SectionSurface::Plane,
+                engagement: Engagement {
+                    depth_of_cut: depth,
+                    left: Beside::Cut { step_over: step },
+                    right: Beside::Cut { step_over: step },
+                },
+                orientation: Orientation::from_tilt_rotate(tilt, rotate),
+                neighbour_axis: NeighbourAxis::Turned,
+            };
+            let exact = chip_of_pass(&section).unwrap();
+            let area = site.area().unwrap();
+            let allowed = SMALLEST_AREA.max(AREA_ACCURACY * exact.area) + exact.error_bound;
+            assert!((area - exact.area).abs() <= allowed, "{area} for {exact:?}");
+        }
     }
 
     #[test]

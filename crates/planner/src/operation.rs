@@ -3,8 +3,9 @@
 use std::collections::BTreeMap;
 
 use facemill_cl_data::{CcPoint, CuttingLaw, Pass, Posture, Silent};
-use facemill_cutter_location::cusp::strips;
+use facemill_cutter_location::cusp::CutPoint;
 use facemill_cutter_location::link::{ClearanceSurface, LinkSettings};
+use facemill_cutter_location::neighbours::{CutPass, NeighbourReach, Neighbours, OwnPlace};
 use facemill_cutter_location::{
     Hints, Optimum, Outcome, PassTask, PoseTest, Relief, SearchCurve, SearchSettings, Widened, Workcell, map::map,
     plan_passes, reliefs, search,
@@ -221,18 +222,24 @@ fn place_pieces(
 
 /// How far to look for the neighbouring pass: as far as the cutter could reach if it lay flat, and beyond, so that a strip that
 /// stays uncut is seen.
-pub(crate) fn neighbour_reach(cutter: &Cutter, operation: &OperationFile) -> f64 {
-    3.0 * operation.tolerances.max_step_over_mm.max(cutter.radius())
+pub(crate) fn neighbour_reach(cutter: &Cutter, operation: &OperationFile) -> NeighbourReach {
+    let step_over = operation.tolerances.max_step_over_mm;
+    NeighbourReach { far: 3.0 * step_over.max(cutter.radius()), opposed: step_over }
 }
 
-/// Each pass with its search curve and the strip to the pass before; to the one behind it for the first.
-fn pass_tasks(tasks: &[LaidTask], reach: f64) -> Vec<PassTask> {
+/// Each pass with its search curve and the strip to what is cut beside it before; behind it for the first.
+fn pass_tasks(tasks: &[LaidTask], reach: NeighbourReach) -> Vec<PassTask> {
+    let passes = tasks.iter().map(|task| {
+        let point = |&cc: &CcPoint| CutPoint { cc, posture: Posture::default() };
+        CutPass { points: task.pass.points.iter().map(point).collect(), uncut_left: task.uncut_left }
+    });
+    let neighbours = Neighbours::new(passes.collect(), reach);
     tasks
         .par_iter()
         .enumerate()
-        .map(|(k, task)| {
-            let neighbour = tasks.get(if k > 0 { k - 1 } else { 1 }).map(|t| t.pass.points.as_slice());
-            let strips = strips(&task.pass.points, neighbour.unwrap_or_default(), reach);
+        .map(|(pass, task)| {
+            let strip = |point: usize| neighbours.of(OwnPlace { pass, point }).strip();
+            let strips = (0..task.pass.points.len()).map(strip).collect();
             PassTask { pass: task.pass.clone(), curve: task.curve, strips: carried_on(strips) }
         })
         .collect()

@@ -11,6 +11,7 @@ mod machine_bodies;
 mod map;
 mod map_cases;
 mod mesh_bodies;
+mod neighbours;
 mod pairs;
 mod pass_costs;
 mod passes;
