@@ -12,18 +12,32 @@ use serde::{Serialize, de::DeserializeOwned};
 
 /// What is wrong with a file, where, and what would be right.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{}line {line}, column {column}: {message}{}", if field.is_empty() || field == "." { String::new() } else { format!("{field}, ") }, hint.as_ref().map(|h| format!("; {h}")).unwrap_or_default())]
+#[error("{}{message}{}", self.place(), hint.as_ref().map(|h| format!("; {h}")).unwrap_or_default())]
 pub struct FormatError {
     /// Path of the field, such as `operations[0].search.tilt_deg`; empty at the top level.
     pub field: String,
-    /// Line, from 1.
+    /// Line, from 1; 0 of a value that has no text.
     pub line: usize,
-    /// Column, from 1.
+    /// Column, from 1; 0 of a value that has no text.
     pub column: usize,
     /// What is wrong.
     pub message: String,
     /// What to do, where it can be told.
     pub hint: Option<String>,
+}
+
+impl FormatError {
+    /// Field and place with the colon behind them.
+    fn place(&self) -> String {
+        let Self { field, line, column, .. } = self;
+        let has_field = !field.is_empty() && field != ".";
+        match (has_field, *line) {
+            (true, 0) => format!("{field}: "),
+            (false, 0) => String::new(),
+            (true, line) => format!("{field}, line {line}, column {column}: "),
+            (false, line) => format!("line {line}, column {column}: "),
+        }
+    }
 }
 
 /// Reads a strict JSON file.
@@ -42,6 +56,14 @@ pub fn from_json<T: DeserializeOwned>(text: &[u8]) -> Result<T, FormatError> {
     })?;
     json.end().map_err(|e| format_error(String::new(), &e))?;
     Ok(value)
+}
+
+/// Reads a value that was taken from a file and changed, as strictly as [`from_json`] reads the file.
+///
+/// # Errors
+/// When a key is unknown or missing, or a value is of the wrong kind.
+pub fn from_value<T: DeserializeOwned>(value: serde_json::Value) -> Result<T, FormatError> {
+    serde_path_to_error::deserialize(value).map_err(|e| format_error(e.path().to_string(), e.inner()))
 }
 
 fn format_error(field: String, e: &serde_json::Error) -> FormatError {
@@ -118,6 +140,20 @@ mod tests {
         assert_eq!(e.field, "inner[0].tilt_deg");
         assert!(from_json::<Outer>(b"{\"inner\": []} x").is_err());
         assert!(from_json::<Outer>(b"").is_err());
+    }
+
+    #[test]
+    fn a_value_is_read_as_strictly_as_a_file_and_its_fault_has_no_line() {
+        let read = |text: &str| from_value::<Outer>(serde_json::from_str(text).unwrap());
+        assert_eq!(read(r#"{"inner": [{"tilt_deg": 1, "rotate_deg": 2}]}"#).unwrap().inner.len(), 1);
+        let e = read(r#"{"inner": [{"tlt_deg": 1}]}"#).unwrap_err().to_string();
+        assert!(e.starts_with("inner[0].tlt_deg: unknown field") && e.ends_with("did you mean `tilt_deg`?"), "{e}");
+        assert!(
+            read(r#"{"inner": [{"tilt_deg": "1", "rotate_deg": 2}]}"#)
+                .unwrap_err()
+                .to_string()
+                .starts_with("inner[0].tilt_deg: ")
+        );
     }
 
     #[test]

@@ -13,6 +13,7 @@ use crate::load::{Job, Setup};
 use crate::moves::{MoveKind, PieceMoves};
 use crate::operation::{carried_on, neighbour_reach};
 use crate::pieces::{Piece, places};
+use crate::plan_stages::CHIPS;
 use crate::{Failure, Stages};
 
 /// What is known at a cut of a piece besides its pose.
@@ -44,7 +45,7 @@ pub(crate) fn along_passes(
     let reach = neighbour_reach(job.tool.cutter(), operation);
     let twins = Twins::of(&all, operation, setup, reach.far);
     let surroundings = Surroundings::new(job, setup, &operation.feeds, &all, reach);
-    let monitor = stages.start("cusps and chips", all.len());
+    let monitor = stages.start(CHIPS, all.len());
     let found: Vec<Option<Vec<Along>>> = (0..all.len())
         .into_par_iter()
         .map(|k| {

@@ -9,6 +9,7 @@ use facemill_virtual_machine::{
 
 use crate::load::Job;
 use crate::output::{name_obstacles, not_verified};
+use crate::plan_stages::LOOK;
 use crate::stock_map::StockMeshes;
 use crate::verify_stock::{CutRequest, Stand};
 use crate::{Failure, Stages};
@@ -129,7 +130,7 @@ fn left_between<const N: usize>(
 ) -> Result<[Vec<Finding>; N], Failure> {
     let is_asked = asked.iter().any(|asked| !asked.is_empty()) && is_cut_known(&tools(&heads), cut.cell, cut.tolerance);
     let Some((on, _)) = heads.first().filter(|_| is_asked) else { return Ok([const { Vec::new() }; N]) };
-    let monitor = stages.start("look between the lines", program.blocks.len());
+    let monitor = stages.start(LOOK, program.blocks.len());
     let mut outside = StockMeshes::of(on.setup).outside(on.job, on.setup, cut.cell, cut.region)?;
     let mut asked = asked.into_iter();
     let views = heads.map(|(on, settings)| (on.at, settings, asked.next().unwrap_or_default()));

@@ -11,9 +11,10 @@ use facemill::tool_model::HolderLibrary;
 use facemill::z_map::DexelMap;
 use facemill::{CutRequest, Failure, files, read_rest};
 
-use crate::cli::{Bars, say};
+use crate::cli::say;
 use crate::option_lengths::{above_zero, from_zero};
 use crate::program_arguments::{ProgramArguments, ProgramOfJob};
+use crate::progress::Progress;
 
 #[derive(Args)]
 #[command(mut_arg("job", |argument| argument.required(true)))]
@@ -89,7 +90,7 @@ pub(crate) fn run(arguments: &LengthsArguments) -> Result<ExitCode, Failure> {
     let outputs = [&arguments.out, &arguments.tool_out, &arguments.program_out];
     files::check_outputs(outputs.into_iter().flatten().map(PathBuf::as_path))?;
     look_at_earlier(arguments, dialect)?;
-    let found = lengths_of_program(&job, &text, &request, &Bars)?;
+    let found = lengths_of_program(&job, &text, &request, &Progress::new(false))?;
     if !crate::progress::start_writing() {
         return Err(Failure::Interrupted);
     }

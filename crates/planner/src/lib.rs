@@ -42,6 +42,8 @@ mod failure;
 pub mod files;
 mod follow;
 pub mod job_file;
+mod job_settings;
+mod job_source;
 pub mod lengths;
 mod linearity;
 mod load;
@@ -65,6 +67,7 @@ mod pass_order;
 mod path;
 mod pieces;
 mod plan;
+mod plan_stages;
 mod plan_stock;
 mod pole;
 mod post_block_words;
@@ -72,6 +75,7 @@ mod post_load;
 mod post_probe;
 mod program;
 mod program_spec;
+mod program_times;
 pub mod rapids;
 mod refeed;
 mod refeed_checks;
@@ -91,6 +95,7 @@ mod stock;
 mod stock_map;
 mod stock_places;
 mod summary;
+mod summary_file;
 mod timing;
 mod tip_feed;
 mod turning;
@@ -111,13 +116,16 @@ pub use deviation_cusps::{CuspRatios, CuspReport, CuspsNotCompared};
 pub use deviation_report::{DeviationAreas, DeviationBin, DeviationFigures, DeviationPlace, DeviationReport};
 pub use dual::{PairReport, PairSplit};
 pub use failure::Failure;
+pub use job_settings::JobSetting;
+pub use job_source::job_path;
 pub use load::Job;
 pub use machine_check::{MachineCheck, describe_heads, describe_hulls, describe_machine};
 pub use machine_load::{BodyHull, ReadMachine, read_machine};
 pub use mesh_files::read_mesh;
 pub use pass_order::PassOrderReport;
-pub use plan::{PlanSettings, Planned, REJECTED, plan_setup};
+pub use plan::{Outcome, PlanSettings, Planned, REJECTED, plan_setup};
 pub use plan_stock::{PlannedStockReport, plan_job};
+pub use program_times::ProgramTimes;
 pub use refeed::{MAX_TOOL_LENGTH, Refed, RefeedSettings, RefeedSummary, TipFeed, refeed};
 pub use refeed_law::{BLEND_TOLERANCES, RefeedLaw, RefeedLawTimes};
 pub use rest_stock::read_rest;
@@ -125,6 +133,7 @@ pub use solution_space::{SolutionSpace, SolutionSpaceRequest, solution_space};
 pub use stand::{STAND_GOUGE_LIMIT, Stand, StandStock};
 pub use stock_map::StockRegion;
 pub use summary::{clock, summary};
+pub use summary_file::{SUMMARY_FORMAT, SetupSummary, SummaryFile};
 pub use verify_program::{VERIFICATION_FORMAT, VerificationFile, Verified, VerifyRequest, verify_program};
 pub use verify_stock::{CutRequest, StockReport};
 
@@ -145,6 +154,8 @@ pub use facemill_z_map as z_map;
 
 /// Gives each stage of a plan the monitor it reports to.
 pub trait Stages {
+    /// Names the stages to come, in their order. Some may not come, and some again.
+    fn expect(&self, _stages: Vec<&'static str>) {}
     /// Starts a stage of `n` steps; it ends when the monitor is dropped.
     fn start(&self, what: &'static str, n: usize) -> Box<dyn facemill_cl_data::Monitor>;
 }

@@ -11,6 +11,8 @@ use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
 
 use crate::enclosure::check_enclosure;
 use crate::job_file::{JobFile, OperationFile, PoseFile, RoleFile, SetupFile, StockFile};
+use crate::job_settings::JobSetting;
+use crate::job_source::{blamed, job_path, read_job_file};
 use crate::machine_load::read_machine;
 use crate::mesh_files::{FileKey, MeshFiles};
 use crate::obstacle_meshes::{
@@ -20,7 +22,7 @@ use crate::obstacle_meshes::{
 use crate::post_load::read_post;
 use crate::report::MeshReport;
 use crate::stock::stock_mesh;
-use crate::validate::{belongs, check_feeds, check_gouge_tolerances, check_heads, check_rounding, validate};
+use crate::validate::{belongs, check_feeds, check_gouge_tolerances, check_heads, check_rounding};
 use crate::validate_feeds::check_chip_thickness;
 use crate::{Failure, files};
 
@@ -39,6 +41,8 @@ pub struct Job {
     pub post: PostSettings,
     /// The second head of its machine, where it has one.
     pub second: Option<SecondHead>,
+    /// Values that were put in place of those of the file.
+    pub settings: Vec<JobSetting>,
 }
 
 /// Where the axes stand at the reference position, in the unit of words.
@@ -63,15 +67,23 @@ pub struct SecondHead {
 }
 
 impl Job {
-    /// Reads a job file, its tool, machine and template.
+    /// Reads a job file, or `job.json` of a folder, with its tool, machine and template.
     ///
     /// # Errors
     /// When a file cannot be read or is wrong; the message names file, field and line.
     pub fn read(path: &Path) -> Result<Self, Failure> {
-        let file: JobFile =
-            facemill_file_format::from_json(&files::read(path)?).map_err(|e| Failure::input(path, e))?;
-        validate(&file).map_err(|e| Failure::input(path, e))?;
-        Self::of(path, file)
+        Self::read_with(path, &[])
+    }
+
+    /// Reads a job as [`Job::read`] does, with these values in place of those of the file.
+    ///
+    /// # Errors
+    /// As [`Job::read`]; a message about a value that was set names the setting.
+    pub fn read_with(path: &Path, settings: &[JobSetting]) -> Result<Self, Failure> {
+        let path = &job_path(path);
+        let file = read_job_file(path, settings)?;
+        let job = Self::of(path, file).map_err(|e| blamed(settings, path, e))?;
+        Ok(Self { settings: settings.to_vec(), ..job })
     }
 
     /// A job with the tool, machine and template that its checked file names, relative to `path`, which errors name, too.
@@ -120,7 +132,7 @@ impl Job {
         let home = home_words(&machine)?;
         let post =
             post.on_machine(machine.motion_law(), home).map_err(|e| Failure::input(path, format!("post.{e}")))?;
-        Ok(Self { path: path.to_owned(), file, tool, machine, post, second })
+        Ok(Self { path: path.to_owned(), file, tool, machine, post, second, settings: Vec::new() })
     }
 
     /// What the control does in the rapids of a program, between the first position and the way home: under RTCP with a control

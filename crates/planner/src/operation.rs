@@ -25,6 +25,7 @@ use crate::moves::{Move, MoveSettings, OperationMoves, approach_settings, operat
 use crate::path::lay;
 use crate::pieces::{LaidTask, LeftOut, Piece, copy_outcomes, filled, places, split};
 use crate::plan::Clock;
+use crate::plan_stages::{BETWEEN, HELP, LAY, LINKS, PICTURE, POSTURES};
 use crate::pole::Tests;
 use crate::solution_space::mapped_range;
 use crate::solution_svg::map_svg;
@@ -76,7 +77,9 @@ impl<'a> PlannedOperation<'a> {
         clock: &mut Clock,
     ) -> Result<(Self, Option<String>), Failure> {
         let mut cell = workcell(job, setup, operation, map);
+        let laying = stages.start(LAY, 0);
         let laid = lay(job, setup, index, operation)?;
+        drop(laying);
         settle_branch(&mut cell, &laid.tasks);
         let test = PoseTest::new(&cell);
         clock.lap("path");
@@ -89,13 +92,13 @@ impl<'a> PlannedOperation<'a> {
             place_pieces(&tests, operation, &laid.tasks, &mut left_out, stages)?;
         let widened = tests.widened();
         let passes = pass_settings(operation);
-        let monitor = stages.start("between points", cc_points);
+        let monitor = stages.start(BETWEEN, cc_points);
         let pieces = filled(&tests, &settings.linearity, passes.fallback(), pieces, &mut left_out, &*monitor)?;
         drop(monitor);
         let pieces = wound(&test, passes.fallback(), pieces, from.map(|m| m.axes));
         clock.lap("search");
-        let picture = if picture { picture_of(&test, operation, &laid.tasks)? } else { None };
-        let monitor = stages.start("entries and links", 2 * pieces.len());
+        let picture = if picture { picture_of(&test, operation, &laid.tasks, stages)? } else { None };
+        let monitor = stages.start(LINKS, 2 * pieces.len());
         let mut moves = operation_moves(&test, &settings, pieces, from, &mut left_out, &*monitor)?;
         drop(monitor);
         clock.lap("moves");
@@ -104,7 +107,7 @@ impl<'a> PlannedOperation<'a> {
         if setup.stock_solid.is_some() {
             left_out.iter_mut().for_each(LeftOut::explain_stock);
         }
-        let reliefs = reliefs_by_reason(&cell, &left_out, &search_settings(operation));
+        let reliefs = reliefs_by_reason(&cell, &left_out, &search_settings(operation), stages)?;
         clock.lap("what would help");
         let dropped_pieces = laid.dropped_pieces;
         let planned = Self { reliefs, operation, moves, cc_points, dropped_pieces, left_out, optimum, widened, along };
@@ -158,7 +161,8 @@ fn reliefs_by_reason(
     cell: &Workcell<'_>,
     left_out: &[LeftOut],
     settings: &SearchSettings,
-) -> BTreeMap<String, Vec<Relief>> {
+    stages: &dyn Stages,
+) -> Result<BTreeMap<String, Vec<Relief>>, Failure> {
     let mut firsts: Vec<(&str, &CcPoint, &SearchCurve)> = Vec::new();
     for l in left_out {
         let Some((cc, curve)) = &l.searched else { continue };
@@ -166,7 +170,14 @@ fn reliefs_by_reason(
             firsts.push((&l.reason, cc, curve));
         }
     }
-    firsts.into_par_iter().map(|(reason, cc, curve)| (reason.to_owned(), reliefs(cell, cc, curve, settings))).collect()
+    let monitor = stages.start(HELP, firsts.len());
+    let of = |(reason, cc, curve): (&str, &CcPoint, &SearchCurve)| {
+        monitor.checkpoint()?;
+        let found = reliefs(cell, cc, curve, settings);
+        monitor.advance(1);
+        Ok((reason.to_owned(), found))
+    };
+    firsts.into_par_iter().map(of).collect()
 }
 
 /// Where the job leaves the branch open, takes the one nearest to home at the first CC point for all passes: passes on
@@ -203,7 +214,7 @@ fn place_pieces(
 ) -> Result<Placed, Failure> {
     let places = places(operation.pattern.as_ref());
     let n_points: usize = tasks.iter().map(|t| t.pass.points.len()).sum();
-    let monitor = stages.start("tilt and rotate", n_points * places.len());
+    let monitor = stages.start(POSTURES, n_points * places.len());
     let settings = pass_settings(operation);
     let test = tests.of(&settings);
     let pass_tasks = pass_tasks(tasks, neighbour_reach(test.cell.tool.cutter(), operation));
@@ -263,7 +274,13 @@ const PICTURE_RESOLUTION: f64 = 0.25 * std::f64::consts::PI / 180.0;
 
 /// The solution space at the point of the path, of some hundred spread over it, whose smallest feasible posture has the largest
 /// tilt, the first of equals: where it is narrowest.
-fn picture_of(test: &PoseTest<'_>, operation: &OperationFile, tasks: &[LaidTask]) -> Result<Option<String>, Failure> {
+fn picture_of(
+    test: &PoseTest<'_>,
+    operation: &OperationFile,
+    tasks: &[LaidTask],
+    stages: &dyn Stages,
+) -> Result<Option<String>, Failure> {
+    let _drawing = stages.start(PICTURE, 0);
     let settings = search_settings(operation);
     let smallest = |task: &LaidTask, cc: &CcPoint| {
         search(test, cc, &task.curve, &settings, 0.0, None, &mut Hints::default()).ok().map(|f| f.pose.posture)

@@ -21,6 +21,7 @@ use crate::mending::CutBlock;
 use crate::moves::MoveKind;
 use crate::obstacle_meshes::ObstacleRole;
 use crate::operation::PlannedOperation;
+use crate::plan_stages::{CERTIFY, VERIFY};
 use crate::post_probe::probe;
 use crate::program::{BlockWriter, Timed, rtcp_frame, table_from_rtcp_words};
 use crate::program_spec::program_spec;
@@ -160,7 +161,7 @@ pub(crate) fn time_texts(job: &Job, words: &WordMap, texts: &mut Texts) -> Resul
     let (machine, tool_length) = (&job.machine, job.tool.gauge_length());
     let at = Surroundings { machine, tool_length, words, frame: rtcp_frame(job, words), work_offset: None };
     let written = TimedText {
-        text: &texts.nc,
+        text: texts.nc.as_bytes(),
         dialect: job.post.dialect(),
         rapids: job.post.rtcp_rapids().unwrap_or_default(),
         block_lines: &texts.block_lines,
@@ -218,7 +219,7 @@ impl OwnProgram<'_> {
     pub(crate) fn verify(&self, stages: &dyn Stages) -> Result<Verification, Failure> {
         let program = self.read()?;
         let setting = self.virtual_setup()?;
-        let monitor = stages.start("verify program", program.blocks.len());
+        let monitor = stages.start(VERIFY, program.blocks.len());
         let mut verification = verify(&program, &setting, &self.settings(), &*monitor).map_err(not_verified)?;
         name_obstacles(&mut verification, self.setup);
         // A shop's template may turn the spindle as it likes.
@@ -232,7 +233,7 @@ impl OwnProgram<'_> {
     pub(crate) fn certify(&self, stages: &dyn Stages) -> Result<Certificates, Failure> {
         let program = self.read()?;
         let setting = self.virtual_setup()?;
-        let monitor = stages.start("certify program", program.blocks.len());
+        let monitor = stages.start(CERTIFY, program.blocks.len());
         certify(&program, &setting, &self.settings(), &*monitor).map_err(not_verified)
     }
 

@@ -5,6 +5,8 @@ use std::time::Instant;
 use facemill_nc_program::WordMap;
 use facemill_virtual_machine::{Assumption, Certificates, HeldAsCut, Verification, joined, rapid_lines};
 use facemill_z_map::DexelMap;
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use crate::between_lines::{is_cut_known, machine_as_cut, seen_between, seen_of_rest};
 use crate::cell::z_map;
@@ -18,6 +20,7 @@ use crate::operation::{Ground, PlannedOperation};
 use crate::output::{
     OwnProgram, Texts, certificates_json, check_feeds, time_texts, try_template, write_draft, write_texts,
 };
+use crate::plan_stages::{READ, TIMES, WRITE, stages_of};
 use crate::plan_stock::{CutByPlan, PlannedStockReport, StockBefore, StockToCut, cut_by_plan, not_asked};
 use crate::program::word_map;
 use crate::rapids::{LinksReport, PlannedLinks};
@@ -54,12 +57,46 @@ pub struct Planned {
     pub timings: Vec<(&'static str, f64)>,
 }
 
+/// What became of a plan; of several setups the worst counts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Outcome {
+    /// The program does what the job asks for.
+    Done,
+    /// The program has no fault, and leaves more out or over than the job allows, or its blocks are not close enough for the
+    /// linearisation tolerance.
+    Incomplete,
+    /// The program has faults, and must not be run: its name says so.
+    Faulty,
+}
+
+impl Outcome {
+    /// Exit code of `facemill plan`: 0 done, 1 incomplete, 4 faulty.
+    pub fn exit_code(self) -> u8 {
+        match self {
+            Self::Done => 0,
+            Self::Incomplete => 1,
+            Self::Faulty => 4,
+        }
+    }
+}
+
 impl Planned {
-    /// Whether the program can be run as it is: no finding that is a fault, no more left out than the job allows, and blocks
-    /// close enough for the linearisation tolerance.
+    /// What became of the plan.
+    pub fn outcome(&self) -> Outcome {
+        let report = &self.report;
+        if report.findings.iter().any(|f| f.kind.is_fault()) {
+            Outcome::Faulty
+        } else if report.totals.trims_too_much || report.worst.linearisation_exceeded {
+            Outcome::Incomplete
+        } else {
+            Outcome::Done
+        }
+    }
+
+    /// Whether the program can be run as it is and does what the job asks for.
     pub fn is_clean(&self) -> bool {
-        let faults = self.report.findings.iter().any(|f| f.kind.is_fault());
-        !faults && !self.report.totals.trims_too_much && !self.report.worst.linearisation_exceeded
+        self.outcome() == Outcome::Done
     }
 }
 
@@ -83,10 +120,13 @@ pub(crate) fn planned_setup(
         return plan_dual_setup(job, index, settings, stock, stages);
     }
     let mut clock = Clock::new();
+    stages.expect(stages_of(job, index, settings, stock.is_some()));
+    let reading = stages.start(READ, 0);
     let setup = Setup::read(job, index)?;
     let map = z_map(&setup)?;
     let words = word_map(job, &setup, index)?;
     try_template(job, &setup, &words)?;
+    drop(reading);
     clock.lap("read");
     let ground = Ground { job, setup: &setup, map: &map };
     let mut operations: Vec<PlannedOperation<'_>> = Vec::new();
@@ -110,7 +150,9 @@ pub(crate) fn planned_setup(
     let sound = Rounds { ground: &ground, words: &words, settings, before: &before, stages };
     let Sound { mut texts, verification, certificates, cut: (of_stock, rest), seen, mended, links } =
         sound.program(&mut operations, shortened, &mut clock)?;
+    let timing = stages.start(TIMES, 0);
     time_texts(job, &words, &mut texts)?;
+    drop(timing);
     clock.lap("times");
     let turning = Turning::of(job, &operations, &texts);
     let jobs = vec![job; operations.len()];
@@ -285,7 +327,9 @@ impl Rounds<'_, '_> {
 
     fn written(&self, operations: &[PlannedOperation<'_>], clock: &mut Clock) -> Result<Written, Failure> {
         let (Ground { job, setup, .. }, words, settings) = (self.ground, self.words, self.settings);
+        let writing = self.stages.start(WRITE, 0);
         let texts = write_texts(job, setup, operations, words, settings.verify)?;
+        drop(writing);
         clock.lap("program");
         let program = OwnProgram { job, setup, operations, words, texts: &texts, as_cut: self.as_cut() };
         let verification = if settings.verify { Some(program.verify(self.stages)?) } else { None };

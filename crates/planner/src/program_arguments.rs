@@ -13,7 +13,7 @@ use crate::stand_arguments::StandArguments;
 pub(crate) struct ProgramArguments {
     /// NC program, from anywhere
     pub(crate) program: PathBuf,
-    /// Job file: machine, tool, mounting, work offset, part, fixtures and stock are taken from it
+    /// Job file, or a folder with job.json: machine, tool, mounting, work offset, part, fixtures and stock are taken from it
     #[arg(long, value_name = "FILE")]
     job: Option<PathBuf>,
     /// Name of the job's setup, or its number from 1; where it is not given, the job must have one

@@ -1,10 +1,16 @@
 //! The monitor that the command line gives to long computations.
 
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
+use std::fmt;
+use std::io::IsTerminal;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
 
+use facemill::{Stages, clock};
 use facemill_cl_data::Monitor;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
+
+use crate::forecast::Forecast;
 
 /// Set by Ctrl-C.
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
@@ -16,7 +22,7 @@ static WRITING: AtomicBool = AtomicBool::new(false);
 /// last stage is done, so ending loses nothing.
 const PATIENCE: Duration = Duration::from_millis(600);
 
-/// Makes Ctrl-C (and a termination request) set the flag that every [`Bar`] asks for, and end the program soon after where
+/// Makes Ctrl-C (and a termination request) set the flag that every [`Monitor`] of a [`Progress`] asks for, and end the program soon after where
 /// nobody asks.
 ///
 /// # Errors
@@ -33,19 +39,105 @@ pub(crate) fn watch_interrupts() -> Result<(), String> {
     .map_err(|e| e.to_string())
 }
 
-/// A progress bar on standard error, visible only when that is a terminal.
-pub(crate) struct Bar {
+/// How a command shows how far it is, on standard error.
+pub(crate) struct Progress {
+    show: Show,
+    expected: Mutex<Vec<&'static str>>,
+    /// Index among the expected stages behind that of the last one.
+    next: AtomicUsize,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Show {
+    /// A bar for each stage, on a terminal.
+    Bars,
+    /// A line now and then, where no one rubs bars out.
+    Lines,
+    Nothing,
+}
+
+impl Progress {
+    /// Progress as suits where standard error goes; none where it is to be `quiet`.
+    pub(crate) fn new(quiet: bool) -> Self {
+        let show = match (quiet, std::io::stderr().is_terminal()) {
+            (true, _) => Show::Nothing,
+            (false, true) => Show::Bars,
+            (false, false) => Show::Lines,
+        };
+        Self { show, expected: Mutex::default(), next: AtomicUsize::new(0) }
+    }
+
+    /// Title of a stage with its number among those that are expected. One that comes again has the number that it had, and says so.
+    fn title(&self, what: &str) -> String {
+        let expected = self.expected.lock().unwrap_or_else(PoisonError::into_inner);
+        let next = self.next.load(Ordering::Relaxed).min(expected.len());
+        let ahead = expected[next..].iter().position(|stage| *stage == what).map(|k| next + k);
+        let (index, again) = match ahead {
+            Some(index) => (index, ""),
+            None => match expected[..next].iter().rposition(|stage| *stage == what) {
+                Some(index) => (index, ", again"),
+                None => return what.to_owned(),
+            },
+        };
+        self.next.store(index + 1, Ordering::Relaxed);
+        format!("stage {} of {}: {what}{again}", index + 1, expected.len())
+    }
+}
+
+impl Stages for Progress {
+    fn expect(&self, stages: Vec<&'static str>) {
+        *self.expected.lock().unwrap_or_else(PoisonError::into_inner) = stages;
+        self.next.store(0, Ordering::Relaxed);
+    }
+
+    fn start(&self, what: &'static str, n: usize) -> Box<dyn Monitor> {
+        let title = self.title(what);
+        match self.show {
+            Show::Bars => Box::new(Bar::new(title, n)),
+            Show::Lines => Box::new(Lines::new(title, n)),
+            Show::Nothing => Box::new(Quiet),
+        }
+    }
+}
+
+/// A stage that shows nothing, and can be interrupted.
+struct Quiet;
+
+impl Monitor for Quiet {
+    fn advance(&self, _: usize) {}
+    fn is_cancelled(&self) -> bool {
+        is_interrupted()
+    }
+}
+
+/// A progress bar.
+struct Bar {
     bar: ProgressBar,
 }
 
 impl Bar {
-    /// A bar of `n` steps.
-    pub(crate) fn new(what: &'static str, n: usize) -> Self {
+    fn new(title: String, n: usize) -> Self {
         let bar = ProgressBar::with_draw_target(Some(n as u64), ProgressDrawTarget::stderr_with_hz(10));
-        let style = ProgressStyle::with_template("{msg:<22} {bar:32} {pos:>7}/{len:<7} {eta}")
-            .expect("the template is fixed and valid");
-        bar.set_style(style);
-        bar.set_message(what);
+        let forecast = Arc::new(Mutex::new(Forecast::default()));
+        let left = move |state: &ProgressState, out: &mut dyn fmt::Write| {
+            let mut forecast = forecast.lock().unwrap_or_else(PoisonError::into_inner);
+            let share = state.pos() as f64 / state.len().unwrap_or(0).max(1) as f64;
+            if let Some(left) = forecast.left(state.elapsed().as_secs_f64(), share) {
+                let _ = write!(out, "{} left", clock(left));
+            }
+        };
+        // Of all steps so far: that of the last ones jumps.
+        let rate = |state: &ProgressState, out: &mut dyn fmt::Write| {
+            let _ = write!(out, "{:.0}/s", state.pos() as f64 / state.elapsed().as_secs_f64().max(0.1));
+        };
+        let template = if n > 0 {
+            "{msg:<38} {bar:24} {pos:>7}/{len:<7} {rate:>8} {left}"
+        } else {
+            "{msg:<38} {spinner} {elapsed}"
+        };
+        let style = ProgressStyle::with_template(template).expect("the template is fixed and valid");
+        bar.set_style(style.with_key("left", left).with_key("rate", rate));
+        bar.set_message(title);
         bar.enable_steady_tick(Duration::from_millis(200));
         Self { bar }
     }
@@ -62,7 +154,62 @@ impl Monitor for Bar {
         self.bar.inc(steps as u64);
     }
     fn is_cancelled(&self) -> bool {
-        INTERRUPTED.load(Ordering::Relaxed)
+        is_interrupted()
+    }
+}
+
+/// Time between two lines on the same stage; a stage that is done before the first of them has none.
+const BETWEEN_LINES: [Duration; 2] = [Duration::from_secs(2), Duration::from_secs(15)];
+
+/// Lines on a stage: when it goes on for a while, now and then, and at its end.
+struct Lines {
+    title: String,
+    n: usize,
+    began: Instant,
+    done: AtomicUsize,
+    told: Mutex<Told>,
+}
+
+/// What the lines of a stage have told.
+struct Told {
+    next: Duration,
+    lines: usize,
+    forecast: Forecast,
+}
+
+impl Lines {
+    fn new(title: String, n: usize) -> Self {
+        let told = Mutex::new(Told { next: BETWEEN_LINES[0], lines: 0, forecast: Forecast::default() });
+        Self { title, n, began: Instant::now(), done: AtomicUsize::new(0), told }
+    }
+}
+
+impl Monitor for Lines {
+    fn advance(&self, steps: usize) {
+        let done = self.done.fetch_add(steps, Ordering::Relaxed) + steps;
+        // Who tells is telling already.
+        let Ok(mut told) = self.told.try_lock() else { return };
+        let elapsed = self.began.elapsed();
+        if elapsed < told.next {
+            return;
+        }
+        let share = done as f64 / self.n.max(1) as f64;
+        let left = told.forecast.left(elapsed.as_secs_f64(), share);
+        let left = left.map_or_else(String::new, |left| format!(", {} left", clock(left)));
+        eprintln!("{}, {:.0} %{left}", self.title, 100.0 * share.min(1.0));
+        told.lines += 1;
+        told.next = elapsed + BETWEEN_LINES[1];
+    }
+    fn is_cancelled(&self) -> bool {
+        is_interrupted()
+    }
+}
+
+impl Drop for Lines {
+    fn drop(&mut self) {
+        if self.told.get_mut().is_ok_and(|told| told.lines > 0) && !is_interrupted() {
+            eprintln!("{}, ended after {}", self.title, clock(self.began.elapsed().as_secs_f64()));
+        }
     }
 }
 
@@ -75,4 +222,31 @@ pub(crate) fn start_writing() -> bool {
 /// Whether Ctrl-C has been pressed.
 fn is_interrupted() -> bool {
     INTERRUPTED.load(Ordering::Relaxed)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn stages_are_counted_among_those_to_come_and_mending_comes_again() {
+        let progress = Progress { show: Show::Nothing, expected: Mutex::default(), next: AtomicUsize::new(0) };
+        assert_eq!(progress.title("read"), "read");
+        progress.expect(vec!["search", "verify", "search", "verify", "cut"]);
+        let told: Vec<String> = ["search", "verify", "verify", "unforeseen", "search", "cut"]
+            .iter()
+            .map(|stage| progress.title(stage))
+            .collect();
+        assert_eq!(
+            told,
+            [
+                "stage 1 of 5: search",
+                "stage 2 of 5: verify",
+                "stage 4 of 5: verify",
+                "unforeseen",
+                "stage 3 of 5: search, again",
+                "stage 5 of 5: cut"
+            ]
+        );
+    }
 }

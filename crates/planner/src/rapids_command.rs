@@ -8,9 +8,10 @@ use facemill::rapids::{RapidsRequest, faster_rapids};
 use facemill::z_map::DexelMap;
 use facemill::{CutRequest, Failure, files, read_rest};
 
-use crate::cli::{Bars, say};
+use crate::cli::say;
 use crate::option_lengths::{above_zero, from_zero};
 use crate::program_arguments::{ProgramArguments, ProgramOfJob};
+use crate::progress::Progress;
 
 #[derive(Args)]
 #[command(mut_arg("job", |argument| argument.required(true)))]
@@ -61,7 +62,7 @@ pub(crate) fn run(arguments: &RapidsArguments) -> Result<ExitCode, Failure> {
         clearance: arguments.clearance_mm,
     };
     files::check_outputs([&arguments.out].into_iter().chain(&arguments.report).map(PathBuf::as_path))?;
-    let made = faster_rapids(&job, &text, &request, &Bars)?;
+    let made = faster_rapids(&job, &text, &request, &Progress::new(false))?;
     let clean = made.verification.verification.faults().next().is_none();
     let mut outputs: Vec<(&Path, Vec<u8>)> = vec![(&arguments.out, made.text)];
     if let Some(report) = &arguments.report {

@@ -10,6 +10,8 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::job_file::PostureModeFile;
+use crate::job_settings::JobSetting;
+use crate::program_times::ProgramTimes;
 use crate::rapids::LinksReport;
 pub use crate::report_chips::{ChipsReport, FeedsSetByReport, SpreadReport};
 pub use crate::report_turning::{RewindReport, RewindsReport, SingularBlocks};
@@ -40,6 +42,8 @@ pub struct Report {
     pub job: String,
     /// Name of the setup.
     pub setup: String,
+    /// Values that were put in place of those of the job file.
+    pub settings: Vec<JobSetting>,
     /// Whether the program was run on the virtual machine after it was written.
     pub verified: bool,
     /// What it cuts of the stock, as it was run.
@@ -52,6 +56,8 @@ pub struct Report {
     pub certified: Option<CertifiedReport>,
     /// Sums over the program.
     pub totals: Totals,
+    /// How long it takes, by its text: what `verify` tells of it, too.
+    pub times: ProgramTimes,
     /// Times of the program within velocity, acceleration and jerk of every axis; `null` where the machine file lacks a limit.
     pub time_law: Option<TimeLawReport>,
     /// The limits that it lacks. All times then are lower bounds, at constant speeds.
@@ -160,7 +166,7 @@ pub struct Totals {
     pub blocks: usize,
     /// Length of the tool tip's way in passes.
     pub cutting_length_mm: f64,
-    /// Time in passes at the written feeds.
+    /// Time in passes at the written feeds, without entries and exits.
     pub cutting_time_s: f64,
     /// Time in entries and exits at the written feeds.
     pub approach_time_s: f64,
@@ -174,7 +180,7 @@ pub struct Totals {
 pub struct TimeLawReport {
     /// The whole program, without tool change, spindle and coolant.
     pub total_time_s: f64,
-    /// Passes.
+    /// Passes, without entries and exits.
     pub cutting_time_s: f64,
     /// Entries and exits.
     pub approach_time_s: f64,

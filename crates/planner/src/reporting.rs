@@ -18,6 +18,7 @@ use crate::pass_order::PassOrderReport;
 use crate::pieces::{Cut, LeftOut, Piece};
 use crate::plan_stock::{PlannedStockReport, not_asked};
 use crate::program::Timed;
+use crate::program_times::ProgramTimes;
 use crate::rapids::LinksReport;
 use crate::report::{
     BudgetReport, CertifiedReport, ChipsReport, HelpReport, InfeasibleReport, OptimumReport, PassReport,
@@ -82,6 +83,7 @@ pub(crate) fn report(
             worst.clearance_line = Some(c.line);
         }
     }
+    let times = program_times(timed, verification.as_ref());
     let gouges = verification.iter().flat_map(|v| &v.sections).map(|s| s.largest_gouge.as_ref().map(|g| g.depth_mm));
     let budgets = operations
         .iter()
@@ -93,12 +95,14 @@ pub(crate) fn report(
         format: REPORT_FORMAT,
         job: jobs.first().map_or_else(String::new, |job| job.file.name.clone()),
         setup: setup.file.name.clone(),
+        settings: jobs.first().map_or_else(Vec::new, |job| job.settings.clone()),
         verified: verification.is_some(),
         stock: PlannedStockReport::not_asked(verification.is_some()),
         links: LinksReport::not_shortened(not_asked(verification.is_some())),
         orders: operations.iter().filter_map(order_report).collect(),
         certified: certificates.map(CertifiedReport::new),
         totals,
+        times,
         time_law: timed.time_law.clone(),
         no_time_law: timed.no_time_law.clone(),
         worst,
@@ -113,6 +117,16 @@ pub(crate) fn report(
         infeasible: infeasible_report(operations),
         meshes: setup.reports.clone(),
         passes,
+    }
+}
+
+/// Times of the text: at constant speed of its run, and, where it was not run, of the blocks that it was written from.
+fn program_times(timed: &Timed, run: Option<&Verification>) -> ProgramTimes {
+    let planned = [timed.cutting_time + timed.approach_time, timed.rapid_time];
+    let constant = run.map_or(planned, |v| [v.cutting_time_s, v.rapid_time_s]);
+    match &timed.time_law {
+        Some(law) => ProgramTimes::by_law(constant, [law.cutting_time_s + law.approach_time_s, law.rapid_time_s]),
+        None => ProgramTimes::constant(constant, timed.no_time_law.clone()),
     }
 }
 

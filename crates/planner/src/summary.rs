@@ -107,25 +107,22 @@ fn assumptions(all: &[Assumption]) -> Vec<String> {
     lines
 }
 
+/// The part of the cutting time that is no pass.
+fn entries_and_exits(report: &Report) -> String {
+    let constant = clock(report.totals.approach_time_s);
+    let told = match &report.time_law {
+        Some(law) => format!("{} (at constant speed {constant})", clock(law.approach_time_s)),
+        None => format!("{constant} at constant speed"),
+    };
+    format!("  of it not passes  {told}: entries and exits")
+}
+
 /// The program's times: by the law where there is one, with those at constant speeds beside them.
 fn times(report: &Report) -> Vec<String> {
-    let t = &report.totals;
-    let constant = [t.cutting_time_s, t.approach_time_s, t.rapid_time_s].map(clock);
-    let Some(law) = &report.time_law else {
-        let [cutting, approach, rapid] = constant;
-        let mut lines = vec![
-            format!("  cutting time      {cutting} (entries and exits {approach})"),
-            format!("  rapid time        {rapid}"),
-        ];
-        lines.extend(report.no_time_law.iter().map(|missing| format!("  least times       {missing}")));
-        return lines;
-    };
-    let [cutting, approach, rapid] = [law.cutting_time_s, law.approach_time_s, law.rapid_time_s].map(clock);
-    let mut lines = vec![
-        format!("  cutting time      {cutting} (at constant speed {})", constant[0]),
-        format!("  entries and exits {approach} (at constant speed {})", constant[1]),
-        format!("  rapid time        {rapid} (at constant speed {})", constant[2]),
-    ];
+    let mut lines = report.times.told();
+    // Behind the cuts, that they are part of.
+    lines.insert(1, entries_and_exits(report));
+    let Some(law) = &report.time_law else { return lines };
     let held = |h: &HeldBackReport| format!("{} {:.0} %", h.limit, 100.0 * h.share);
     let held: Vec<String> = law.held_back_by.iter().filter(|h| h.share >= TOLD_SHARE).map(held).collect();
     lines.push(format!("  held back by      {}", held.join(", ")));

@@ -3,19 +3,20 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use clap::Args;
+use clap::{ArgGroup, Args};
 use facemill::virtual_machine::{BetweenPositions, EstimatedPositions, Verification, joined};
 use facemill::z_map::DexelMap;
 use facemill::{
-    CutRequest, DeviationRequest, Failure, StockRegion, StockReport, VerificationFile, Verified, VerifyRequest, clock,
-    files, read_rest, verify_program,
+    CutRequest, DeviationRequest, Failure, StockRegion, StockReport, VerificationFile, Verified, VerifyRequest, files,
+    read_rest, verify_program,
 };
 
-use crate::cli::{Bars, say};
+use crate::cli::say;
 use crate::deviation_command::{mesh_bytes, painted_mesh, rest_mesh, told_deviation};
 use crate::findings_table::findings_table;
 use crate::option_lengths::{above_zero, from_zero};
 use crate::program_arguments::{ProgramArguments, ProgramOfJob};
+use crate::progress::Progress;
 use crate::stand_arguments::StandArguments;
 
 /// Controls whose programs are read, and which one it is where nobody says.
@@ -24,7 +25,7 @@ const DIALECTS: &str = "Control that the program is for: fanuc, haas, mazak, lin
 
 #[derive(Args)]
 #[command(
-    mut_arg("job", |argument| argument.required_unless_present("part")),
+    group = ArgGroup::new("run on").args(["job", "part"]).required(true),
     mut_arg("dialect", |argument| argument.help(DIALECTS))
 )]
 pub(crate) struct VerifyArguments {
@@ -94,13 +95,14 @@ pub(crate) fn run(arguments: &VerifyArguments) -> Result<ExitCode, Failure> {
         setup,
         gouge_limit: arguments.gouge_mm.or_else(|| arguments.stand.gouge_limit()),
         certificates: arguments.certificates,
+        time_law: !arguments.fast,
         fast: arguments.fast,
         cut: cut_of(arguments, rest)?,
         ..VerifyRequest::new(&arguments.program.program, dialect)
     };
     let outputs_asked = [&arguments.out, &arguments.rest_mesh, &arguments.rest_out, &arguments.deviation];
     files::check_outputs(outputs_asked.into_iter().flatten().map(PathBuf::as_path))?;
-    let mut verified = verify_program(&job, &text, &request, &Bars)?;
+    let mut verified = verify_program(&job, &text, &request, &Progress::new(false))?;
     let findings = std::mem::take(&mut verified.file.verification.findings);
     verified.file.verification.findings = joined(findings, &verified.rapid_lines);
     verified.file.assumptions.extend(arguments.stand.assumptions(arguments.program.dialect));
@@ -197,13 +199,13 @@ fn told(file: &VerificationFile) -> String {
     let v: &Verification = &file.verification;
     let mut lines = vec![format!("{} - {}, read as {}", file.job, file.setup, file.dialect)];
     lines.extend(v.estimate.as_ref().map(told_estimate));
+    lines.extend([format!(
+        "  blocks            {} with a motion, cutting length {:.1} m",
+        v.n_blocks,
+        v.cutting_length_mm / 1000.0
+    )]);
+    lines.extend(file.times.told());
     lines.extend([
-        format!(
-            "  blocks            {} with a motion, cutting length {:.1} m",
-            v.n_blocks,
-            v.cutting_length_mm / 1000.0
-        ),
-        format!("  time              cutting {}, rapid {}", clock(v.cutting_time_s), clock(v.rapid_time_s)),
         match &v.largest_gouge {
             Some(g) => format!(
                 "  largest gouge     {:.3} mm in {}, line {}; allowed {:.3} mm",
@@ -304,6 +306,7 @@ mod tests {
             assert!(why.contains(of), "{options}: {why}");
         };
         refused("--certificates", "--job");
+        refused("--certificates", "--part");
         assert!(parsed("--job j.json --fast").is_ok_and(|command| command.verify.fast));
         refused("--job j.json --fast --certificates", "--certificates");
         refused(&format!("{all} --job j.json"), "--job");

@@ -25,8 +25,11 @@ use crate::job_file::{OperationFile, SetupFile};
 use crate::load::{Job, Setup};
 use crate::open_meshes::{open_files, open_stock};
 use crate::output::{name_obstacles, not_verified, virtual_obstacles};
+use crate::plan_stages::TIMES;
 use crate::program::{rtcp_frame, word_map};
+use crate::program_times::ProgramTimes;
 use crate::stock_map::StockRegion;
+use crate::timing::{TimedText, times_of_text};
 use crate::verify_assumptions::{all_assumptions, cuts_nothing, is_estimate};
 use crate::verify_feeds::{Asked, FastBlock, KnownCuts};
 use crate::verify_stock::{
@@ -51,6 +54,8 @@ pub struct VerifyRequest<'a> {
     pub gouge_limit: Option<f64>,
     /// Prove what every block does between its ends, too.
     pub certificates: bool,
+    /// Time the program within velocity, acceleration and jerk of the axes, too.
+    pub time_law: bool,
     /// Only estimate collisions, by the paper's rule ([`Estimate`]): fast, and no proof of anything. Not with `certificates`.
     pub fast: bool,
     /// Cut the stock as the program goes, and hold tool assembly, bodies of the machine and rapids against it as it then is. Without it
@@ -63,7 +68,16 @@ impl<'a> VerifyRequest<'a> {
     /// In the job's first setup, to the limits of its operations, against the stock as it was at first.
     #[must_use]
     pub const fn new(program: &'a Path, dialect: Dialect) -> Self {
-        Self { program, dialect, setup: 0, gouge_limit: None, certificates: false, fast: false, cut: None }
+        Self {
+            program,
+            dialect,
+            setup: 0,
+            gouge_limit: None,
+            certificates: false,
+            time_law: false,
+            fast: false,
+            cut: None,
+        }
     }
 }
 
@@ -96,6 +110,8 @@ pub struct VerificationFile {
     pub dialect: String,
     /// Depth of the cutter beyond which it is a finding, mm.
     pub gouge_limit_mm: f64,
+    /// How long it takes, as a plan tells it.
+    pub times: ProgramTimes,
     /// What the run showed.
     #[serde(flatten)]
     pub verification: Verification,
@@ -161,7 +177,7 @@ pub fn verify_program(
         Some(cut) => held_as_cut(job, cut),
         None => HeldAsCut::NOTHING,
     };
-    let run = Run { program: &program, request, gouge_limit, as_cut, stages };
+    let run = Run { program: &program, text, request, gouge_limit, as_cut, stages };
     let mut found = if job.second.is_some() { run.two_heads(job)? } else { run.one_head(job)? };
     found.verification.findings.sort_by_key(|f| (f.first_line, f.kind));
     let machine = match &job.second {
@@ -175,6 +191,7 @@ pub fn verify_program(
         setup: setup.name.clone(),
         dialect: request.dialect.name().to_owned(),
         gouge_limit_mm: gouge_limit,
+        times: found.times,
         verification: found.verification,
         assumptions: all_assumptions(assumptions(&program, &machine), found.assumptions),
         stock: found.stock,
@@ -188,6 +205,7 @@ pub fn verify_program(
 /// A program and how it is looked at.
 struct Run<'a> {
     program: &'a ReadProgram,
+    text: &'a [u8],
     request: &'a VerifyRequest<'a>,
     gouge_limit: f64,
     as_cut: HeldAsCut,
@@ -197,6 +215,7 @@ struct Run<'a> {
 /// What the runs show.
 struct Found {
     verification: Verification,
+    times: ProgramTimes,
     assumptions: Vec<Assumption>,
     certificates: Option<Certificates>,
     stock: Option<StockReport>,
@@ -212,6 +231,7 @@ impl Found {
         let assumptions = Vec::new();
         Self {
             verification,
+            times: ProgramTimes::default(),
             assumptions,
             certificates,
             stock: None,
@@ -267,6 +287,7 @@ impl Run<'_> {
         };
         let at = virtual_setup(self.request.dialect, job, &setup, &words, frame);
         let mut found = self.found(&at, &setup, "")?;
+        found.times = self.times(&[(&job.machine, job.tool.gauge_length())], &words, rtcp_frame(job, &words), &found);
         let asked = Asked::of(job, setup.file);
         let [fast] = self.fast_blocks(asked.as_ref(), [(&job.machine, job.tool.gauge_length())], &at);
         let cut = self.request.cut.as_ref();
@@ -372,6 +393,8 @@ impl Run<'_> {
         }
         let verification = merged_runs([first.verification, second.verification], Vec::new());
         let mut found = Found::of(verification, certificates);
+        let views = [0, 1].map(|h| (&seen[h].machine, seen[h].tool.gauge_length()));
+        found.times = self.times(&views, &words, None, &found);
         let known = cut.map(|cut| found.take(cut)).map_or([None, None], |known| known.map(Some));
         let [first, second] = known;
         let fast = [(&fast[0][..], first, "head 1"), (&fast[1][..], second, "head 2")];
@@ -379,6 +402,24 @@ impl Run<'_> {
         self.place(&at[0], &mut found.verification)?;
         found.assumptions.extend(open_files(&setups[0]).chain(open_stock(&setups[0])));
         Ok(found)
+    }
+
+    /// How long the program takes: for machines as each head sees them, with the lengths of their tools.
+    fn times(
+        &self,
+        views: &[(&Machine, f64)],
+        words: &WordMap,
+        frame: Option<Isometry3<f64>>,
+        found: &Found,
+    ) -> ProgramTimes {
+        let constant = [found.verification.cutting_time_s, found.verification.rapid_time_s];
+        let Some(&(machine, tool_length)) = views.first().filter(|_| self.request.time_law) else {
+            return ProgramTimes::constant(constant, vec!["not asked for".to_owned()]);
+        };
+        let _timing = self.stages.start(TIMES, 0);
+        let at = Surroundings { machine, tool_length, words, frame, work_offset: None };
+        let (dialect, rapids) = (self.request.dialect, self.program.rtcp_rapids);
+        times_of_text(views, at, &TimedText { text: self.text, dialect, rapids, block_lines: &[] }, constant)
     }
 
     /// The blocks that are faster than the job's cuts, seen by machines with the lengths of their tools.

@@ -12,6 +12,7 @@ use crate::across::cut_across;
 use crate::deviation::DeviationRequest;
 use crate::load::{Job, Setup};
 use crate::output::not_verified;
+use crate::plan_stages::CUT;
 use crate::stock_map::{StockMeshes, StockRegion};
 use crate::{Failure, Stages};
 
@@ -146,7 +147,7 @@ pub(crate) fn cut_stock<const N: usize>(
     let maps = || std::iter::once(&rest).chain(&across);
     let volume = maps().map(DexelMap::volume).sum::<f64>() / maps().count() as f64;
     let before = if cut.deviation.is_some() { maps().cloned().collect() } else { Vec::new() };
-    let monitor = stages.start("cut the stock", program.blocks.len());
+    let monitor = stages.start(CUT, program.blocks.len());
     let views = heads.map(|(on, settings)| (on.at, settings));
     let upright = run_stock_of_heads(program, views, &mut rest, cut.tolerance, &*monitor).map_err(not_verified)?;
     let runs = cut_across(program, heads, (upright, &mut across), cut.tolerance, stages)?;

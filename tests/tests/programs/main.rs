@@ -6,6 +6,7 @@ mod certificates;
 mod chip_feeds;
 mod command_line;
 mod feed_modes;
+mod first_contact;
 mod machines;
 mod mended;
 mod mutants;

@@ -498,6 +498,12 @@ fn programs_from_anywhere_are_run_as_the_job_stands() {
     assert!(feeds.starts_with("feeds of cuts are held against 2000 mm/min"), "{feeds}");
     assert!(rapids.contains("how rapids go") && smoothing.contains("motion.control_tolerance"), "{rests_on:?}");
     assert!(rests_on.iter().all(|text| String::from_utf8_lossy(&clean.stdout).contains(text)));
+    // One definition of times, and one way to them: from the text.
+    let times = serde_json::to_value(&planned.report.times).unwrap();
+    for key in ["cutting_s", "rapid_s", "constant_cutting_s", "constant_rapid_s"] {
+        let [told, planned] = [&file["times"][key], &times[key]].map(|v| v.as_f64().unwrap());
+        assert!(planned > 1.0 && (told - planned).abs() < 1e-9 * planned, "{key}: {told} s, planned {planned} s");
+    }
     let rapid = planned.report.totals.rapid_time_s;
     assert!((file["rapid_time_s"].as_f64().unwrap() - rapid).abs() < 1e-9 * rapid, "{rapid} s");
     assert_eq!(file["largest_gouge"]["depth_mm"], json!(planned.report.worst.gouge_mm));

@@ -35,7 +35,7 @@ fn a_program_with_faults_has_a_name_of_its_own_and_what_is_left_of_an_earlier_pl
 
     job.write("post.j2", without_length_compensation().as_bytes());
     job.set("job.json", &[("/post/template", json!("post.j2"))]);
-    assert_eq!(plan(&job).0, 1);
+    assert_eq!(plan(&job).0, 4);
     assert_eq!(programs(&job), ["program.rejected.apt", "program.rejected.nc"]);
 
     job.set("job.json", &[("/post/template", json!(null))]);

@@ -6,7 +6,7 @@ use facemill_tests::program::{code_and_errors, run};
 use facemill_tests::shared::workspace;
 use serde_json::{Value, json};
 
-const FORMATS: [&str; 12] = [
+const FORMATS: [&str; 13] = [
     "job",
     "tool",
     "machine",
@@ -19,6 +19,7 @@ const FORMATS: [&str; 12] = [
     "holders",
     "lengths",
     "rapids",
+    "summary",
 ];
 
 fn schema(format: &str) -> Value {

@@ -23,6 +23,7 @@ use crate::open_meshes::open_stock;
 use crate::operation::{Ground, PlannedOperation, move_settings};
 use crate::output::check_feeds;
 use crate::plan::{Clock, PlanSettings, Planned, name_parts, planned_files};
+use crate::plan_stages::{READ, TIMES, WRITE, stages_of_heads};
 use crate::plan_stock::StockToCut;
 use crate::rapids::LinksReport;
 use crate::reporting::report;
@@ -90,6 +91,8 @@ pub(crate) fn plan_dual_setup(
     stages: &dyn Stages,
 ) -> Result<Planned, Failure> {
     let mut clock = Clock::new();
+    stages.expect(stages_of_heads(job, index, settings, stock.is_some()));
+    let reading = stages.start(READ, 0);
     let planned_by = [job.seen_by(0, HEADS_APART), job.seen_by(1, HEADS_APART)];
     let run_by = [job.seen_by(0, 0.0), job.seen_by(1, 0.0)];
     let jobs = [&planned_by[0], &planned_by[1]];
@@ -102,6 +105,7 @@ pub(crate) fn plan_dual_setup(
         return Err(job.wrong(format!("machine: its two heads share {} axes; pairs are planned for one", shared.len())));
     };
     let words = dual_word_map(jobs, setups[0], index)?;
+    drop(reading);
     clock.lap("read");
     let machines = [&run_by[0].machine, &run_by[1].machine];
     let ground = DualGround { jobs, machines, setups, maps: [&maps[0], &maps[1]], shared };
@@ -130,7 +134,9 @@ pub(crate) fn plan_dual_setup(
     let mut mended = 0;
     let mut rounds = 0;
     let (mut texts, mut verifications, certificates) = loop {
+        let writing = stages.start(WRITE, 0);
         let texts = write_dual_texts(&ground, &parts, &words, settings.verify)?;
+        drop(writing);
         clock.lap("program");
         let program = DualProgram { ground: &ground, parts: &parts, words: &words, texts: &texts };
         let verifications = if settings.verify { Some(program.verify(stages)?) } else { None };
@@ -156,7 +162,9 @@ pub(crate) fn plan_dual_setup(
     // Faults that the cut stock has taken away hid the times.
     check_feeds(job, &texts.timed, verifications.as_ref().map(|[first, _]| first))?;
     clock.lap("cut the stock");
+    let timing = stages.start(TIMES, 0);
     texts.time(&ground, &words)?;
+    drop(timing);
     clock.lap("times");
     let verification = verifications.map(|v| merged(v, &heads, &parts, &planned));
     let certificates = certificates.as_ref().map(proven_for_both);

@@ -27,6 +27,7 @@ use nalgebra::Isometry3;
 use crate::load::{Job, Setup};
 use crate::operation::clearance_surface;
 use crate::output::not_verified;
+use crate::plan_stages::SHORTEN;
 use crate::program::{rtcp_frame, word_map};
 use crate::stock_map::StockMeshes;
 use crate::verify_program::virtual_setup;
@@ -164,7 +165,7 @@ impl Stage<'_> {
                 Err(why) => failed = Some(why),
             }
         };
-        let monitor = stages.start("shorten links", self.program.blocks.len());
+        let monitor = stages.start(SHORTEN, self.program.blocks.len());
         let verify = VerifySettings::default();
         run_links(self.program, &at, (&verify, &keep), &mut stock, &mut visit, &*monitor).map_err(not_verified)?;
         match failed {

@@ -17,6 +17,7 @@ use super::ways::WayKind;
 use crate::moves::{Move, MoveKind};
 use crate::operation::PlannedOperation;
 use crate::output::{OwnProgram, Texts, not_verified};
+use crate::plan_stages::SHORTEN;
 use crate::program::table_from_rtcp_words;
 use crate::{Failure, Stages};
 
@@ -132,7 +133,7 @@ impl PlannedLinks {
             let is_between = !matches!(link.hold, Some(LinkHold::WayIn | LinkHold::WayOut));
             is_between.then(|| seeker.link(link, stage))
         };
-        let monitor = stages.start("shorten links", text.blocks.len());
+        let monitor = stages.start(SHORTEN, text.blocks.len());
         let verify = VerifySettings::default();
         let links = match cut {
             Some((mut stock, tolerance)) => {

@@ -15,7 +15,7 @@ use nalgebra::{Isometry3, Unit, Vector3};
 use rayon::prelude::*;
 
 pub(crate) use run::{Run, RunLaw, Timer, missing_limits};
-pub(crate) use text::{TimedText, time_text};
+pub(crate) use text::{TimedText, time_text, times_of_text};
 pub(crate) use tolerance::{View, levers_at, stops_at_corners};
 pub(crate) use vectors::{VectorDecimals, VectorRounding};
 

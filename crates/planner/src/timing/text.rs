@@ -3,21 +3,24 @@
 use std::collections::BTreeMap;
 
 use facemill_feedrate::{FeedLimit, rapid_time};
+use facemill_inverse_kinematics::Machine;
 use facemill_nc_program::{Dialect, MotionKind, ProgramReader, RtcpRapids};
+use nalgebra::Isometry3;
 use rayon::prelude::*;
 
-use super::Tally;
-use super::run::{Run, RunLaw, Timer};
+use super::run::{RunLaw, Timer, missing_limits};
 use super::tolerance::View;
+use super::{Tally, TimedMove};
 use crate::Failure;
 use crate::follow::{Follower, Surroundings, Way, legs};
 use crate::moves::MoveKind;
 use crate::program::Timed;
+use crate::program_times::ProgramTimes;
 use crate::refeed_law::{Moves, stands};
 
 /// A program's text and what it was written from.
 pub(crate) struct TimedText<'a> {
-    pub text: &'a str,
+    pub text: &'a [u8],
     pub dialect: Dialect,
     /// What the control does at rapid rate under RTCP.
     pub rapids: RtcpRapids,
@@ -43,15 +46,14 @@ pub(crate) fn time_text(
     written: &TimedText<'_>,
     timed: &mut Timed,
 ) -> Result<(), Failure> {
-    let (machine, frame) = (at.machine, at.frame);
-    let (moves, meant) = motions(at, written, timed).map_err(|e| Failure::Internal(format!("times: {e}")))?;
+    let machine = at.machine;
+    let planned = planned_blocks(written, timed);
+    let internal = |e: String| Failure::Internal(format!("times: {e}"));
+    let motions = motions(at, written, &planned).map_err(internal)?;
+    timed.rapid_time = motions.rapid_time;
     let Some(told) = timed.time_law.take() else { return Ok(()) };
-    let tolerance = machine.motion_law().control_tolerance;
-    let timer = Timer::new(views, tolerance).map_err(|e| Failure::Internal(format!("time law: {e}")))?;
-    let timer = timer.with_rounded_vectors(moves.vector_rounding(frame));
-    let time = |run: &Run| timer.time(run);
-    let laws: Result<Vec<RunLaw>, String> = moves.runs().par_iter().map(time).collect();
-    let laws = laws.map_err(|e| Failure::Internal(format!("time law: {e}")))?;
+    let laws = motions.laws(views, machine).map_err(internal)?;
+    let meant = motions.meant;
     let mut tally = Tally { told, ..Tally::default() };
     let each = laws.iter().flat_map(|law| (0..law.times.len()).map(move |k| (law, k)));
     for ((law, k), meant) in each.zip(&meant) {
@@ -62,51 +64,106 @@ pub(crate) fn time_text(
     Ok(())
 }
 
-/// The motions of the text in runs between stops, and what each is. Rapids are summed up.
-fn motions(at: Surroundings<'_>, written: &TimedText<'_>, timed: &mut Timed) -> Result<(Moves, Vec<Meant>), String> {
+/// Times of a text that anyone may have written, at `constant` speeds ([cuts, rapids] in s) and by the law: as [`time_text`] takes them.
+pub(crate) fn times_of_text(
+    views: &[View<'_>],
+    at: Surroundings<'_>,
+    written: &TimedText<'_>,
+    constant: [f64; 2],
+) -> ProgramTimes {
+    let machine = at.machine;
+    let missing = missing_limits(machine);
+    if !missing.is_empty() {
+        return ProgramTimes::constant(constant, missing.iter().map(ToString::to_string).collect());
+    }
+    let laws = motions(at, written, &BTreeMap::new()).and_then(|motions| match motions.not_followed {
+        Some(why) => Err(why),
+        None => Ok((motions.laws(views, machine)?, motions.meant)),
+    });
+    let (laws, meant) = match laws {
+        Ok(known) => known,
+        Err(why) => return ProgramTimes::constant(constant, vec![format!("not known within acceleration: {why}")]),
+    };
+    let mut sums = [0.0; 2];
+    for (time, meant) in laws.iter().flat_map(|law| &law.times).zip(&meant) {
+        sums[usize::from(meant.kind == MoveKind::Rapid)] += time;
+    }
+    ProgramTimes::by_law(constant, sums)
+}
+
+/// What the blocks of a planned program are, by the lines of its text.
+fn planned_blocks(written: &TimedText<'_>, timed: &Timed) -> BTreeMap<u32, Meant> {
+    let of = |m: &TimedMove| Some((*written.block_lines.get(m.block)?, Meant { kind: m.kind, limit: m.limit }));
+    timed.moves.iter().filter_map(of).collect()
+}
+
+/// The motions of a text.
+#[derive(Default)]
+struct Motions {
+    /// In runs between stops.
+    moves: Moves,
+    /// What each is.
+    meant: Vec<Meant>,
+    /// Time of all rapids at the axes' largest velocities, s.
+    rapid_time: f64,
+    /// The first motion that cannot be followed.
+    not_followed: Option<String>,
+    frame: Option<Isometry3<f64>>,
+}
+
+impl Motions {
+    /// The times of each run.
+    fn laws(&self, views: &[View<'_>], machine: &Machine) -> Result<Vec<RunLaw>, String> {
+        let timer = Timer::new(views, machine.motion_law().control_tolerance).map_err(|e| e.to_string())?;
+        let timer = timer.with_rounded_vectors(self.moves.vector_rounding(self.frame));
+        self.moves.runs().par_iter().map(|run| timer.time(run)).collect()
+    }
+}
+
+/// The motions of the text in runs between stops, and what each is.
+fn motions(at: Surroundings<'_>, written: &TimedText<'_>, planned: &BTreeMap<u32, Meant>) -> Result<Motions, String> {
     let view = (at.machine, at.tool_length);
-    let planned: BTreeMap<u32, Meant> = timed
-        .moves
-        .iter()
-        .filter_map(|m| Some((*written.block_lines.get(m.block)?, Meant { kind: m.kind, limit: m.limit })))
-        .collect();
+    let mut all = Motions { frame: at.frame, ..Motions::default() };
     let mut follower = Follower::new(at, written.dialect, written.rapids)?;
     let mut reader = ProgramReader::new(written.dialect);
-    let (mut moves, mut meant) = (Moves::default(), Vec::new());
-    timed.rapid_time = 0.0;
-    for line in written.text.split_inclusive('\n') {
+    for line in written.text.split_inclusive(|byte| *byte == b'\n') {
         // What is not understood is a finding of the run.
-        let Ok(Some(block)) = reader.read_line(line.as_bytes()) else { continue };
+        let Ok(Some(block)) = reader.read_line(line) else { continue };
         let stands = stands(&block);
         if stands {
-            moves.stop();
+            all.moves.stop();
         }
         match follower.block(&block) {
             Ok(Way::Rapid { positions, law }) => {
                 for [from, to] in legs(&positions) {
-                    timed.rapid_time += rapid_time(view.0, law, from, to, view.1);
-                    moves.rapid(view, law, [from, to]);
-                    meant.push(Meant { kind: MoveKind::Rapid, limit: None });
+                    all.rapid_time += rapid_time(view.0, law, from, to, view.1);
+                    all.moves.rapid(view, law, [from, to]);
+                    all.meant.push(Meant { kind: MoveKind::Rapid, limit: None });
                 }
                 if block.motion.as_ref().is_some_and(|m| m.kind == MotionKind::ReferenceReturn) {
-                    moves.stop();
+                    all.moves.stop();
                 }
             }
             Ok(Way::Cut(cut)) => {
-                moves.cut(&cut, cut.time.unwrap_or(0.0));
+                all.moves.cut(&cut, cut.time.unwrap_or(0.0));
                 let unknown = Meant { kind: MoveKind::Approach, limit: None };
-                meant.push(planned.get(&block.line).copied().unwrap_or(unknown));
+                all.meant.push(planned.get(&block.line).copied().unwrap_or(unknown));
             }
             Ok(Way::Stands) => {}
-            Ok(Way::Other(_)) => moves.stop(),
-            Err(_) => {
+            Ok(Way::Other(_)) => {
+                all.moves.stop();
+                all.not_followed
+                    .get_or_insert_with(|| format!("line {} is no straight way between known places", block.line));
+            }
+            Err(why) => {
                 follower.forget();
-                moves.stop();
+                all.moves.stop();
+                all.not_followed.get_or_insert_with(|| format!("line {}: {why}", block.line));
             }
         }
         if stands {
-            moves.stop();
+            all.moves.stop();
         }
     }
-    Ok((moves, meant))
+    Ok(all)
 }

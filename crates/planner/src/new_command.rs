@@ -1,0 +1,108 @@
+//! `facemill new`.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Subcommand, ValueEnum};
+use facemill::new_job::{NewJob, Series, new_job};
+use facemill::{Failure, files};
+
+use crate::cli::say;
+use crate::option_lengths::{above_zero, rotor_scale};
+
+#[derive(Subcommand)]
+pub(crate) enum NewPart {
+    /// A marine propeller, its suction side up
+    Propeller {
+        /// Folder to write to; it must be empty or not exist
+        dir: PathBuf,
+        /// Series
+        #[arg(long, default_value = "dtmb4119")]
+        series: SeriesName,
+        /// Diameter
+        #[arg(long, value_name = "MM", default_value_t = 3048.0, allow_negative_numbers = true, value_parser = above_zero)]
+        diameter_mm: f64,
+        /// Number of blades (Wageningen B only; 4 where it is not given)
+        #[arg(long, value_name = "N")]
+        blades: Option<u32>,
+        /// Expanded area ratio (Wageningen B only; 0.55 where it is not given)
+        #[arg(long, value_name = "RATIO")]
+        area_ratio: Option<f64>,
+        /// Pitch ratio (Wageningen B only; 1 where it is not given)
+        #[arg(long, value_name = "RATIO")]
+        pitch_ratio: Option<f64>,
+    },
+    /// A marine propeller on a mill with two heads, both sides at once
+    PropellerDual {
+        /// Folder to write to; it must be empty or not exist
+        dir: PathBuf,
+        /// Diameter
+        #[arg(long, value_name = "MM", default_value_t = 1000.0, allow_negative_numbers = true, value_parser = above_zero)]
+        diameter_mm: f64,
+    },
+    /// A wavy sculptured patch
+    Patch {
+        /// Folder to write to; it must be empty or not exist
+        dir: PathBuf,
+        /// Length of its sides
+        #[arg(long, value_name = "MM", default_value_t = 400.0, allow_negative_numbers = true, value_parser = above_zero)]
+        size_mm: f64,
+    },
+    /// The blade of NASA Rotor 37
+    Rotor37 {
+        /// Folder to write to; it must be empty or not exist
+        dir: PathBuf,
+        /// Scale; 1 is the real compressor
+        #[arg(long, value_name = "FACTOR", default_value_t = 10.0, allow_negative_numbers = true, value_parser = rotor_scale)]
+        scale: f64,
+    },
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+pub(crate) enum SeriesName {
+    Dtmb4119,
+    Dtmb4382,
+    Vp1304,
+    WageningenB,
+}
+
+/// Writes an example into a folder.
+///
+/// # Errors
+/// When the numbers describe no part, or the folder is not empty or cannot be written.
+pub(crate) fn run(part: NewPart) -> Result<ExitCode, Failure> {
+    let (dir, job) = match part {
+        NewPart::Propeller { dir, series, diameter_mm, blades, area_ratio, pitch_ratio } => {
+            let series = match series {
+                SeriesName::Dtmb4119 => Series::Dtmb4119,
+                SeriesName::Dtmb4382 => Series::Dtmb4382,
+                SeriesName::Vp1304 => Series::Vp1304,
+                SeriesName::WageningenB => Series::WageningenB {
+                    blades: blades.unwrap_or(4),
+                    area_ratio: area_ratio.unwrap_or(0.55),
+                    pitch_ratio: pitch_ratio.unwrap_or(1.0),
+                },
+            };
+            let given = blades.is_some() || area_ratio.is_some() || pitch_ratio.is_some();
+            if given && !matches!(series, Series::WageningenB { .. }) {
+                let message = "--blades, --area-ratio and --pitch-ratio belong to --series wageningen-b; the others have \
+                               their own";
+                return Err(Failure::Input { file: dir, message: message.to_owned() });
+            }
+            (dir, NewJob::Propeller { series, diameter_mm })
+        }
+        NewPart::PropellerDual { dir, diameter_mm } => (dir, NewJob::DualPropeller { diameter_mm }),
+        NewPart::Patch { dir, size_mm } => (dir, NewJob::Patch { size_mm }),
+        NewPart::Rotor37 { dir, scale } => (dir, NewJob::Rotor37 { scale }),
+    };
+    let written = new_job(&job).map_err(|message| Failure::Input { file: dir.clone(), message })?;
+    let occupied = std::fs::read_dir(&dir).is_ok_and(|mut entries| entries.next().is_some());
+    if occupied {
+        return Err(Failure::input(&dir, "the folder is not empty; name a new one"));
+    }
+    files::write_all(&dir, &written)?;
+    let names: Vec<&str> = written.iter().map(|(n, _)| n.as_str()).collect();
+    say(&format!("{}: {}\n", dir.display(), names.join(", ")))?;
+    say(&format!("plan it with: facemill plan {}\n", dir.display()))?;
+    Ok(ExitCode::SUCCESS)
+}

@@ -1,0 +1,123 @@
+//! `facemill plan`.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::Args;
+use facemill::{
+    Failure, Job, JobSetting, Outcome, PlanSettings, SUMMARY_FORMAT, SetupSummary, SummaryFile, files, plan_job,
+    summary,
+};
+
+use crate::cli::{default_out, say};
+use crate::option_lengths::above_zero;
+use crate::progress::Progress;
+
+/// What is said of exit codes behind the options.
+pub(crate) const EXIT_CODES: &str = "\
+Exit codes:
+  0    done: the program does what the job asks for
+  1    no fault, and not all of the job: more is left out or over than it allows, or blocks are
+       less straight than asked; or the job is infeasible, and nothing is written
+  2    wrong input or command line
+  3    a file cannot be written, or an internal failure
+  4    the program has faults: written as program.rejected.*, and not to be run
+  130  interrupted";
+
+#[derive(Args)]
+pub(crate) struct PlanArguments {
+    /// Job file, or a folder with job.json
+    job: PathBuf,
+    /// Folder to write to; out/<name of the job's folder> where it is not given
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Put a value in place of the job file's: KEY as operations[0].tolerances.cusp_mm or as a JSON pointer, VALUE as JSON or a
+    /// string; null takes the key out. Can be given several times; the report tells them
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    settings: Vec<JobSetting>,
+    /// Threads, 1 to 1024; all processors where it is not given
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Option<u16>,
+    /// Do not run the written program on the virtual machine, nor cut the stock (program, report and summary say so)
+    #[arg(long)]
+    no_verify: bool,
+    /// Cut the stock on lines so far apart; as the job says, or as suits what is cut, where it is not given
+    #[arg(long, value_name = "MM", allow_negative_numbers = true, conflicts_with = "no_verify", value_parser = above_zero)]
+    stock_cell_mm: Option<f64>,
+    /// Prove for every block what happens between its ends, and write certificates.json
+    #[arg(long)]
+    certificates: bool,
+    /// Write chips.csv: chip area, tip feed and removal rate at every CC point
+    #[arg(long)]
+    chips: bool,
+    /// Say nothing but errors
+    #[arg(short, long)]
+    quiet: bool,
+    /// Print the summary as JSON (facemill schema summary), and nothing else, on standard output
+    #[arg(long)]
+    json: bool,
+}
+
+/// Plans a job and writes what becomes of it.
+///
+/// # Errors
+/// When it cannot be planned or written; a program with faults is no error.
+pub(crate) fn run(arguments: &PlanArguments) -> Result<ExitCode, Failure> {
+    if let Some(n) = arguments.threads {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(usize::from(n)).build_global();
+        pool.map_err(|e| Failure::Internal(e.to_string()))?;
+    }
+    let out = arguments.out.clone().unwrap_or_else(|| default_out(&arguments.job));
+    plan(arguments, &out).inspect_err(|_| tell_stale(&out))
+}
+
+fn plan(arguments: &PlanArguments, out: &Path) -> Result<ExitCode, Failure> {
+    crate::progress::watch_interrupts().map_err(Failure::Internal)?;
+    let job = Job::read_with(&arguments.job, &arguments.settings)?;
+    let settings = PlanSettings { verify: !arguments.no_verify, certificates: arguments.certificates };
+    let mut outcome = Outcome::Done;
+    let mut all_files = Vec::new();
+    let mut timings = Vec::new();
+    let mut setups = Vec::new();
+    let mut texts = Vec::new();
+    for planned in plan_job(&job, settings, arguments.stock_cell_mm, &Progress::new(arguments.quiet))? {
+        outcome = outcome.max(planned.outcome());
+        texts.push(summary(&planned.report));
+        setups.push(SetupSummary::of(&planned.report));
+        timings.push(serde_json::json!({
+            "setup": planned.report.setup,
+            "stages_s": planned.timings.iter().map(|(name, s)| ((*name).to_owned(), serde_json::json!(s))).collect::<serde_json::Map<_, _>>(),
+        }));
+        all_files.extend(planned.files);
+        all_files.extend(arguments.chips.then_some(planned.chip_table));
+    }
+    let timings = serde_json::json!({ "format": "facemill-timings/1", "setups": timings });
+    all_files.push(("timings.json".to_owned(), facemill::file_format::to_json(&timings).into_bytes()));
+    if !crate::progress::start_writing() {
+        return Err(Failure::Interrupted);
+    }
+    files::write_all(out, &all_files)?;
+    files::remove_counterparts(out, &all_files)?;
+    let names: Vec<String> = all_files.into_iter().map(|(name, _)| name).collect();
+    let told = match (arguments.json, arguments.quiet) {
+        (true, _) => json(outcome, out, names, setups),
+        (false, true) => String::new(),
+        (false, false) => format!("{}\n  written to {}: {}\n", texts.join("\n"), out.display(), names.join(", ")),
+    };
+    say(&told)?;
+    Ok(ExitCode::from(outcome.exit_code()))
+}
+
+/// The summary as JSON.
+fn json(outcome: Outcome, out: &Path, files: Vec<String>, setups: Vec<SetupSummary>) -> String {
+    let (out, exit_code) = (out.display().to_string(), outcome.exit_code());
+    facemill::file_format::to_json(&SummaryFile { format: SUMMARY_FORMAT, outcome, exit_code, out, files, setups })
+}
+
+/// Names the programs of earlier plans that a plan that failed leaves where they are.
+fn tell_stale(out: &Path) {
+    let left = files::programs_in(out);
+    if !left.is_empty() {
+        eprintln!("facemill: {} in {} is of an earlier plan", left.join(", "), out.display());
+    }
+}

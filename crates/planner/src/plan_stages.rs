@@ -1,0 +1,79 @@
+//! The stages of a plan, in their order.
+
+use crate::load::Job;
+use crate::plan::PlanSettings;
+
+/// Reads meshes.
+pub(crate) const READ: &str = "read the meshes";
+/// Lays the passes of an operation.
+pub(crate) const LAY: &str = "lay the passes";
+/// Finds postures at all points of the path.
+pub(crate) const POSTURES: &str = "tilt and rotate";
+/// Puts postures between points.
+pub(crate) const BETWEEN: &str = "between points";
+/// Draws the feasible postures of one point.
+pub(crate) const PICTURE: &str = "picture of the postures";
+/// Makes entries and links.
+pub(crate) const LINKS: &str = "entries and links";
+/// Takes cusps and chips along the passes.
+pub(crate) const CHIPS: &str = "cusps and chips";
+/// Looks for changes with which points that were left out have a posture.
+pub(crate) const HELP: &str = "what would help";
+/// Looks for faster links.
+pub(crate) const SHORTEN: &str = "shorten links";
+/// Writes the program, with feeds that the axes reach.
+pub(crate) const WRITE: &str = "write the program";
+/// Runs the program.
+pub(crate) const VERIFY: &str = "verify program";
+/// Proves what its blocks do between their ends.
+pub(crate) const CERTIFY: &str = "certify program";
+/// Cuts the stock.
+pub(crate) const CUT: &str = "cut the stock";
+/// Looks what meets the stock between its lines.
+pub(crate) const LOOK: &str = "look between the lines";
+/// Times the program by its text.
+pub(crate) const TIMES: &str = "times of the program";
+
+/// The stages of one setup's plan on a machine with one head.
+pub(crate) fn stages_of(job: &Job, index: usize, settings: PlanSettings, has_stock: bool) -> Vec<&'static str> {
+    let cuts = has_stock && settings.verify;
+    let n_operations = job.operations_of(&job.file.setups[index]).count();
+    let mut stages = vec![READ];
+    for k in 0..n_operations {
+        stages.extend([LAY, POSTURES, BETWEEN]);
+        stages.extend((k == 0).then_some(PICTURE));
+        stages.extend([LINKS, CHIPS, HELP]);
+    }
+    stages.extend((cuts && job.file.setups[index].links.shorten).then_some(SHORTEN));
+    stages.push(WRITE);
+    stages.extend(settings.verify.then_some(VERIFY));
+    stages.extend(settings.certificates.then_some(CERTIFY));
+    stages.extend((cuts && job.file.verification.cut_stock).then_some(CUT));
+    stages.push(TIMES);
+    stages
+}
+
+/// The stages of one setup's plan on a machine with two heads.
+pub(crate) fn stages_of_heads(job: &Job, index: usize, settings: PlanSettings, has_stock: bool) -> Vec<&'static str> {
+    let mut stages = vec![READ];
+    let setup = &job.file.setups[index];
+    let mut pictured = false;
+    let mut single = |stages: &mut Vec<&'static str>| {
+        stages.extend([LAY, POSTURES, BETWEEN]);
+        stages.extend((!std::mem::replace(&mut pictured, true)).then_some(PICTURE));
+        stages.extend([LINKS, CHIPS, HELP]);
+    };
+    for (_, operation) in job.operations_of(setup) {
+        single(&mut stages);
+        if job.file.pairs.iter().any(|pair| pair.second == operation.name) {
+            stages.extend(["both heads", "left beside both heads", "left for both heads"]);
+            stages.extend(["left for one head", CHIPS, "left for one head", CHIPS]);
+        }
+    }
+    stages.push(WRITE);
+    stages.extend(settings.verify.then_some(["verify head 1", "verify head 2"]).into_iter().flatten());
+    stages.extend(settings.certificates.then_some(["certify head 1", "certify head 2"]).into_iter().flatten());
+    stages.extend((has_stock && settings.verify && job.file.verification.cut_stock).then_some(CUT));
+    stages.push(TIMES);
+    stages
+}

@@ -1,0 +1,73 @@
+//! What someone meets who has just begun: a folder for a job, another file in its place, values set for one run.
+
+use facemill_tests::commands::facemill_in;
+use facemill_tests::variants::tiny_patch;
+use serde_json::{Value, json};
+
+#[test]
+fn a_folder_stands_for_the_job_in_it_and_another_file_is_called_by_its_format() {
+    let f = tiny_patch();
+    let folder = f.path("").display().to_string();
+    let checked = facemill_in(&f, &format!("check {folder}"));
+    assert!(checked.code == 0 && checked.printed.contains("job.json: job "), "{}{}", checked.errors, checked.printed);
+    f.write("program.nc", b"%\nO1\nM30\n%\n");
+    for (given, named) in [
+        ("machine.json", "this is a machine file, not a job"),
+        ("tool.json", "this is a tool file, not a job"),
+        ("patch.obj", "this is a mesh, not a job"),
+        ("program.nc", "this is an NC program by its name, not a job"),
+    ] {
+        let told = facemill_in(&f, &format!("plan {given}"));
+        assert!(told.is_refused_for(&[given, named]), "{given}: {} {}", told.code, told.errors);
+    }
+    // Every command that takes a job says the same.
+    let told = facemill_in(&f, "verify program.nc --job tool.json");
+    assert!(told.is_refused_for(&["this is a tool file, not a job"]), "{}", told.errors);
+    let told = facemill_in(&f, "verify program.nc");
+    assert!(told.is_refused_for(&["--job", "--part"]), "{}", told.errors);
+}
+
+#[test]
+fn a_value_set_for_one_run_is_read_as_strictly_as_the_file_and_named_in_errors() {
+    let f = tiny_patch();
+    let before = f.json("job.json");
+    for (set, named) in [
+        ("operations[0].tolerances.cusp=0.1", "did you mean `cusp_mm`"),
+        ("operations[0].tolerances.cusp_mm=wide", "operations[0].tolerances.cusp_mm: invalid type"),
+        ("/operations/0/tolerances/cusp_mm=-1", "operations[0].tolerances.cusp_mm: must be"),
+        ("operations[7].name=x", "the list has 1"),
+    ] {
+        let told = facemill_in(&f, &format!("check job.json --set {set}"));
+        assert!(told.is_refused_for(&["job.json: --set operations[", named]), "{set}: {}", told.errors);
+    }
+    let told = facemill_in(&f, "check job.json --set name=renamed --set /operations/0/name=side");
+    assert!(told.code == 0 && told.prints(&["renamed"]) && told.prints(&["side"]), "{}{}", told.errors, told.printed);
+    assert_eq!(f.json("job.json"), before, "the file is as it was");
+}
+
+/// What a plan prints as JSON is of its schema and nothing else; `--quiet` prints nothing, and the report tells what was set.
+#[test]
+fn a_plan_tells_its_summary_as_json_or_nothing() {
+    let f = tiny_patch();
+    let told =
+        facemill_in(&f, &format!("plan job.json --no-verify --json --set name=set --out {}", f.path("a").display()));
+    assert_eq!(told.code, 0, "{}", told.errors);
+    let summary: Value = serde_json::from_str(&told.printed).expect("JSON and nothing else");
+    let schema: Value = serde_json::from_str(&facemill_in(&f, "schema summary").printed).unwrap();
+    let validator = jsonschema::validator_for(&schema).unwrap();
+    let faults: Vec<String> = validator.iter_errors(&summary).map(|e| e.to_string()).collect();
+    assert!(faults.is_empty(), "{faults:?}");
+    let setup = &summary["setups"][0];
+    assert_eq!((&summary["outcome"], &summary["exit_code"], &setup["job"]), (&json!("done"), &json!(0), &json!("set")));
+    let report: Value = serde_json::from_slice(&std::fs::read(f.path("a/report.json")).unwrap()).unwrap();
+    assert_eq!(report["settings"], json!([{ "key": "name", "value": "set" }]));
+    for key in ["totals", "times", "worst"] {
+        assert_eq!(setup[key], report[key], "{key}");
+    }
+    assert!(report["times"]["cutting_s"].as_f64().is_some_and(|s| s > 1.0), "{}", report["times"]);
+
+    let told = facemill_in(&f, &format!("plan job.json --no-verify --quiet --out {}", f.path("b").display()));
+    assert!(told.code == 0 && told.printed.is_empty() && told.errors.is_empty(), "{}{}", told.printed, told.errors);
+    let told = facemill_in(&f, "plan tool.json --quiet");
+    assert!(told.is_refused_for(&["not a job"]), "{}", told.errors);
+}
