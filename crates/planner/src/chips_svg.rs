@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use crate::chip_points::ChipPoint;
+use crate::svg_text::{LEADING, draw_lines, flow, lines, more_lines, text_width};
 
 /// An operation's panels.
 pub(crate) struct Row<'r> {
@@ -19,7 +20,14 @@ const WIDTH: f64 = 820.0;
 const AREA_HEIGHT: f64 = 130.0;
 const RATE_HEIGHT: f64 = 170.0;
 const GAP: f64 = 26.0;
-const ROW_HEIGHT: f64 = AREA_HEIGHT + GAP + RATE_HEIGHT + 98.0;
+/// Room right of the plots.
+const RIGHT: f64 = 30.0;
+
+/// Size of all letters but those of the head.
+const SIZE: f64 = 13.0;
+
+/// From a mark of the legend to its text.
+const MARK: f64 = 20.0;
 
 /// Parts of the way that are drawn by their extremes: a pixel each.
 const COLUMNS: usize = 820;
@@ -33,39 +41,79 @@ const INK: &str = "#22282d";
 /// cutting feed and as written. Of points that fall into one column smallest and largest are drawn, so that no extreme
 /// is lost.
 pub(crate) fn chips_svg(title: &str, rows: &[Row<'_>]) -> String {
+    let title = lines(title, SIZE, false, WIDTH + RIGHT - 10.0);
+    let mut top = TOP + more_lines(&title, SIZE);
+    let rows: Vec<Placed<'_>> = rows.iter().map(|row| Placed::new(row, &mut top)).collect();
+    let (w, h) = (LEFT + WIDTH + RIGHT, top);
     let mut svg = String::new();
-    let (w, h) = (LEFT + WIDTH + 30.0, TOP + ROW_HEIGHT * rows.len() as f64);
     // Writing to a string does not fail.
     let _ = writeln!(
         svg,
-        r##"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {w} {h}" width="{w}" height="{h}" font-family="Helvetica, Arial, sans-serif" font-size="13" fill="{INK}">
+        r##"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {w} {h}" width="{w}" height="{h}" font-family="Helvetica, Arial, sans-serif" font-size="{SIZE}" fill="{INK}">
 <rect width="{w}" height="{h}" fill="#ffffff"/>
-<text x="{LEFT}" y="26" font-size="16" font-weight="bold">Chip area and removal rate along the passes</text>
-<text x="{LEFT}" y="46" fill="#5b646b">{}</text>"##,
-        escape(title)
+<text x="{LEFT}" y="26" font-size="16" font-weight="bold">Chip area and removal rate along the passes</text>"##
     );
-    for (k, row) in rows.iter().enumerate() {
-        draw_row(&mut svg, row, TOP + ROW_HEIGHT * k as f64);
-    }
+    draw_lines(&mut svg, &title, [LEFT, 46.0], SIZE, r##" fill="#5b646b""##);
+    rows.iter().for_each(|row| row.draw(&mut svg));
     svg.push_str("</svg>\n");
     svg
 }
 
-fn draw_row(svg: &mut String, row: &Row<'_>, top: f64) {
-    let length = row.points.last().map_or(0.0, |p| p.way).max(1e-9);
-    let _ = writeln!(svg, r#"<text x="{LEFT}" y="{}" font-weight="bold">{}</text>"#, top - 12.0, escape(row.name));
-    let area = Panel::new(row, top, AREA_HEIGHT, length, |p| Some([p.area; 2]));
-    area.frame(svg, "chip area, mm²", None);
-    area.unknown(svg, row);
-    area.envelope(svg, 0, AREA);
-    let rate = Panel::new(row, top + AREA_HEIGHT + GAP, RATE_HEIGHT, length, ChipPoint::removal_rates);
-    rate.frame(svg, "removal rate, cm³/min", Some("cutting length, m"));
-    rate.envelope(svg, 0, BEFORE);
-    rate.envelope(svg, 1, AFTER);
-    if let Some(target) = row.target {
-        rate.target(svg, target);
+/// Panels with their place.
+struct Placed<'r> {
+    row: &'r Row<'r>,
+    name: Vec<String>,
+    /// Of the upper panel.
+    top: f64,
+    /// Colours with their texts, place and line.
+    legend: Vec<(&'static str, &'static str, (f64, usize))>,
+}
+
+impl<'r> Placed<'r> {
+    /// From the lower panel to the legend, and from there to the next row.
+    const AROUND_LEGEND: [f64; 2] = [60.0, 38.0];
+
+    /// Places a row below `top`, and moves that on.
+    fn new(row: &'r Row<'r>, top: &mut f64) -> Self {
+        let name = lines(row.name, SIZE, true, WIDTH + RIGHT - 10.0);
+        let own_top = *top + more_lines(&name, SIZE);
+        let entries = legend(row);
+        let widths: Vec<f64> = entries.iter().map(|(_, text)| MARK + 16.0 + text_width(text, SIZE, false)).collect();
+        let places = flow(&widths, WIDTH + RIGHT - 10.0);
+        let n_lines = places.last().map_or(1, |(_, line)| line + 1) as f64;
+        let [above, below] = Self::AROUND_LEGEND;
+        *top = own_top + AREA_HEIGHT + GAP + RATE_HEIGHT + above + LEADING * SIZE * (n_lines - 1.0) + below;
+        let legend = entries.into_iter().zip(places).map(|((color, text), at)| (color, text, at)).collect();
+        Self { row, name, top: own_top, legend }
     }
-    legend(svg, row, top + AREA_HEIGHT + GAP + RATE_HEIGHT + 60.0);
+
+    fn draw(&self, svg: &mut String) {
+        let (row, top) = (self.row, self.top);
+        let length = row.points.last().map_or(0.0, |p| p.way).max(1e-9);
+        let name_top = top - 12.0 - more_lines(&self.name, SIZE);
+        draw_lines(svg, &self.name, [LEFT, name_top], SIZE, r#" font-weight="bold""#);
+        let area = Panel::new(row, top, AREA_HEIGHT, length, |p| Some([p.area; 2]));
+        area.frame(svg, "chip area, mm²", None);
+        area.unknown(svg, row);
+        area.envelope(svg, 0, AREA);
+        let rate = Panel::new(row, top + AREA_HEIGHT + GAP, RATE_HEIGHT, length, ChipPoint::removal_rates);
+        rate.frame(svg, "removal rate, cm³/min", Some("cutting length, m"));
+        rate.envelope(svg, 0, BEFORE);
+        rate.envelope(svg, 1, AFTER);
+        if let Some(target) = row.target {
+            rate.target(svg, target);
+        }
+        let below = top + AREA_HEIGHT + GAP + RATE_HEIGHT + Self::AROUND_LEGEND[0];
+        for (color, text, (along, line)) in &self.legend {
+            let (x, y) = (LEFT + along, below + LEADING * SIZE * *line as f64);
+            let _ = writeln!(
+                svg,
+                r#"<rect x="{x:.2}" y="{:.2}" width="14" height="4" fill="{color}"/><text x="{:.2}" y="{y:.2}">{text}</text>"#,
+                y - 6.0,
+                x + MARK
+            );
+        }
+    }
 }
 
 /// A plot of two values over the way.
@@ -91,6 +139,8 @@ impl Panel {
             let wider = |[low, high]: [f64; 2], v: f64| [low.min(v), high.max(v)];
             *column = Some([wider(a, values[0]), wider(b, values[1])]);
         }
+        // Where nothing is cut.
+        let most = if most > 0.0 { most } else { 1.0 };
         let step = nice_step(most / 4.0);
         Self { top, height, length, most: step * (most / step).ceil().max(1.0), columns }
     }
@@ -112,9 +162,10 @@ impl Panel {
             let y = self.y(value);
             let _ = writeln!(
                 svg,
-                r##"<line x1="{LEFT}" y1="{y:.2}" x2="{right}" y2="{y:.2}" stroke="#dfe3e6"/><text x="{}" y="{:.2}" text-anchor="end">{value:.decimals$}</text>"##,
+                r##"<line x1="{LEFT}" y1="{y:.2}" x2="{right}" y2="{y:.2}" stroke="#dfe3e6"/><text x="{}" y="{:.2}" text-anchor="end">{}</text>"##,
                 LEFT - 8.0,
-                y + 4.5
+                y + 4.5,
+                label(value, decimals)
             );
         }
         let metres = self.length / 1000.0;
@@ -127,7 +178,8 @@ impl Panel {
                 writeln!(svg, r#"<line x1="{x:.2}" y1="{bottom}" x2="{x:.2}" y2="{}" stroke="{INK}"/>"#, bottom + 5.0);
             if below.is_some() {
                 let y = bottom + 20.0;
-                let _ = writeln!(svg, r#"<text x="{x:.2}" y="{y}" text-anchor="middle">{value:.decimals$}</text>"#);
+                let _ =
+                    writeln!(svg, r#"<text x="{x:.2}" y="{y}" text-anchor="middle">{}</text>"#, label(value, decimals));
             }
         }
         let _ = writeln!(
@@ -194,7 +246,7 @@ fn column_of(p: &ChipPoint, length: f64) -> usize {
 }
 
 /// What the colours mean, with those that the row has.
-fn legend(svg: &mut String, row: &Row<'_>, y: f64) {
+fn legend(row: &Row<'_>) -> Vec<(&'static str, &'static str)> {
     let mut entries = vec![
         (AREA, "chip area"),
         (BEFORE, "removal rate at the job's cutting feed"),
@@ -206,17 +258,12 @@ fn legend(svg: &mut String, row: &Row<'_>, y: f64) {
     if row.target.is_some() {
         entries.push((INK, "target (dashed)"));
     }
-    let mut x = LEFT;
-    for (color, text) in entries {
-        let _ = writeln!(
-            svg,
-            r#"<rect x="{x}" y="{}" width="14" height="4" fill="{color}"/><text x="{}" y="{}">{text}</text>"#,
-            y - 6.0,
-            x + 20.0,
-            y
-        );
-        x += 36.0 + 6.4 * text.len() as f64;
-    }
+    entries
+}
+
+/// A value of an axis, short enough for the room beside it.
+fn label(value: f64, decimals: usize) -> String {
+    if decimals > 4 || value >= 1e6 { format!("{value:.0e}") } else { format!("{value:.decimals$}") }
 }
 
 /// The next of 1, 2, 5 times a power of ten.
@@ -231,13 +278,10 @@ fn decimals(step: f64) -> usize {
     (-step.log10().floor()).max(0.0) as usize
 }
 
-fn escape(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::svg_text::tests::texts_outside;
 
     #[test]
     fn steps_are_round_and_not_below() {
@@ -247,19 +291,38 @@ mod tests {
         assert_eq!([decimals(0.05), decimals(0.5), decimals(1.0), decimals(20.0)], [2, 1, 0, 0]);
     }
 
-    #[test]
-    fn extremes_stay_visible_among_many_points() {
-        let point = |k: usize| ChipPoint {
+    fn point(k: usize) -> ChipPoint {
+        ChipPoint {
             copy: 0,
             pass: 0,
             point: k,
             way: k as f64,
             area: if k == 31_007 { 40.0 } else { 10.0 },
             thickness: 0.0,
-            is_known: true,
+            is_known: !k.is_multiple_of(1000),
             line: None,
             arrival: None,
-        };
+        }
+    }
+
+    #[test]
+    fn every_text_is_in_the_picture_in_a_wide_font() {
+        let long = "a shop's very long name of an operation <and> more ".repeat(9);
+        for scale in [0.0, 1e-7, 1.0, 1e5, 1e9] {
+            let points: Vec<ChipPoint> = (0..3000)
+                .map(point)
+                .map(|p| ChipPoint { area: scale * p.area, way: 1e-3 * scale * p.way, ..p })
+                .collect();
+            let of = |name, target| Row { name, points: &points, target };
+            let svg =
+                chips_svg(&long, &[of("a < b", None), of(&long, Some(3.0)), of(&long.replace(' ', "-"), Some(1.0))]);
+            assert_eq!(texts_outside(&svg), Vec::<String>::new(), "{scale}");
+        }
+        assert_eq!(texts_outside(&chips_svg("no operation", &[])), Vec::<String>::new());
+    }
+
+    #[test]
+    fn extremes_stay_visible_among_many_points() {
         let points: Vec<ChipPoint> = (0..100_000).map(point).collect();
         let row = Row { name: "a < b", points: &points, target: None };
         let panel = Panel::new(&row, 0.0, 100.0, 99_999.0, |p| Some([p.area; 2]));

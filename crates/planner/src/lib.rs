@@ -96,6 +96,7 @@ mod stock_map;
 mod stock_places;
 mod summary;
 mod summary_file;
+mod svg_text;
 mod timing;
 mod tip_feed;
 mod turning;
