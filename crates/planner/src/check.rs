@@ -35,11 +35,8 @@ pub fn describe_setup(job: &Job, index: usize) -> Result<Vec<String>, Failure> {
     try_template(job, &setup, &words)?;
     let mut lines = vec![format!("setup \"{}\"", setup.file.name)];
     for mesh in &setup.reports {
-        let counts = mesh.repair.iter().filter(|(_, v)| v.as_u64().is_some_and(|n| n > 0));
-        let counts: Vec<String> =
-            counts.map(|(k, v)| format!("{v} {}", k.trim_start_matches("n_").replace('_', " "))).collect();
         let taken = format!("in {}, {} up", units(mesh.unit), up(mesh.up_axis));
-        lines.push(format!("mesh {} {taken}: {}", mesh.file, counts.join(", ")));
+        lines.push(format!("mesh {} {taken}: {}", mesh.file, mesh.told()));
     }
     let b = setup.aabb();
     lines.push(format!(

@@ -53,6 +53,7 @@ mod machine_load;
 mod machine_load_laws;
 mod mending;
 mod mesh_files;
+mod mesh_told;
 #[cfg(test)]
 mod move_laws;
 mod moves;
