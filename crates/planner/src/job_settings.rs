@@ -62,9 +62,9 @@ impl JobSetting {
 
     /// Whether a message is about the value under the key, or about what holds it.
     pub(crate) fn is_meant_by(&self, message: &str) -> bool {
-        let ends = |rest: &str| rest.is_empty() || rest.starts_with(['.', '[', ':', ',', ' ']);
-        let is_in = |key: &str| message.strip_prefix(key).is_some_and(ends);
-        (1..=self.steps.len()).rev().any(|n| is_in(&dotted(&self.steps[..n])))
+        let goes_on = |key: &str, with: &[char]| message.strip_prefix(key).is_some_and(|rest| rest.starts_with(with));
+        let holds = |n: usize| goes_on(&dotted(&self.steps[..n]), &[':', ',', ' ']);
+        goes_on(&self.key, &['.', '[', ':', ',', ' ']) || (1..self.steps.len()).any(holds)
     }
 }
 
@@ -163,7 +163,8 @@ mod tests {
         let setting: JobSetting = "operations[1].tolerances.cusp_mm=-1".parse().unwrap();
         assert!(setting.is_meant_by("operations[1].tolerances.cusp_mm: must be above 0"));
         assert!(setting.is_meant_by("operations[1].tolerances: unknown field"));
-        assert!(!setting.is_meant_by("operations[1].tolerances.cusp: x") || !setting.is_meant_by("operations[10]: x"));
+        assert!(!setting.is_meant_by("operations[1].tolerances.cusp: x"));
+        assert!(!setting.is_meant_by("operations[10]: x"));
         assert!(!setting.is_meant_by("operations[10].tolerances.cusp_mm: x"));
     }
 }
