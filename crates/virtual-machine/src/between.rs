@@ -2,8 +2,8 @@
 
 use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
 
-use facemill_cl_data::{RapidLaw, RoundFrustum, Solid};
-use facemill_inverse_kinematics::{AxisValues, BlockLaw, Motion};
+use facemill_cl_data::{RoundFrustum, Solid};
+use facemill_inverse_kinematics::{AxisValues, Motion};
 use facemill_tool_model::Cutter;
 use nalgebra::{Isometry3, Point3};
 
@@ -16,14 +16,15 @@ use crate::{
     moves::Move,
     rates::{Parts, RateBounds, Rates},
     scene::{Frame, Mount, Role, Scene},
-    stepping::{MAX_TURN, stops, ways},
+    spans::Spans,
+    stepping::{MAX_TURN, ways},
     track::{Placement, Shape, Track},
 };
 
 /// By how much the motion between two positions of the cutter on the work may leave the straight way, mm.
 pub(crate) const CUTTER_BULGE: f64 = 0.005;
 
-/// Halvings of a move. Shorter intervals only fight rounding, or stand at a place that the axes cannot follow.
+/// Halvings of a part of a move, on which no axis turns by more than a turn. Shorter intervals only fight rounding, or stand at a place that the axes cannot follow.
 const MAX_HALVINGS: u32 = 18;
 
 /// Halvings of an interval without a bound: next to a place that the axes cannot follow it takes some.
@@ -162,14 +163,9 @@ impl<'a> Follower<'a> {
         let Ok(motion) = Motion::new(machine, m.law, &m.start, &m.end, length) else { return };
         let other = self.scene.other.as_ref().map(|(view, length)| (view, *length));
         let rates = RateBounds::new(machine, motion, m.law, [&m.start, &m.end], length).with_other(other);
-        let mut breaks = vec![0.0, 1.0];
-        if m.law == BlockLaw::Rapid(RapidLaw::PerAxis) {
-            breaks.extend(stops(machine, [&m.start, &m.end]));
-            breaks.sort_by(f64::total_cmp);
-            breaks.dedup();
-        }
+        let spans = Spans::new(machine, m.law, [&m.start, &m.end], length);
         let mut pairs = std::mem::take(&mut self.pairs);
-        for ends in breaks.windows(2) {
+        for ends in spans.parts {
             // That the axes cannot follow is a finding of its own.
             let Some(posed) = self.posed(&motion, ends[0]).zip(self.posed(&motion, ends[1])) else { break };
             let stretch = Stretch { index, m, motion: &motion, rates: &rates, ends: [posed.0, posed.1] };

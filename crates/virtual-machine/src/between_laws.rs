@@ -1,7 +1,8 @@
 //! What is followed between positions against thousands of positions of the same motion.
 
-use facemill_cl_data::CuttingLaw;
+use facemill_cl_data::{CuttingLaw, RapidLaw};
 use facemill_interference::MeshTree;
+use facemill_inverse_kinematics::BlockLaw;
 use nalgebra::Vector3;
 
 use super::*;

@@ -299,7 +299,7 @@ impl<'a> Control<'a> {
     }
 
     fn fault(&mut self, kind: FindingKind, block: usize, note: String) {
-        self.faults.push(TextFault { kind, block, last: block, axis: None, note });
+        self.faults.push(TextFault { kind, block, last: block, worst: block, axis: None, measure: None, note });
     }
 
     /// A fault that one cause leads to in many blocks: told once, from its first block to its last.

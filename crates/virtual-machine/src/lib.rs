@@ -108,6 +108,7 @@ mod scene;
 mod segments;
 mod setup;
 mod smoothing;
+mod spans;
 mod stepping;
 mod stock_bodies;
 mod stock_cover;

@@ -1,16 +1,17 @@
 //! From the text that was read to motions of the axes.
 use facemill_cl_data::{CuttingLaw, MotionLaw};
-use facemill_inverse_kinematics::{AxisValues, BlockLaw, Carrier, Machine};
+use facemill_inverse_kinematics::{AxisKind as JointKind, AxisValues, BlockLaw, Carrier, Machine};
 use facemill_nc_program::{
     AxisAt, AxisKind, AxisLengths, AxisLetter, AxisWords, Compensation, Feed, MacroKind, MotionKind, ReadBlock,
     ReadCommand, ReadMotion, ReadProgram, RtcpRapids,
 };
 
 use crate::{
-    FindingKind, VerifySettings, VirtualSetup,
+    FindingKind, Measure, VerifySettings, VirtualSetup,
     control::{Control, own_head},
     feeds::Feeds,
     motion_modes::MotionModes,
+    spans::{MOST_TURNS, winds_too_far},
     tool_vectors::{Unturned, turned_to},
 };
 
@@ -47,7 +48,11 @@ pub(crate) struct TextFault {
     pub(crate) block: usize,
     /// The last block that it goes on in.
     pub(crate) last: usize,
+    /// The block that it is worst in.
+    pub(crate) worst: usize,
     pub(crate) axis: Option<AxisLetter>,
+    /// Its size in that block, where it has one.
+    pub(crate) measure: Option<Measure>,
     pub(crate) note: String,
 }
 
@@ -103,6 +108,8 @@ struct State<'a> {
     /// Index of the axis along the spindle of the setup's head; `None` on a machine of one head.
     spindle_axis: Option<usize>,
     section: usize,
+    /// Axes that are beyond their limits, and the index of the fault of each.
+    beyond: Vec<(usize, usize)>,
     out: Moves,
 }
 
@@ -134,6 +141,7 @@ impl<'a> State<'a> {
             modes: MotionModes::new(setup.machine.motion_law(), program),
             spindle_axis: setup.words.axes().iter().position(|a| Some(a.letter) == own),
             section: 0,
+            beyond: Vec::new(),
             out: Moves::default(),
         }
     }
@@ -394,6 +402,8 @@ impl<'a> State<'a> {
         if !was_known {
             let note = "starts where the program does not say".to_owned();
             self.fault(FindingKind::UnknownPosition, index, None, note);
+        } else if self.is_beyond_limits(index, [&start, &end]) || self.winds_too_far(index, motion, [&start, &end]) {
+            // It has a finding, and no way: that could be of any length.
         } else if is_simulated && start != end {
             let (law, is_rapid) = (self.law(motion), motion.kind.is_rapid());
             let section = self.section;
@@ -405,6 +415,43 @@ impl<'a> State<'a> {
             let moves_tool = start == end || moves_tool(self.setup.machine, &start, &end);
             self.out.moves.push(Move { block: index, section, law, is_rapid, start, end, feed, moves_tool });
         }
+    }
+
+    /// Whether a motion starts or ends beyond the limits of an axis, which is a fault from the first such block to the one that leads
+    /// back. Nothing of it is run: no machine goes there, and its way is as long as the text makes it.
+    fn is_beyond_limits(&mut self, index: usize, [start, end]: [&AxisValues; 2]) -> bool {
+        let machine = self.setup.machine;
+        let was_beyond = excesses(machine, start).next().is_some();
+        let before = std::mem::take(&mut self.beyond);
+        for &(_, fault) in before.iter().filter(|_| was_beyond) {
+            self.out.faults[fault].last = index;
+        }
+        for (axis, measure) in excesses(machine, end) {
+            let fault = before.iter().find(|(k, _)| was_beyond && *k == axis).map(|(_, fault)| *fault);
+            let fault = fault.unwrap_or_else(|| {
+                let letter = self.setup.words.axes().get(axis).map(|a| a.letter);
+                let note = "not run, and what follows is not known, until all axes are back within their limits";
+                self.fault(FindingKind::AxisLimit, index, letter, note.to_owned());
+                self.out.faults.len() - 1
+            });
+            self.beyond.push((axis, fault));
+            let fault = &mut self.out.faults[fault];
+            if fault.measure.is_none_or(|worst| measure.is_worse_than(&worst)) {
+                (fault.worst, fault.measure) = (index, Some(measure));
+            }
+        }
+        was_beyond || !self.beyond.is_empty()
+    }
+
+    /// Whether a motion turns an axis more often than is followed, which is a fault.
+    fn winds_too_far(&mut self, index: usize, motion: &ReadMotion, ends: [&AxisValues; 2]) -> bool {
+        let (machine, length) = (self.setup.machine, self.setup.tool.gauge_length());
+        let winds = winds_too_far(machine, self.law(motion), ends, length);
+        if winds {
+            let note = format!("more than {MOST_TURNS} turns of an axis in one block while others move: not run");
+            self.fault(FindingKind::UnknownBlock, index, None, note);
+        }
+        winds
     }
 
     /// A motion with an unknown end: the axes that it names are lost.
@@ -454,8 +501,23 @@ impl<'a> State<'a> {
     }
 
     fn fault(&mut self, kind: FindingKind, block: usize, axis: Option<AxisLetter>, note: String) {
-        self.out.faults.push(TextFault { kind, block, last: block, axis, note });
+        self.out.faults.push(TextFault { kind, block, last: block, worst: block, axis, measure: None, note });
     }
+}
+
+/// How far beyond a limit an axis may be told to go by the rounding of words, mm or deg.
+pub(crate) const LIMIT_ROUNDING: f64 = 1e-3;
+
+/// By how much axes are beyond their limits, with their indices.
+pub(crate) fn excesses<'a>(machine: &'a Machine, q: &'a AxisValues) -> impl Iterator<Item = (usize, Measure)> + 'a {
+    machine.axes().iter().enumerate().filter_map(|(k, axis)| {
+        let excess = axis.in_word_unit((q[k] - axis.max).max(axis.min - q[k]));
+        let measure = match axis.kind {
+            JointKind::Linear => Measure::ExcessMm(excess),
+            JointKind::Rotary => Measure::ExcessDeg(excess),
+        };
+        (excess > LIMIT_ROUNDING).then_some((k, measure))
+    })
 }
 
 /// Whether a block sends an axis to a place that its reader does not know: it must not be taken to stay.

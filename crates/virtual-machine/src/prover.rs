@@ -1,6 +1,6 @@
 //! Proves of one move how deep the cutter is at most at any time, and how near bodies come.
 
-use facemill_cl_data::{ControlTolerance, CuttingLaw, RapidLaw, Solid};
+use facemill_cl_data::{ControlTolerance, CuttingLaw, Solid};
 use facemill_interference::{MotionInterval, SweepVerdict};
 use facemill_inverse_kinematics::{AxisValues, BlockLaw, Motion};
 use nalgebra::{Isometry3, Point3};
@@ -10,7 +10,8 @@ use crate::moves::Move;
 use crate::proof::{Depth, Nearest, Open, Proof};
 use crate::rates::{Parts, RateBounds, Rates};
 use crate::scene::{Frame, Mount, Role, Scene, SceneObstacle};
-use crate::stepping::{MAX_TURN, stops};
+use crate::spans::Spans;
+use crate::stepping::MAX_TURN;
 
 /// How much deeper than sampled a depth is tried to be proven first, mm. Larger: certificates say more than is there;
 /// smaller: more intervals.
@@ -19,7 +20,7 @@ const FIRST_LACK: f64 = 2e-3;
 /// By what a depth grows that could not be proven on the shortest interval.
 const GROWTH: f64 = 1.5;
 
-/// Halvings of a move: shorter intervals only fight rounding.
+/// Halvings of a part of a move, on which no axis turns by more than a turn: shorter intervals only fight rounding.
 const MAX_HALVINGS: u32 = 10;
 
 /// Part of the distance in the middle of a move that is tried to be proven for all of it, before the required one.
@@ -44,8 +45,8 @@ pub(crate) struct Prover<'s, 'a> {
     m: &'s Move,
     motion: Motion<'s>,
     rates: RateBounds<'s>,
-    /// Times at which axes stop, and both ends.
-    breaks: Vec<f64>,
+    /// What has to be looked at of it.
+    parts: Vec<[f64; 2]>,
     tracks: Vec<CutterTrack>,
     intervals: u32,
 }
@@ -84,27 +85,21 @@ impl<'s, 'a> Prover<'s, 'a> {
     pub(crate) fn new(scene: &'s Scene<'a>, m: &'s Move) -> Option<Self> {
         let machine = scene.setup.machine;
         let motion = Motion::new(machine, m.law, &m.start, &m.end, scene.tool_length).ok()?;
-        let mut breaks = vec![0.0, 1.0];
-        if m.law == BlockLaw::Rapid(RapidLaw::PerAxis) {
-            breaks.extend(stops(machine, [&m.start, &m.end]));
-            breaks.sort_by(f64::total_cmp);
-            breaks.dedup();
-        }
         Some(Self {
             scene,
             m,
             motion,
             rates: RateBounds::new(machine, motion, m.law, [&m.start, &m.end], scene.tool_length)
                 .with_other(scene.other.as_ref().map(|(view, length)| (view, *length))),
-            breaks,
+            parts: Spans::new(machine, m.law, [&m.start, &m.end], scene.tool_length).parts,
             tracks: vec![CutterTrack::default(); scene.obstacles.len()],
             intervals: 0,
         })
     }
 
-    /// Intervals to begin with: in none does an axis stop on its way.
+    /// Intervals to begin with: in none does an axis stop on its way, or turn by more than a turn.
     fn pieces(&self) -> Vec<(f64, f64, u32)> {
-        self.breaks.windows(2).rev().map(|b| (b[0], b[1], 0)).collect()
+        self.parts.iter().rev().map(|[from, to]| (*from, *to, 0)).collect()
     }
 
     pub(crate) fn prove(&mut self) -> Proof {

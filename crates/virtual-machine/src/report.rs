@@ -183,19 +183,22 @@ impl<'a> Report<'a> {
 
     /// Faults of the text, those alike without a motion between them as one.
     fn text_findings(&self) -> Vec<Finding> {
-        let mut runs: Vec<(&TextFault, usize)> = Vec::new();
+        let mut runs: Vec<TextFault> = Vec::new();
         let mut latest = BTreeMap::new();
         for fault in &self.resolved.faults {
             let key = (fault.kind, fault.axis, &fault.note);
             let open = latest.get(&key).map(|&k: &usize| &mut runs[k]);
-            if let Some((_, last)) = open.filter(|(_, last)| !self.moves_between(*last, fault.block)) {
-                *last = fault.last.max(*last);
+            if let Some(run) = open.filter(|run| !self.moves_between(run.last, fault.block)) {
+                run.last = fault.last.max(run.last);
+                if fault.measure.is_some_and(|m| run.measure.is_none_or(|worst| m.is_worse_than(&worst))) {
+                    (run.worst, run.measure) = (fault.worst, fault.measure);
+                }
             } else {
                 latest.insert(key, runs.len());
-                runs.push((fault, fault.last));
+                runs.push(fault.clone());
             }
         }
-        runs.into_iter().map(|(first, last)| self.text_finding(first, last)).collect()
+        runs.iter().map(|run| self.text_finding(run)).collect()
     }
 
     /// Whether a block between these two moves an axis to a known place.
@@ -204,24 +207,24 @@ impl<'a> Report<'a> {
         self.resolved.moves.get(next).is_some_and(|m| m.block < last)
     }
 
-    fn text_finding(&self, first: &TextFault, last: usize) -> Finding {
-        let block = &self.program.blocks[first.block];
+    fn text_finding(&self, fault: &TextFault) -> Finding {
+        let block = &self.program.blocks[fault.worst];
         Finding {
-            kind: first.kind,
-            first_line: block.line,
-            last_line: self.program.blocks[last].line,
+            kind: fault.kind,
+            first_line: self.program.blocks[fault.block].line,
+            last_line: self.program.blocks[fault.last].line,
             worst_line: block.line,
             episodes: 1,
             block_number: block.number,
             block_text: block.text.to_string(),
             body: None,
             obstacle: None,
-            axis: first.axis.map(|a| a.to_string()),
-            measure: None,
+            axis: fault.axis.map(|a| a.to_string()),
+            measure: fault.measure,
             place_work_mm: None,
             pose: None,
             time_s: None,
-            note: first.note.clone(),
+            note: fault.note.clone(),
         }
     }
 

@@ -8,6 +8,7 @@ use crate::{
     episodes::{Contact, Key},
     moves::Move,
     scene::Scene,
+    spans::Spans,
 };
 
 /// What the rounding of words may add to the turn of an axis in one block, rad.
@@ -60,14 +61,9 @@ fn near_pole(scene: &Scene<'_>, m: &Move, turn: f64) -> Option<(f64, AxisValues)
         return None;
     }
     let motion = Motion::new(machine, m.law, &m.start, &m.end, scene.tool_length).ok()?;
-    let axes = machine.axes().iter().enumerate().filter(|(_, a)| a.kind == AxisKind::Rotary);
-    let turns: f64 = axes.map(|(k, _)| (m.end[k] - m.start[k]).abs()).sum();
-    // The cast saturates.
-    let n = (turns / LOOK).ceil().max(1.0) as u32;
     let start = machine.cl_point(&m.start, scene.tool_length).axis;
     let (mut nearest, mut moved) = (None, 0.0_f64);
-    for k in 0..=n {
-        let at = f64::from(k) / f64::from(n);
+    for at in looks(scene, m) {
         let Ok(axes) = motion.at(at) else { continue };
         let cl = machine.cl_point(&axes, scene.tool_length);
         let angle = machine.angle_to_singular(&cl)?;
@@ -78,6 +74,20 @@ fn near_pole(scene: &Scene<'_>, m: &Move, turn: f64) -> Option<(f64, AxisValues)
     }
     let is_far = moved > STANDS && turn - moved > settings.singular_turn + ROUNDING;
     nearest.filter(|(angle, _)| is_far && *angle <= settings.singular_cone).map(|(_, at)| at)
+}
+
+/// The times of a move at which it is looked how near the tool axis is to the pole, both ends among them.
+fn looks(scene: &Scene<'_>, m: &Move) -> Vec<f64> {
+    let machine = scene.setup.machine;
+    let axes = machine.axes().iter().enumerate().filter(|(_, a)| a.kind == AxisKind::Rotary);
+    let turns: f64 = axes.map(|(k, _)| (m.end[k] - m.start[k]).abs()).sum();
+    let spans = Spans::new(machine, m.law, [&m.start, &m.end], scene.tool_length);
+    let of_part = |[from, to]: [f64; 2]| {
+        // The cast saturates.
+        let n = (turns * (to - from) / LOOK).ceil().max(1.0) as u32;
+        (0..=n).map(move |k| if k == n { to } else { from + (to - from) * f64::from(k) / f64::from(n) })
+    };
+    std::iter::once(0.0).chain(spans.parts.into_iter().flat_map(of_part)).collect()
 }
 
 fn contact(scene: &Scene<'_>, kind: FindingKind, (axis, turn): (usize, f64), (at, axes): (f64, AxisValues)) -> Contact {

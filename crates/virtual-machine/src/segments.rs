@@ -1,14 +1,14 @@
 //! A move as ways of the tool on which the tip goes straight and the axis turns evenly, within a proven tolerance.
 
-use facemill_cl_data::{ClPoint, RapidLaw};
-use facemill_inverse_kinematics::{AxisValues, BlockLaw, Motion};
+use facemill_cl_data::ClPoint;
+use facemill_inverse_kinematics::{AxisValues, Motion};
 use nalgebra::{Unit, Vector3};
 
 use crate::{
     moves::Move,
     rates::{Parts, RateBounds},
     scene::Scene,
-    stepping::stops,
+    spans::Spans,
 };
 
 /// A part of a move.
@@ -36,10 +36,12 @@ pub(crate) struct Coarseness {
     pub(crate) max_way: f64,
 }
 
-/// Halvings of a move. Shorter parts only fight rounding, or stand at a place that the axes cannot follow.
+/// Halvings of a part of a move, on which no axis turns by more than a turn. Shorter ones only fight rounding, or stand at a place
+/// that the axes cannot follow.
 const MAX_HALVINGS: u32 = 16;
 
-/// The segments of a move, in order; `None` where the axes cannot follow it, or no bound on their motion is known.
+/// The segments of a move, in order; `None` where the axes cannot follow it, or no bound on their motion is known. Turns of one axis
+/// alone that the last one repeats have none.
 ///
 /// At both ends of a segment the tool is where it is on the segment's way. Between them a point of the tool axis that is
 /// accelerated by at most a over the whole segment is at most a/8 beside the chord of its true way, and the same point of
@@ -80,19 +82,19 @@ pub(crate) fn segments_of_heads(heads: &[MoveOfHead<'_, '_>]) -> Vec<Option<Vec<
 /// The segments of all heads, divided at the same times.
 fn common_segments(heads: &[MoveOfHead<'_, '_>]) -> Option<Vec<Vec<Segment>>> {
     let mut ways = heads.iter().map(Way::new).collect::<Option<Vec<_>>>()?;
-    let mut breaks = vec![0.0, 1.0];
-    for MoveOfHead { scene, m, .. } in heads.iter().filter(|h| h.m.law == BlockLaw::Rapid(RapidLaw::PerAxis)) {
-        breaks.extend(stops(scene.setup.machine, [&m.start, &m.end]));
-    }
-    breaks.sort_by(f64::total_cmp);
-    breaks.dedup();
-    let mut open: Vec<(f64, f64, u32)> = breaks.windows(2).rev().map(|b| (b[0], b[1], 0)).collect();
+    let mut open: Vec<(f64, f64, u32)> = common_parts(heads).into_iter().rev().map(|[a, b]| (a, b, 0)).collect();
+    let mut done = 0.0;
     while let Some((from, to, halvings)) = open.pop() {
+        if from > done {
+            // What lies between is repeated by what follows.
+            ways.iter_mut().try_for_each(|way| way.skip(from))?;
+        }
         for way in &mut ways {
             way.ahead = way.pose(to)?;
         }
         if ways.iter().all(|way| way.is_close(from, to)) {
             ways.iter_mut().for_each(|way| way.go(from, to));
+            done = to;
         } else if halvings < MAX_HALVINGS {
             let middle = 0.5 * (from + to);
             open.push((middle, to, halvings + 1));
@@ -102,6 +104,19 @@ fn common_segments(heads: &[MoveOfHead<'_, '_>]) -> Option<Vec<Vec<Segment>>> {
         }
     }
     Some(ways.into_iter().map(|way| way.segments).collect())
+}
+
+/// The parts of the move that have to be looked at for any of the heads, divided where any of them has to be.
+fn common_parts(heads: &[MoveOfHead<'_, '_>]) -> Vec<[f64; 2]> {
+    let of_head = |h: &MoveOfHead<'_, '_>| {
+        Spans::new(h.scene.setup.machine, h.m.law, [&h.m.start, &h.m.end], h.scene.tool_length).parts
+    };
+    let all: Vec<Vec<[f64; 2]>> = heads.iter().map(of_head).collect();
+    let mut breaks: Vec<f64> = all.iter().flatten().flatten().copied().collect();
+    breaks.sort_by(f64::total_cmp);
+    breaks.dedup();
+    let is_in = |pair: &[f64]| all.iter().flatten().any(|part| part[0] <= pair[0] && pair[1] <= part[1]);
+    breaks.windows(2).filter(|pair| is_in(pair)).map(|pair| [pair[0], pair[1]]).collect()
 }
 
 /// A move that is being divided.
@@ -141,6 +156,12 @@ impl<'r, 'a> Way<'r, 'a> {
         let Some(rates) = self.rates.over(from, to, Parts::OneHead) else { return false };
         let beside = (rates.acceleration(coarse.reach) + coarse.reach * turn * turn) / 8.0;
         3.0 * beside <= coarse.tolerance
+    }
+
+    /// Goes on from this time, without a segment to there.
+    fn skip(&mut self, to: f64) -> Option<()> {
+        self.at = self.pose(to)?.1;
+        Some(())
     }
 
     fn go(&mut self, start: f64, end: f64) {

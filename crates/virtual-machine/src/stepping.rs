@@ -1,7 +1,9 @@
 //! How many positions a motion needs, from a bound on how fast the tool moves relative to the workpiece.
-use facemill_cl_data::{CuttingLaw, RapidLaw};
+use facemill_cl_data::CuttingLaw;
 use facemill_inverse_kinematics::{AxisKind, AxisValues, BlockLaw, Machine, Motion};
 use nalgebra::{Isometry3, Vector3};
+
+use crate::spans::{Repeated, Spans};
 
 /// How far apart positions may be.
 #[derive(Clone, Copy, Debug)]
@@ -24,6 +26,8 @@ pub(crate) struct Positions {
     stride: f64,
     /// Whether the motion was bounded all over.
     pub(crate) is_bounded: bool,
+    /// Turns without positions, because the last positions repeat them.
+    pub(crate) repeated: Option<Repeated>,
     n: u64,
     /// Positions given so far.
     given: u64,
@@ -45,7 +49,7 @@ impl Positions {
         let steps: f64 = parts.iter().map(|p| p.steps).sum();
         // The cast saturates.
         let n = (steps.ceil() as u64).max(1);
-        Self { parts, stride: steps / n as f64, is_bounded, n, given: 0, part: 0, steps_before: 0.0 }
+        Self { parts, stride: steps / n as f64, is_bounded, repeated: None, n, given: 0, part: 0, steps_before: 0.0 }
     }
 
     /// Number of positions of the whole motion.
@@ -90,8 +94,7 @@ struct Bound {
     slack: f64,
 }
 
-/// Splits of a motion in half: a millionth of any motion short of 40,000 turns is below [`MAX_TURN`]. Longer ones get
-/// positions by their turn alone; more splits would fill the memory with parts.
+/// Splits of a part of a motion in half, none of which turns farther than once; more would fill the memory with parts.
 const MAX_SPLITS: u32 = 20;
 
 /// Largest turn of all rotary axes together over which speeds are bounded at once, rad. The bound is of second order in it.
@@ -102,7 +105,8 @@ pub(crate) const MAX_TURN: f64 = 0.25;
 /// nor all rotary axes together farther than the tool axis may, nor the linear axes of the other head together than the tip.
 ///
 /// The motion is cut into parts with a bound on the speed in each, in longest steps per time; the positions lie evenly on
-/// the sum of the steps, so that from one to the next it is at most one.
+/// the sum of the steps, so that from one to the next it is at most one. Where an axis turns on and on alone, they lie on its last
+/// turn, which repeats those before.
 pub(crate) fn positions(
     machine: &Machine,
     motion: &Motion<'_>,
@@ -111,18 +115,13 @@ pub(crate) fn positions(
     tool_length: f64,
     spacing: &Spacing,
 ) -> Positions {
-    let mut breaks = vec![0.0, 1.0];
-    if law == BlockLaw::Rapid(RapidLaw::PerAxis) {
-        breaks.extend(stops(machine, ends));
-        breaks.sort_by(f64::total_cmp);
-        breaks.dedup();
-    }
     let walk = Walk { machine, motion, law, tool_length, spacing };
     let (mut parts, mut is_bounded) = (Vec::new(), true);
-    for pair in breaks.windows(2) {
-        is_bounded &= walk.split(pair[0], pair[1], 0, &mut parts);
+    let spans = Spans::new(machine, law, ends, tool_length);
+    for [from, to] in &spans.parts {
+        is_bounded &= walk.split(*from, *to, 0, &mut parts);
     }
-    Positions::new(parts, is_bounded)
+    Positions { repeated: spans.repeated, ..Positions::new(parts, is_bounded) }
 }
 
 /// When each axis stops, as a fraction of the rapid's time.
@@ -258,6 +257,7 @@ pub(crate) fn rotary_axis(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use facemill_cl_data::RapidLaw;
 
     const SPACING: Spacing = Spacing { max_step: 0.5, max_turn: 0.0035, max_bulge: 0.005, reach: 82.0 };
     const LENGTH: f64 = 260.0;

@@ -1,5 +1,5 @@
 use facemill_cl_data::{Cancelled, ClPoint, CuttingLaw, Monitor};
-use facemill_inverse_kinematics::{AxisKind, AxisValues, BlockLaw, Machine, Motion};
+use facemill_inverse_kinematics::{AxisValues, BlockLaw, Machine, Motion};
 use nalgebra::{Isometry3, Point3, Unit, Vector3};
 
 use crate::{
@@ -9,7 +9,7 @@ use crate::{
     dead_core::DeadCore,
     edges::{Asked, spacing},
     episodes::{Contact, Key},
-    moves::Move,
+    moves::{Move, excesses},
     ramp::{Descent, RAMP_ROUNDING},
     scene::{Frame, Mount, Role, Scene},
     stepping::{Positions, positions, ways},
@@ -50,9 +50,6 @@ struct Position<'a> {
 
 /// Positions between two looks at the monitor: fewer than a millisecond's work.
 const POSITIONS_PER_CHECK: usize = 64;
-
-/// How far beyond a limit an axis may be told to go by the rounding of words, mm or deg.
-const LIMIT_ROUNDING: f64 = 1e-3;
 
 const TURNED: BlockLaw = BlockLaw::Cutting(CuttingLaw::TipLinearVectorTurned);
 
@@ -117,7 +114,15 @@ impl<'a> Walker<'a> {
         let ramp_rounding = RAMP_ROUNDING / steps.n() as f64;
         let mut before = self.position(index, m, (0.0, m.start)).cl;
         let mut last = (0.0, m.start);
+        let repeated = steps.repeated;
+        let mut length_skipped_at = None;
         for t in steps {
+            if let Some(turns) = repeated.filter(|r| last.0 <= r.from && r.to < t) {
+                // The turns between are the last one's over again.
+                let Ok(axes) = motion.at(turns.to) else { continue };
+                before = self.position(index, m, (turns.to, axes)).cl;
+                length_skipped_at = Some(self.result.cutting_length);
+            }
             if self.result.n_positions.is_multiple_of(POSITIONS_PER_CHECK) {
                 monitor.checkpoint()?;
             }
@@ -141,6 +146,9 @@ impl<'a> Walker<'a> {
                 self.test_core(&here, t);
             }
             before = here.cl;
+        }
+        if let Some((turns, at)) = repeated.zip(length_skipped_at) {
+            self.result.cutting_length += turns.turns * (self.result.cutting_length - at);
         }
         Ok(())
     }
@@ -254,16 +262,8 @@ impl<'a> Walker<'a> {
     }
 
     fn test_limits(&mut self, here: &Position<'_>) {
-        for (k, axis) in self.scene.setup.machine.axes().iter().enumerate() {
-            let value = here.axes[k];
-            let excess = axis.in_word_unit((value - axis.max).max(axis.min - value));
-            if excess > LIMIT_ROUNDING {
-                let measure = match axis.kind {
-                    AxisKind::Linear => Measure::ExcessMm(excess),
-                    AxisKind::Rotary => Measure::ExcessDeg(excess),
-                };
-                self.record(here, Key::of_axis(FindingKind::AxisLimit, Some(k)), Some(measure), None);
-            }
+        for (k, measure) in excesses(self.scene.setup.machine, &here.axes) {
+            self.record(here, Key::of_axis(FindingKind::AxisLimit, Some(k)), Some(measure), None);
         }
     }
 

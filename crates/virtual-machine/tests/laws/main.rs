@@ -7,6 +7,7 @@ mod certificates;
 mod control;
 mod dead_core;
 mod estimate;
+mod far_words;
 mod links;
 mod machine_bodies;
 mod machine_stock;
