@@ -50,6 +50,8 @@ fn rotary(axis: &str, row: DhRow) -> DhRow {
         axis: axis.to_owned(),
         sense: Sense::Positive,
         range: RevoluteRange::Endless,
+        rollover: None,
+        max_wind_up_turns: None,
         home_deg: 0.0,
         max_velocity_deg_min: 5000.0,
         max_acceleration_deg_s2: None,

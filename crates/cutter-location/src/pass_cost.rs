@@ -179,7 +179,7 @@ impl MotionScale {
             let speed = axis.max_velocity.min(reached).min(own);
             scale.per_speed[k] = 1.0 / speed;
             scale.limit[k] = axis.max_velocity / speed;
-            if axis.endless {
+            if axis.has_no_stops() {
                 scale.turn[k] = std::f64::consts::TAU / speed;
             }
         }

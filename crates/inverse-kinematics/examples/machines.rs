@@ -72,6 +72,8 @@ fn rotary(axis: char, on_table: bool, line: [[f64; 3]; 2], range: Option<[f64; 2
         axis: axis.to_string(),
         sense: sense(on_table),
         range: range.map_or(RevoluteRange::Endless, |[min_deg, max_deg]| RevoluteRange::Limited { min_deg, max_deg }),
+        rollover: None,
+        max_wind_up_turns: None,
         home_deg: 0.0,
         max_velocity_deg_min: rates[0],
         max_acceleration_deg_s2: Some(rates[1]),

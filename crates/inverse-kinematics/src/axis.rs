@@ -1,4 +1,13 @@
+use std::f64::consts::TAU;
 use std::fmt;
+
+use crate::Rollover;
+
+/// Part of a turn by which a way of half a turn is taken for the one that goes on: rounding of words.
+const HALF_TURNS_ON: f64 = 1e-9;
+
+/// Part of a turn by which two places are one: rounding of words. Larger: a way that is meant is not gone; smaller: a whole turn is.
+const SAME_PLACE: f64 = 1e-9;
 
 /// What a joint does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -93,13 +102,47 @@ pub struct Axis {
     pub max_jerk: Option<f64>,
     /// Value of the home position, within the limits.
     pub home: f64,
-    /// Whether a rotary axis turns on and on.
+    /// Whether a rotary axis turns on and on; not where its wind-up is limited.
     pub endless: bool,
+    /// How far an axis without stops may be wound from home, rad; its limits are there.
+    pub max_wind_up: Option<f64>,
+    /// How the control reads the words of an endless axis; `None` where the file does not say: words wind on.
+    pub rollover: Option<Rollover>,
     /// Which side of the machine it is on.
     pub carried_by: Carrier,
 }
 
 impl Axis {
+    /// Whether a rotary axis has no stops, be its wind-up limited or not.
+    pub fn has_no_stops(&self) -> bool {
+        self.endless || self.max_wind_up.is_some()
+    }
+
+    /// Whether words of the axis count to 360 deg.
+    pub fn rolls_over(&self) -> bool {
+        matches!(self.rollover, Some(Rollover::Shortest | Rollover::SignDirected))
+    }
+
+    /// The value that an absolute word leads to from the value `from`; the word in the unit of values, `offset` its zero. Exactly
+    /// their sum where words wind on.
+    pub fn led_to(&self, from: f64, offset: f64, word: f64) -> f64 {
+        match self.rollover {
+            None | Some(Rollover::None) => offset + word,
+            Some(Rollover::Shortest) => {
+                let target = offset + word;
+                target + TAU * ((from - target) / TAU + HALF_TURNS_ON).round()
+            }
+            Some(Rollover::SignDirected) => {
+                let target = offset + word.abs();
+                // The place where it stands is reached without a turn.
+                let turns = (from - target) / TAU;
+                let turns =
+                    if word.is_sign_negative() { (turns + SAME_PLACE).floor() } else { (turns - SAME_PLACE).ceil() };
+                target + TAU * turns
+            }
+        }
+    }
+
     /// Whether `value` is within the limits, both ends included.
     pub fn holds(&self, value: f64) -> bool {
         (self.min..=self.max).contains(&value)

@@ -149,7 +149,7 @@ impl Machine {
             let mut rest = combination;
             for &k in &rotary {
                 let axis = &self.axes()[k];
-                let [min, max] = if axis.endless { [-PI, PI] } else { [axis.min, axis.max] };
+                let [min, max] = if axis.has_no_stops() { [-PI, PI] } else { [axis.min, axis.max] };
                 q[k] = min + (max - min) * (rest % VALUES) as f64 / (VALUES - 1) as f64;
                 rest /= VALUES;
             }

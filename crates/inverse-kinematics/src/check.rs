@@ -1,7 +1,7 @@
 use crate::{
     Axis, AxisKind, AxisLetter, Carrier, FieldProblem, MachineError, MachineFile,
     machine_file::{
-        BodyFile, DhRow, FeedFile, Joint, MotionFile, PrismaticJoint, RevoluteJoint, RevoluteRange, ShapeFile,
+        BodyFile, DhRow, FeedFile, Joint, MotionFile, PrismaticJoint, RevoluteJoint, RevoluteRange, Rollover, ShapeFile,
     },
 };
 
@@ -89,6 +89,8 @@ fn prismatic_axis(field: &str, j: &PrismaticJoint, carried_by: Carrier) -> Resul
         max_jerk: j.max_jerk_mm_s3,
         home: j.home_mm,
         endless: false,
+        max_wind_up: None,
+        rollover: None,
         carried_by,
     })
 }
@@ -108,6 +110,9 @@ fn revolute_axis(field: &str, j: &RevoluteJoint, carried_by: Carrier) -> Result<
         }
         RevoluteRange::Endless => (f64::NEG_INFINITY, f64::INFINITY),
     };
+    let max_wind_up = wind_up(field, j)?;
+    let home = j.home_deg.to_radians();
+    let (min, max) = max_wind_up.map_or((min, max), |far| (home - far, home + far));
     positive(key("max_velocity_deg_min"), axis, j.max_velocity_deg_min)?;
     for (name, value) in
         [("max_acceleration_deg_s2", j.max_acceleration_deg_s2), ("max_jerk_deg_s3", j.max_jerk_deg_s3)]
@@ -122,11 +127,38 @@ fn revolute_axis(field: &str, j: &RevoluteJoint, carried_by: Carrier) -> Result<
         max_velocity: j.max_velocity_deg_min.to_radians() / 60.0,
         max_acceleration: j.max_acceleration_deg_s2.map(f64::to_radians),
         max_jerk: j.max_jerk_deg_s3.map(f64::to_radians),
-        home: j.home_deg.to_radians(),
-        endless: j.range == RevoluteRange::Endless,
+        home,
+        endless: j.range == RevoluteRange::Endless && max_wind_up.is_none(),
+        max_wind_up,
+        rollover: j.rollover,
         carried_by,
     })
 }
+
+/// How far an axis may be wound from home, rad, after what cannot be meant together is refused.
+fn wind_up(field: &str, j: &RevoluteJoint) -> Result<Option<f64>, MachineError> {
+    let axis = Some(j.axis.as_str());
+    let problem = |key: &str, problem| Err(fail(format!("{field}.{key}"), axis, problem));
+    let rolls = matches!(j.rollover, Some(Rollover::Shortest | Rollover::SignDirected));
+    if j.range != RevoluteRange::Endless && rolls {
+        return problem("rollover", FieldProblem::OnlyEndless);
+    }
+    let Some(turns) = j.max_wind_up_turns else { return Ok(None) };
+    if j.range != RevoluteRange::Endless {
+        return problem("max_wind_up_turns", FieldProblem::OnlyEndless);
+    }
+    if rolls {
+        return problem("max_wind_up_turns", FieldProblem::RollsOver);
+    }
+    finite(format!("{field}.max_wind_up_turns"), axis, turns)?;
+    if !(1.0..=MOST_TURNS).contains(&turns) {
+        return problem("max_wind_up_turns", FieldProblem::WindUp { turns, largest: MOST_TURNS });
+    }
+    Ok(Some(turns * std::f64::consts::TAU))
+}
+
+/// Turns that a limit of the wind-up may have: beyond, the axis is as good as endless, and should be told so.
+const MOST_TURNS: f64 = 1000.0;
 
 fn letter(field: &str, axis: &str) -> Result<AxisLetter, MachineError> {
     AxisLetter::parse(axis).ok_or_else(|| fail(format!("{field}.axis"), Some(axis), FieldProblem::NoAxisLetter))

@@ -203,6 +203,8 @@ fn revolute(node: &Node<'_, '_>, letter: &str, carrier: Carrier) -> Result<(Join
         axis: letter.to_owned(),
         sense: sense(carrier),
         range: range.map_or(RevoluteRange::Endless, |[min_deg, max_deg]| RevoluteRange::Limited { min_deg, max_deg }),
+        rollover: None,
+        max_wind_up_turns: None,
         home_deg,
         max_velocity_deg_min: velocity.unwrap_or(typical::ROTARY[0]),
         max_acceleration_deg_s2: Some(typical::ROTARY[1]),

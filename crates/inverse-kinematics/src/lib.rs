@@ -99,7 +99,7 @@ pub use linearise::{Linearisation, LineariseError, Linearised, MotionTolerance, 
 pub use machine::{FeedRange, FieldProblem, Machine, MachineError};
 pub use machine_file::{
     BodyFile, ControlToleranceFile, CuttingLawFile, DhRow, FeedFile, Joint, MachineFile, MachineFormat, MotionFile,
-    PrismaticJoint, RapidLawFile, RevoluteJoint, RevoluteRange, Sense, ShapeFile, ToolChain, WorkpieceChain,
+    PrismaticJoint, RapidLawFile, RevoluteJoint, RevoluteRange, Rollover, Sense, ShapeFile, ToolChain, WorkpieceChain,
     machine_schema,
 };
 pub use mesh_shape::{BodyMesh, MeshShapeFile, MeshUnitFile};

@@ -166,6 +166,20 @@ pub enum FieldProblem {
         /// Upper limit.
         max: f64,
     },
+    /// A key of endless axes on one with stops.
+    #[error("is for axes whose range is endless: leave it out, or the limits")]
+    OnlyEndless,
+    /// A limit of the wind-up of an axis that counts to 360 deg.
+    #[error("is for axes whose words wind on: with rollover shortest or sign_directed nothing winds up")]
+    RollsOver,
+    /// A limit of the wind-up that is none.
+    #[error("is {turns}, but has to be between 1 and {largest} turns; leave it out where nothing limits the axis")]
+    WindUp {
+        /// The value.
+        turns: f64,
+        /// Largest that can be given.
+        largest: f64,
+    },
     /// The axis is not an address of NC text.
     #[error("is not an axis address: one of X Y Z A B C U V W, with a digit from 1 to 9 behind it for a second head")]
     NoAxisLetter,

@@ -142,6 +142,13 @@ pub struct RevoluteJoint {
     pub sense: Sense,
     /// How far the axis turns.
     pub range: RevoluteRange,
+    /// How an endless axis reads the words of a program. Without it words wind on, and runs of programs on which that matters say
+    /// that they rest on it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rollover: Option<Rollover>,
+    /// How many turns an endless axis may wind away from home, for its cables or its counter; links turn it back.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub max_wind_up_turns: Option<f64>,
     /// Home position, deg.
     #[serde(default)]
     pub home_deg: f64,
@@ -188,6 +195,18 @@ pub enum RevoluteRange {
     },
     /// On and on.
     Endless,
+}
+
+/// How the control of an endless axis takes a word: what `C10.` does behind `C350.`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Rollover {
+    /// Words wind on: the axis turns back by 340 deg.
+    None,
+    /// Words count to 360 deg, and the axis goes the shorter way: on by 20 deg. By half a turn it goes on.
+    Shortest,
+    /// Words count to 360 deg, and their sign says which way round: `C10.` is on by 20 deg, `C-10.` back by 340 deg, to the same place.
+    SignDirected,
 }
 
 /// A body of the machine that must not touch anything.

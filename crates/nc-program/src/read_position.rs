@@ -20,6 +20,8 @@ pub struct ReadPosition {
     reference: u16,
     unknown: u16,
     programmed: u16,
+    /// Axes that the block sends a way of their own, as increments do.
+    ways: u16,
 }
 
 impl PartialEq for ReadPosition {
@@ -58,6 +60,13 @@ impl ReadPosition {
     #[must_use]
     pub fn is_programmed(&self, letter: AxisLetter) -> bool {
         self.values.index_of(letter).is_some_and(|k| self.programmed & (1 << k) != 0)
+    }
+
+    /// Whether the block names the axis by its way from where it was (increments, words that say which way round), so that it goes
+    /// that way on controls that count to 360 deg, too.
+    #[must_use]
+    pub fn is_way(&self, letter: AxisLetter) -> bool {
+        self.values.index_of(letter).is_some_and(|k| self.ways & self.programmed & (1 << k) != 0)
     }
 
     /// The same position with other words for the axes that are at one; all else is as it was, and axes of `words` that are
@@ -103,6 +112,14 @@ impl ReadPosition {
             if is_set { *mask |= bit } else { *mask &= !bit }
         }
         self.programmed |= bit;
+        self.ways &= !bit;
+        Ok(())
+    }
+
+    /// Sends an axis a way from where it is, which its word is the end of.
+    pub(crate) fn set_way(&mut self, letter: AxisLetter, at: Option<AxisAt>) -> Result<(), TooManyAxes> {
+        self.set(letter, at)?;
+        self.ways |= 1 << self.values.index_of(letter).unwrap_or(0);
         Ok(())
     }
 

@@ -6,7 +6,7 @@ use facemill_nc_program::{
     AxisAt, AxisLetter, AxisWords, Compensation, Dialect, FeedMode, MotionKind, ReadBlock, ReadCommand, ReadMotion,
     RtcpRapids, WordMap, WordMapError, WorkOffset,
 };
-use facemill_virtual_machine::CountedAxes;
+use facemill_virtual_machine::{CountedAxes, RolledWords};
 use nalgebra::{Isometry3, Unit, Vector3};
 
 /// What turns words into axis values.
@@ -73,6 +73,8 @@ pub(crate) struct Follower<'a> {
     counted: CountedAxes,
     /// Machine value that is word 0 with length compensation, per axis.
     compensated_zero: Vec<f64>,
+    /// Where words of axes that count to 360 deg lead.
+    rolled: RolledWords,
     axes: AxisValues,
     known: Vec<Known>,
 }
@@ -92,7 +94,8 @@ impl<'a> Follower<'a> {
         let compensated_zero = at.words.joints(&zeros).map_err(|e| e.to_string())?;
         let known = vec![Known::Assumed; axes.len()];
         let keeps_tip = rapids == RtcpRapids::TipLinear;
-        Ok(Self { at, dialect, keeps_tip, counted: CountedAxes::default(), compensated_zero, axes, known })
+        let (counted, rolled) = (CountedAxes::default(), RolledWords::default());
+        Ok(Self { at, dialect, keeps_tip, counted, compensated_zero, rolled, axes, known })
     }
 
     /// Goes on by a block.
@@ -109,7 +112,9 @@ impl<'a> Follower<'a> {
         let (from, was_known) = (self.axes, self.knowledge());
         let via = |via: &AxisWords| self.words_end(motion, |letter| via.get(letter).map(AxisAt::Word));
         let via = motion.via.as_deref().and_then(via);
-        let Some(to) = self.end(motion)? else {
+        let to = self.end(motion)?;
+        self.rolled.go_on(motion);
+        let Some(to) = to else {
             self.lose(motion);
             return Ok(Way::Other(None));
         };
@@ -200,10 +205,11 @@ impl<'a> Follower<'a> {
         let mut end = self.axes;
         for (k, axis) in words.axes().iter().enumerate() {
             let zero = if is_compensated(axis.letter) { self.compensated_zero[k] } else { axis.offset };
+            let own = &self.at.machine.axes()[k];
             end[k] = match at(axis.letter) {
-                Some(AxisAt::Word(word)) => zero + self.joint_unit(k, word),
-                Some(AxisAt::Machine(value)) => self.joint_unit(k, value),
-                Some(AxisAt::Reference(1)) => self.at.machine.axes()[k].home,
+                Some(AxisAt::Word(word)) => self.rolled.value(own, (motion, axis.letter), word, zero, self.axes[k]),
+                Some(AxisAt::Machine(value)) => RolledWords::place(own, self.joint_unit(k, value), self.axes[k]),
+                Some(AxisAt::Reference(1)) => RolledWords::place(own, own.home, self.axes[k]),
                 Some(AxisAt::Reference(_)) => return None,
                 None if self.stays(motion, k) => continue,
                 None => return None,
@@ -224,7 +230,10 @@ impl<'a> Follower<'a> {
             let coordinate = "XYZ".find(axis.letter.letter()).filter(|_| axis.letter.number() == 0);
             match (motion.position.get(axis.letter), coordinate) {
                 (Some(AxisAt::Word(word)), Some(coordinate)) => tip[coordinate] = word,
-                (Some(AxisAt::Word(word)), None) => rotaries[k] = axis.offset + self.joint_unit(k, word),
+                (Some(AxisAt::Word(word)), None) => {
+                    let own = &machine.axes()[k];
+                    rotaries[k] = self.rolled.value(own, (motion, axis.letter), word, axis.offset, self.axes[k]);
+                }
                 (None, Some(_)) if self.stays(motion, k) && self.knowledge() != Known::Lost => {}
                 (None, None) if self.stays(motion, k) => {}
                 (None, _) => return Ok(None),

@@ -86,6 +86,7 @@ mod report_chips;
 mod report_turning;
 mod reporting;
 mod rest_stock;
+mod rolled;
 mod rotary_motion;
 mod sequencer;
 mod solution_space;

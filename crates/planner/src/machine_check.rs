@@ -1,7 +1,7 @@
 //! What `machine check` says of a machine.
 
 use facemill_inverse_kinematics::{
-    AssumedValue, Axis, AxisKind, AxisReach, AxisValues, Carrier, DhRow, LinkId, Machine, MachineFile,
+    AssumedValue, Axis, AxisKind, AxisReach, AxisValues, Carrier, DhRow, LinkId, Machine, MachineFile, Rollover,
 };
 use nalgebra::{Point3, Vector3};
 
@@ -191,14 +191,17 @@ fn limits_line(axis: &Axis, file: &MachineFile) -> String {
     let star = |value| if file.is_assumed(value, &letter) { " *" } else { "" };
     let unit = if axis.kind == AxisKind::Linear { "mm" } else { "deg" };
     let word = |v: f64| short(axis.in_word_unit(v));
-    let range = match axis.endless {
-        true => "endless".to_owned(),
-        false => format!("{} to {} {unit}", word(axis.min), word(axis.max)),
+    let range = match (axis.endless, axis.max_wind_up) {
+        (true, _) => "endless".to_owned(),
+        (false, Some(far)) => format!("endless, wound {} turns from home at most", short(far / std::f64::consts::TAU)),
+        (false, None) => format!("{} to {} {unit}", word(axis.min), word(axis.max)),
     };
-    let wrap = match (axis.kind, axis.endless) {
-        (AxisKind::Linear, _) => "",
-        (AxisKind::Rotary, true) => ", words wind on",
-        (AxisKind::Rotary, false) => ", between stops",
+    let wrap = match (axis.kind, axis.has_no_stops(), axis.rollover) {
+        (AxisKind::Linear, ..) => "",
+        (AxisKind::Rotary, true, Some(Rollover::Shortest)) => ", words go the shorter way",
+        (AxisKind::Rotary, true, Some(Rollover::SignDirected)) => ", the sign of words says the way round",
+        (AxisKind::Rotary, true, _) => ", words wind on",
+        (AxisKind::Rotary, false, _) => ", between stops",
     };
     let rate = |value: Option<f64>, power: &str, kind| match value {
         Some(v) => format!("{} {unit}/{power}{}", word(v), star(kind)),

@@ -10,6 +10,7 @@ use crate::Failure;
 use crate::job_file::{CoolantFile, OperationFile};
 use crate::load::{Job, Setup};
 use crate::program::{Timed, rtcp_start_axes, table_from_rtcp_words};
+use crate::rolled::roll;
 
 /// Words of where RTCP is switched on: linear axes at home, rotary words 0.
 fn rtcp_start(job: &Job, words: &WordMap) -> Result<AxisWords, Failure> {
@@ -44,6 +45,7 @@ pub(crate) fn program_spec(
         FeedMode::G94 | FeedMode::G93 => None,
     };
     let axes = axis_specs(job, words);
+    roll(&mut timed.program, job.machine.axes());
     Ok(ProgramSpec {
         job_name: format!("{} - {}", job.file.name, setup.file.name),
         tool: tool_spec(&job.tool),

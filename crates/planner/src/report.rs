@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use facemill_cl_data::ErrorBudget;
 use facemill_surface_model::{ImportSettings, LengthUnit, RepairReport, UpAxis};
-use facemill_virtual_machine::{Assumption, Certificates, Finding};
+use facemill_virtual_machine::{Assumption, Certificates, Finding, WindUp};
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -70,6 +70,8 @@ pub struct Report {
     pub chips: Vec<ChipsReport>,
     /// Operations that two heads cut at once; empty on a machine with one.
     pub pairs: Vec<PairReport>,
+    /// How far each rotary axis without stops winds in the written program; empty where that was not verified.
+    pub wind_up: Vec<WindUp>,
     /// Where limited rotary axes turn back, and how often the machine goes over to its other branch.
     pub rewinds: RewindsReport,
     /// Blocks along passes in which the tool axis is so near to the pole of the rotary axes that one of them has to turn fast.

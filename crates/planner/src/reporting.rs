@@ -109,6 +109,7 @@ pub(crate) fn report(
         postures: operations.iter().zip(jobs).map(|(o, job)| postures_report(job, o)).collect(),
         chips: chip_reports(jobs, operations, timed),
         pairs: Vec::new(),
+        wind_up: verification.as_ref().map(|v| v.wind_up.clone()).unwrap_or_default(),
         rewinds: turning.rewinds,
         singular_blocks: turning.singular_blocks,
         budgets,

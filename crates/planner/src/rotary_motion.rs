@@ -15,7 +15,7 @@ pub(crate) fn rotary_report(machine: &Machine, passes: &[&[Cut]], feed: f64) -> 
         .map(|(axis, a)| {
             let mut sum = Sum::default();
             for cuts in passes {
-                let (times, values) = motion(cuts, axis, a.endless, feed);
+                let (times, values) = motion(cuts, axis, a.has_no_stops(), feed);
                 sum.reversals += reversals(&values);
                 sum.add(&times, &values);
             }

@@ -1,6 +1,6 @@
 //! What the command line says at the end.
 
-use facemill_virtual_machine::Assumption;
+use facemill_virtual_machine::{Assumption, WindUp};
 
 use crate::plan_stock::OWN_STOCK;
 use crate::rapids::LinksReport;
@@ -67,6 +67,7 @@ pub fn summary(report: &Report) -> String {
     lines.extend(report.chips.iter().filter_map(removal_rate));
     lines.extend(report.postures.iter().filter_map(wider_search));
     lines.extend(turning(report));
+    lines.extend(wound(&report.wind_up));
     if t.uncut_points > 0 {
         lines.push(format!("  uncut strips      at {} points", t.uncut_points));
     }
@@ -92,6 +93,11 @@ pub fn summary(report: &Report) -> String {
         lines.push(format!("    left out: {} points, {}{help}", reason.points, reason.reason));
     }
     lines.join("\n")
+}
+
+/// The axes that wind by more than a turn.
+fn wound(all: &[WindUp]) -> impl Iterator<Item = String> + '_ {
+    all.iter().filter(|w| w.turns > 1.0).map(|w| format!("  wind-up           {w}"))
 }
 
 /// Assumptions that are told; the report has them all.

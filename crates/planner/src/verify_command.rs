@@ -220,6 +220,7 @@ fn told(file: &VerificationFile) -> String {
             None => "  smallest clearance none".to_owned(),
         },
     ]);
+    lines.extend(v.wind_up.iter().filter(|w| w.turns > 1.0).map(|w| format!("  wind-up           {w}")));
     lines.extend(v.between.as_ref().map(told_between));
     lines.extend(file.stock.iter().flat_map(StockReport::told));
     lines.extend(file.deviation.as_ref().map(told_deviation).unwrap_or_default());

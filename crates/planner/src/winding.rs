@@ -90,6 +90,25 @@ fn time(machine: &Machine, from: &AxisValues, to: &AxisValues) -> f64 {
     limited_rotaries(machine).map(time).fold(0.0, f64::max)
 }
 
+/// The end of a rapid with endless axes a whole turn nearer to home than the nearest turn, where the slowest axis takes no longer
+/// for it: the other way round costs nothing. `None` where none is.
+pub(crate) fn unwound(machine: &Machine, from: &AxisValues, to: &AxisValues) -> Option<AxisValues> {
+    let time = machine.travel_time(from, to);
+    let mut turned = *to;
+    for (k, axis) in machine.axes().iter().enumerate().filter(|(_, a)| a.endless && !a.rolls_over()) {
+        let wound = to[k] - axis.home;
+        let back = to[k] - TAU * wound.signum();
+        let is_nearer = (back - axis.home).abs() < wound.abs() - LEAST_UNWOUND;
+        if is_nearer && (back - from[k]).abs() <= axis.max_velocity * time {
+            turned[k] = back;
+        }
+    }
+    (turned != *to).then_some(turned)
+}
+
+/// By how much nearer to home an axis has to be for a turn back, rad: at half a turn either way is as good.
+const LEAST_UNWOUND: f64 = 1e-6;
+
 /// What it costs to go from one cut to the next: on a link, or along a piece, where an axis turns with the tool, or turns back.
 fn cost(machine: &Machine, on_link: bool, from: &AxisValues, to: &AxisValues) -> Cost {
     let turns = u32::from(rewound_axis(machine, from, to).is_some());

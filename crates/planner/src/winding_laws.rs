@@ -12,7 +12,7 @@ use crate::move_laws::{Random, cell, curve, linearity, move_settings, plane_with
 use crate::moves::{Move, MoveKind, OperationMoves, operation_moves};
 use crate::pieces::{Cut, Piece, filled};
 use crate::pole::Tests;
-use crate::winding::{windings, wound};
+use crate::winding::{unwound, windings, wound};
 
 /// The head-B, table-C mill with stops at its table.
 fn with_stops(min_deg: f64, max_deg: f64) -> Machine {
@@ -209,4 +209,55 @@ fn a_pass_once_around_is_cut_whole_and_turns_back_as_rarely_as_can_be() {
         counts.push(n);
     }
     assert!(counts[0] > counts[4] && counts[4] == 0, "{counts:?}");
+}
+
+/// The head-B, table-C mill with a limit to how far its table winds.
+fn with_wind_up(turns: f64) -> Machine {
+    let mut file = Machine::head_b_table_c().unwrap().to_file();
+    for row in &mut file.workpiece_chain.rows {
+        if let Some(Joint::Revolute(joint)) = &mut row.joint {
+            joint.max_wind_up_turns = Some(turns);
+        }
+    }
+    Machine::from_file(file).unwrap()
+}
+
+/// Passes that each go once round the part the same way wind the table up on and on; a limit has links turn it back.
+#[test]
+fn passes_that_go_round_and_round_stay_within_the_limit_of_the_wind_up() {
+    let machine = with_wind_up(3.0);
+    let c = c_of(&machine);
+    let axis = &machine.axes()[c];
+    assert!(!axis.endless && axis.has_no_stops() && (axis.max - 3.0 * TAU).abs() < 1e-12);
+    let once_round = |n: usize| (0..=24).map(move |k| TAU * (n as f64 + f64::from(k) / 24.0));
+    let pieces: Vec<Vec<AxisValues>> = (0..20)
+        .map(|n| once_round(n).map(|value| AxisValues::from_fn(5, |k| if k == c { value } else { 0.0 })).collect())
+        .collect();
+    let chosen = windings(&machine, &pieces, None);
+    let values: Vec<f64> = chosen.iter().flatten().map(|q| q[c]).collect();
+    assert!(values.iter().all(|v| axis.holds(*v)), "{values:?}");
+    // No pass is broken, and no more links turn back than six turns of room ask for.
+    for (piece, meant) in chosen.iter().zip(&pieces) {
+        let way = piece[24][c] - piece[0][c];
+        assert!((way - (meant[24][c] - meant[0][c])).abs() < 1e-9, "{way}");
+    }
+    let turns_back = chosen.windows(2).filter(|p| (p[1][0][c] - p[0][24][c]).abs() > PI).count();
+    assert!((1..=3).contains(&turns_back), "{turns_back}");
+}
+
+#[test]
+fn an_endless_axis_turns_back_on_a_rapid_where_another_axis_takes_as_long() {
+    let machine = Machine::head_b_table_c().unwrap();
+    let c = c_of(&machine);
+    let at =
+        |x: f64, value: f64| AxisValues::from_fn(5, |k| [x, 0.0, 0.0, 0.0, 0.0][k] + if k == c { value } else { 0.0 });
+    let turn_time = TAU / machine.axes()[c].max_velocity;
+    let far = 1.1 * turn_time * machine.axes()[0].max_velocity;
+    let wound = at(0.0, 10.0 * TAU);
+    assert_eq!(unwound(&machine, &wound, &at(far, 10.0 * TAU)), Some(at(far, 10.0 * TAU - TAU)));
+    assert_eq!(unwound(&machine, &wound, &at(0.5 * far, 10.0 * TAU)), None);
+    // Half a turn is as far from home as the other one, and less is nearer.
+    assert_eq!(unwound(&machine, &at(0.0, 0.0), &at(far, PI)), None);
+    let over = unwound(&machine, &at(0.0, 0.9 * PI), &at(far, 1.1 * PI)).unwrap();
+    assert!((over[c] + 0.9 * PI).abs() < 1e-12, "{over:?}");
 }

@@ -80,6 +80,9 @@ impl Group {
     }
 }
 
+/// By how much words may be beyond half a turn from each other, deg: rounding of sums.
+const ROUNDING: f64 = 1e-6;
+
 /// What the text has said so far.
 struct State {
     dialect: Dialect,
@@ -87,6 +90,8 @@ struct State {
     law: MotionLaw,
     /// Axes of the machine that the text has not sent to a place of the machine.
     unplaced: Vec<AxisLetter>,
+    /// Endless axes of which the machine file does not say how words are read, and their last words, deg.
+    winding: Vec<(AxisLetter, Option<f64>)>,
     said: SaidWords,
     smoothing: Smoothing,
     /// A word chooses how the tool turns under RTCP.
@@ -115,6 +120,12 @@ impl State {
             rtcp_rapids: program.rtcp_rapids,
             law: machine.motion_law(),
             unplaced: machine.axes().iter().filter_map(|a| a.letter.as_str().parse().ok()).collect(),
+            winding: machine
+                .axes()
+                .iter()
+                .filter(|a| a.has_no_stops() && a.rollover.is_none())
+                .filter_map(|a| Some((a.letter.as_str().parse().ok()?, None)))
+                .collect(),
             said: SaidWords::default(),
             smoothing: Smoothing::default(),
             has_turn_law: false,
@@ -209,6 +220,7 @@ impl State {
             }
             self.offset(block, motion);
         }
+        self.winding(block, motion);
         self.length(block, motion);
         self.rtcp(block, motion);
         if motion.kind.is_rapid() {
@@ -259,6 +271,25 @@ impl State {
             let letters: Vec<String> = self.unplaced.iter().map(ToString::to_string).collect();
             let axes = letters.join(" ");
             self.rests(block, format!("{axes} not sent home before: taken to be there where the program starts"));
+        }
+    }
+
+    /// Words that lead elsewhere, or another way round, on a control that counts to 360 deg.
+    fn winding(&mut self, block: &ReadBlock, motion: &ReadMotion) {
+        let mut matters = Vec::new();
+        for (letter, last) in &mut self.winding {
+            let Some(AxisAt::Word(word)) = motion.position.get(*letter) else {
+                *last = None;
+                continue;
+            };
+            if motion.position.is_programmed(*letter) && !motion.position.is_way(*letter) {
+                let winds = last.map_or(!(0.0..=360.0).contains(&word), |last| (word - last).abs() > 180.0 + ROUNDING);
+                matters.extend(winds.then_some(*letter));
+            }
+            *last = Some(word);
+        }
+        for letter in matters {
+            self.rests(block, format!("no rollover of {letter} in the machine file: its words are taken to wind on"));
         }
     }
 

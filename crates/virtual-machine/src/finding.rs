@@ -23,6 +23,8 @@ pub struct Verification {
     /// Absent where it is none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub estimate: Option<EstimatedPositions>,
+    /// How far each rotary axis without stops winds, over all that is run.
+    pub wind_up: Vec<WindUp>,
     /// Number of tested positions.
     pub n_positions: usize,
     /// Number of blocks with a motion.
@@ -39,6 +41,26 @@ impl Verification {
     /// The findings that make the program unfit ([`FindingKind::is_fault`]).
     pub fn faults(&self) -> impl Iterator<Item = &Finding> {
         self.findings.iter().filter(|f| f.kind.is_fault())
+    }
+}
+
+/// How far a rotary axis without stops winds.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct WindUp {
+    /// Its address.
+    pub axis: String,
+    /// Least value on the machine's scale, deg.
+    pub least_deg: f64,
+    /// Greatest value on it, deg.
+    pub greatest_deg: f64,
+    /// Turns between both.
+    pub turns: f64,
+}
+
+impl fmt::Display for WindUp {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { axis, least_deg, greatest_deg, turns } = self;
+        write!(f, "{axis} from {least_deg:.1} to {greatest_deg:.1} deg, {turns:.1} turns")
     }
 }
 

@@ -103,6 +103,7 @@ mod rates_laws;
 mod reader_notes;
 mod report;
 mod retract;
+mod rolled_words;
 mod rotaries;
 mod scene;
 mod segments;
@@ -128,7 +129,7 @@ pub use certificate::{Certificate, Certificates, certify};
 pub use counted_axes::CountedAxes;
 pub use finding::{
     AxisReading, BetweenPositions, ClearancePlace, EstimatedPositions, Finding, FindingKind, GougePlace, Measure, Pose,
-    SectionGouge, Verification,
+    SectionGouge, Verification, WindUp,
 };
 pub use joined::{joined, rapid_lines};
 pub use lengths::{
@@ -136,6 +137,7 @@ pub use lengths::{
 };
 pub use links::{LinkDistances, LinkHold, LinkSettings, LinkStage, ProgramLink, links_off_first_stock, run_links};
 pub use outside_run::{HeadFindings, certain_depth, in_question, is_known_to_cut, outside_layer, still_there};
+pub use rolled_words::RolledWords;
 pub use setup::{
     Estimate, GougeSection, HeldAsCut, ObstacleKind, RemovalLimit, VerifyError, VerifySettings, VirtualObstacle,
     VirtualSetup,

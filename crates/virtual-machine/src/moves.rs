@@ -1,4 +1,7 @@
 //! From the text that was read to motions of the axes.
+
+use std::f64::consts::TAU;
+
 use facemill_cl_data::{CuttingLaw, MotionLaw};
 use facemill_inverse_kinematics::{AxisKind as JointKind, AxisValues, BlockLaw, Carrier, Machine};
 use facemill_nc_program::{
@@ -11,6 +14,7 @@ use crate::{
     control::{Control, own_head},
     feeds::Feeds,
     motion_modes::MotionModes,
+    rolled_words::RolledWords,
     spans::{MOST_TURNS, winds_too_far},
     tool_vectors::{Unturned, turned_to},
 };
@@ -110,6 +114,8 @@ struct State<'a> {
     section: usize,
     /// Axes that are beyond their limits, and the index of the fault of each.
     beyond: Vec<(usize, usize)>,
+    /// Where words of axes that count to 360 deg lead.
+    rolled: RolledWords,
     out: Moves,
 }
 
@@ -142,6 +148,7 @@ impl<'a> State<'a> {
             spindle_axis: setup.words.axes().iter().position(|a| Some(a.letter) == own),
             section: 0,
             beyond: Vec::new(),
+            rolled: RolledWords::default(),
             out: Moves::default(),
         }
     }
@@ -168,7 +175,8 @@ impl<'a> State<'a> {
             self.fault(FindingKind::UnknownBlock, index, None, note.into());
         }
         if motion.kind == MotionKind::ReferenceReturn && matches!(motion.compensation, Compensation::Rtcp(_)) {
-            return self.home_under_rtcp(index, motion);
+            self.home_under_rtcp(index, motion);
+            return self.rolled.go_on(motion);
         }
         if let Some(via) = &motion.via {
             let end = self.words_end(motion, |letter| via.get(letter).map(AxisAt::Word));
@@ -179,6 +187,7 @@ impl<'a> State<'a> {
             _ => self.words_end(motion, |letter| motion.position.get(letter)),
         };
         self.go(index, motion, end, unsimulated.is_none());
+        self.rolled.go_on(motion);
     }
 
     /// Under RTCP words count in a frame that controls fix to the table as it stands where RTCP is switched on. The frame of
@@ -195,6 +204,8 @@ impl<'a> State<'a> {
             let told = if let Some(AxisAt::Word(word)) = told { word.to_radians() } else { 0.0 };
             // Controls differ in whether a turn in the same block counts.
             let turn = told.abs().max((self.axes[k] - words[k].offset).abs());
+            // Counted to 360 deg, the word of whole turns is 0.
+            let turn = if axis.rolls_over() { turn.min((turn - TAU * (turn / TAU).round()).abs()) } else { turn };
             axis.carried_by == Carrier::Table && words[k].letter.kind() == AxisKind::Rotary && turn > AT_ZERO
         });
         if let Some(k) = turned {
@@ -331,10 +342,15 @@ impl<'a> State<'a> {
         };
         let mut end = self.axes;
         for (k, axis) in self.setup.words.axes().iter().enumerate() {
+            let (own, from) = (&self.setup.machine.axes()[k], self.axes[k]);
             match at(axis.letter) {
-                Some(AxisAt::Word(word)) => end[k] = zero(k) + joint_unit(axis.letter, word),
-                Some(AxisAt::Machine(value)) => end[k] = joint_unit(axis.letter, value),
-                Some(AxisAt::Reference(1)) => end[k] = self.setup.machine.axes()[k].home,
+                Some(AxisAt::Word(word)) => {
+                    end[k] = self.rolled.value(own, (motion, axis.letter), word, zero(k), from);
+                }
+                Some(AxisAt::Machine(value)) => {
+                    end[k] = RolledWords::place(own, joint_unit(axis.letter, value), from);
+                }
+                Some(AxisAt::Reference(1)) => end[k] = RolledWords::place(own, own.home, from),
                 Some(AxisAt::Reference(_)) => return Err(NoEnd::Unknown(axis.letter)),
                 // Not named: it stays where it is.
                 None if self.is_known[k] && !is_sent_anywhere(motion, axis.letter) => {}
@@ -365,7 +381,8 @@ impl<'a> State<'a> {
                     return Err(NoEnd::Unturned(Unturned::AxisToo(axis.letter)));
                 }
                 (Some(AxisAt::Word(word)), None) => {
-                    rotaries[k] = axis.offset + joint_unit(axis.letter, word);
+                    let own = &machine.axes()[k];
+                    rotaries[k] = self.rolled.value(own, (motion, axis.letter), word, axis.offset, self.axes[k]);
                 }
                 (None, _) => return Err(NoEnd::Unknown(axis.letter)),
                 (Some(_), _) => return Err(NoEnd::MixedRtcp(axis.letter)),

@@ -6,7 +6,7 @@ use facemill_nc_program::{ReadBlock, ReadProgram};
 
 use crate::{
     AxisReading, BetweenPositions, ClearancePlace, Finding, FindingKind, GougePlace, GougeSection, Pose, SectionGouge,
-    Verification,
+    Verification, WindUp,
     between::cutter_between,
     chunk_result::{ChunkResult, Clearance, Gouge, Gouges, nearest},
     control::own_head,
@@ -66,6 +66,7 @@ impl<'a> Report<'a> {
             smallest_clearance: None,
             between: estimate.is_none().then(|| self.between(&results)),
             estimate: estimate.map(|estimate| steps_told(self.scene, estimate)),
+            wind_up: self.wind_up(),
             n_positions: 0,
             n_blocks: self.program.motions().count(),
             cutting_time_s: 0.0,
@@ -89,6 +90,21 @@ impl<'a> Report<'a> {
         self.place(&mut v.findings);
         v.findings.sort_by_key(|f| (f.first_line, f.kind));
         v
+    }
+
+    fn wind_up(&self) -> Vec<WindUp> {
+        let axes = self.scene.setup.machine.axes().iter().enumerate().filter(|(_, a)| a.has_no_stops());
+        axes.map(|(k, axis)| {
+            let values = self.resolved.moves.iter().flat_map(|m| [m.start[k], m.end[k]]);
+            let [least, greatest] = values.fold([axis.home; 2], |[low, high], v| [low.min(v), high.max(v)]);
+            WindUp {
+                axis: axis.letter.to_string(),
+                least_deg: least.to_degrees(),
+                greatest_deg: greatest.to_degrees(),
+                turns: (greatest - least) / std::f64::consts::TAU,
+            }
+        })
+        .collect()
     }
 
     fn between(&self, results: &[ChunkResult]) -> BetweenPositions {

@@ -68,6 +68,8 @@ pub fn rotary(axis: &str, sense: Sense, limits_deg: Option<(f64, f64)>, row: DhR
         axis: axis.to_owned(),
         sense,
         range,
+        rollover: None,
+        max_wind_up_turns: None,
         home_deg: 0.0,
         max_velocity_deg_min: 5000.0,
         max_acceleration_deg_s2: None,

@@ -95,7 +95,10 @@ impl BlockReading<'_> {
             let is_depth = matches!(kind, MotionKind::Cycle { .. }) && axis.letter() == 'Z';
             let at = if is_depth { None } else { target };
             self.has_lost_axis |= target.is_none();
-            self.modal.position.set(axis, at).map_err(|e| self.line.word_error(&word, e.into()))?;
+            let is_way = self.modal.is_incremental && self.role != AxisRole::MachineTarget;
+            let position = &mut self.modal.position;
+            let set = if is_way { position.set_way(axis, at) } else { position.set(axis, at) };
+            set.map_err(|e| self.line.word_error(&word, e.into()))?;
         }
         Ok(())
     }

@@ -278,6 +278,7 @@ pub(crate) fn dual_spec(
     let heads: Vec<HeadSpec> =
         (0..2).map(|h| head_spec(jobs, h, feeds[h].spindle_rpm)).collect::<Result<_, Failure>>()?;
     let axes = crate::program_spec::axis_specs(jobs[0], words);
+    crate::rolled::roll(&mut timed.program, jobs[0].machine.axes());
     let spec = ProgramSpec {
         job_name: format!("{} - {}", jobs[0].file.name, setup.file.name),
         tool: heads[0].tool.clone(),

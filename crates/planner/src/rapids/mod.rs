@@ -17,7 +17,7 @@ mod ways_laws;
 
 use std::path::Path;
 
-use facemill_inverse_kinematics::{AxisValues, Machine};
+use facemill_inverse_kinematics::{Axis, AxisValues, Machine};
 use facemill_nc_program::{Dialect, ReadProgram, WordMap, read_program};
 use facemill_virtual_machine::{
     LinkHold, LinkSettings, LinkStage, ProgramLink, VerifySettings, VirtualSetup, run_links,
@@ -99,7 +99,7 @@ pub fn faster_rapids(
     let words = word_map(job, &setup, request.setup)?;
     let clearance = request.clearance.unwrap_or(setup.file.rapid_clearance_mm);
     let form = RapidForm::of(request.dialect);
-    let turns_shorter = turns_shorter(&program);
+    let turns_shorter = turns_shorter(&program) || job.machine.axes().iter().any(Axis::rolls_over);
     let stage = Stage { job, setup: &setup, words: &words, program: &program, request, clearance, form, turns_shorter };
     let mut links = stage.links(stages)?;
     finish(&stage, text, &mut links, &before, stages)

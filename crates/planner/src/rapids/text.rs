@@ -1,6 +1,6 @@
 //! The lines of a link: whether they say nothing but places, and those of another way.
 
-use facemill_inverse_kinematics::{AxisValues, Machine};
+use facemill_inverse_kinematics::{AxisValues, Machine, Rollover};
 use facemill_nc_program::{
     AxisAt, AxisKind, AxisLetter, AxisWords, Compensation, Decimals, Dialect, MotionKind, Numbering, ReadBlock,
     ReadCommand, ReadMotion, ReadProgram, WordMap,
@@ -101,6 +101,12 @@ impl LinkWords<'_> {
         Some((words, self.machine.with_tip_at(&turned, &(self.table_from_rtcp_words * tip), self.tool_length)?))
     }
 
+    /// The axes whose words say by their sign which way round they go.
+    fn signed(&self) -> impl Iterator<Item = AxisLetter> + '_ {
+        let axes = self.machine.axes().iter().zip(self.words.axes());
+        axes.filter(|(axis, _)| axis.rollover == Some(Rollover::SignDirected)).map(|(_, mapped)| mapped.letter)
+    }
+
     fn in_decimals(&self, words: &AxisWords) -> Option<AxisWords> {
         let rounded = words.iter().map(|word| {
             let scale = 10f64.powi(self.decimals.of(word.letter.kind()).into());
@@ -130,7 +136,12 @@ impl LinkWords<'_> {
         for words in places.chain([Some(link.end)]) {
             let words = words.ok_or_else(not_said)?;
             if let Some(axis) = half_turn(&at, &words).filter(|_| turns_shorter) {
-                return Err(format!("{axis} would turn by 180 deg or more in one block of the faster way, under M126"));
+                return Err(format!(
+                    "{axis} would turn by 180 deg or more in one block of the faster way, under M126 or rollover"
+                ));
+            }
+            if let Some(axis) = self.signed().find(|axis| at.get(*axis) != words.get(*axis)) {
+                return Err(format!("the sign of words says which way round {axis} turns"));
             }
             let mut line = link.numbers.get(lines.len()).cloned().unwrap_or_default();
             line.push_str(&form.code);

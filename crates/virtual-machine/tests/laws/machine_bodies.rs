@@ -122,6 +122,8 @@ fn trunnion() -> Machine {
             axis: axis.to_owned(),
             sense: Sense::Negative,
             range,
+            rollover: None,
+            max_wind_up_turns: None,
             home_deg: 0.0,
             max_velocity_deg_min: 5000.0,
             max_acceleration_deg_s2: None,

@@ -14,6 +14,7 @@ mod machine_stock;
 mod mesh_bodies;
 mod outside;
 mod planted_faults;
+mod rollover;
 mod stock_motion;
 mod stock_of_heads;
 mod stock_run;

@@ -226,7 +226,9 @@ impl Reading<'_> {
             };
             self.has_unknown |= at.is_none();
             let fault = |e: crate::TooManyAxes| self.source.error(word.span.start, e.into());
-            self.state.modal.position.set(axis, at).map_err(fault)?;
+            let position = &mut self.state.modal.position;
+            let set = if is_incremental { position.set_way(axis, at) } else { position.set(axis, at) };
+            set.map_err(fault)?;
         }
         Ok(())
     }

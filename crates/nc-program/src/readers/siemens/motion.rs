@@ -129,7 +129,14 @@ impl BlockReading<'_> {
     }
 
     fn set(&mut self, item: &Item, axis: AxisLetter, at: Option<AxisAt>) -> Result<(), ReadError> {
-        self.state.modal.position.set(axis, at).map_err(|e| self.source.error(item.span.start, e.into()))
+        let is_way = match item.value {
+            Value::Number(_, Count::Modal) => self.state.modal.is_incremental && self.role != Role::MachineTarget,
+            Value::Number(_, Count::Incremental | Count::Shortest | Count::Positive | Count::Negative) => true,
+            _ => false,
+        };
+        let position = &mut self.state.modal.position;
+        let set = if is_way { position.set_way(axis, at) } else { position.set(axis, at) };
+        set.map_err(|e| self.source.error(item.span.start, e.into()))
     }
 
     /// Where an item sends its axis; `None` where it is not known.
