@@ -11,6 +11,20 @@ pub use writer::write_apt;
 
 use crate::{Coolant, SpindleSpec};
 
+/// Lines that are looked at for words of a CL file.
+const FIRST_LINES: usize = 500;
+
+/// Whether a text is a CL file (APT) and no program of a control: one of its first lines begins with a major word that no control has.
+#[must_use]
+pub fn is_cl_file(text: &[u8]) -> bool {
+    const WORDS: [&str; 9] =
+        ["PARTNO", "GOTO/", "FROM/", "LOADTL/", "FEDRAT/", "CUTTER/", "MULTAX", "MACHIN/", "TOOLPATH/"];
+    text.split(|byte| *byte == b'\n').take(FIRST_LINES).any(|line| {
+        let plain: String = String::from_utf8_lossy(line).split_whitespace().collect::<String>().to_uppercase();
+        WORDS.iter().any(|word| plain.starts_with(word))
+    })
+}
+
 /// What an APT file is written from. Workpiece frame, mm.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AptSpec {

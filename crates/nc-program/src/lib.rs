@@ -93,8 +93,8 @@ mod write_error;
 mod writer;
 
 pub use apt::{
-    AptCutter, AptFile, AptMeaning, AptMove, AptPoint, AptPointKind, AptSpec, AptStatement, AptUnknownWord, read_apt,
-    write_apt,
+    AptCutter, AptFile, AptMeaning, AptMove, AptPoint, AptPointKind, AptSpec, AptStatement, AptUnknownWord, is_cl_file,
+    read_apt, write_apt,
 };
 pub use axis_lengths::AxisLengths;
 pub use axis_words::{AxisKind, AxisLetter, AxisNameError, AxisWord, AxisWords, TooManyAxes};

@@ -35,9 +35,10 @@ pub struct PostFile {
     /// Write `X100.000` instead of `X100.`; both have a decimal point, without which a control may count in micrometres.
     #[serde(default)]
     pub trailing_zeros: bool,
-    /// Longest line, 20 to 500 characters, and at most what the control takes.
-    #[serde(default = "default_max_line_length")]
-    pub max_line_length: u16,
+    /// Longest line, 20 to 500 characters, and at most what the control takes. Where it is not given 120; with `orientation: vectors`
+    /// of a control whose blocks name all of them every time, what the control takes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub max_line_length: Option<u16>,
     /// How the tool's direction is said under `rtcp`.
     #[serde(default)]
     pub orientation: Orientation,
@@ -188,9 +189,11 @@ fn default_block_numbers() -> Option<BlockNumbers> {
     Some(BlockNumbers { start: 1, step: 1 })
 }
 
-fn default_max_line_length() -> u16 {
-    120
-}
+/// Longest line where nobody says it, characters.
+const LONGEST_LINE: u16 = 120;
+
+/// Longest line that may be asked for, characters.
+const MOST_CHARACTERS: u16 = 500;
 
 impl Default for PostFile {
     /// What a file says that names the default dialect and nothing else.
@@ -205,7 +208,7 @@ impl Default for PostFile {
             block_numbers: default_block_numbers(),
             decimals: Decimals::default(),
             trailing_zeros: false,
-            max_line_length: default_max_line_length(),
+            max_line_length: None,
             orientation: Orientation::default(),
             look_ahead: false,
         }
@@ -255,7 +258,8 @@ impl PostFile {
         ] {
             in_range(field, decimals.into(), 0, most.min(6).into())?;
         }
-        in_range("max_line_length", self.max_line_length.into(), 20, rules.lines.max_length.min(500).into())?;
+        let longest = self.longest_line(&rules);
+        in_range("max_line_length", longest.into(), 20, rules.lines.max_length.min(MOST_CHARACTERS).into())?;
         if let Some(numbers) = self.block_numbers {
             in_range("block_numbers.start", numbers.start, 1, LAST_BLOCK_NUMBER)?;
             in_range("block_numbers.step", numbers.step, 1, 1000)?;
@@ -273,10 +277,18 @@ impl PostFile {
             block_numbers: self.block_numbers,
             decimals: self.decimals,
             trailing_zeros: self.trailing_zeros,
-            max_line_length: self.max_line_length.into(),
+            max_line_length: longest.into(),
             motion: None,
             home: None,
         })
+    }
+
+    /// Longest line, characters.
+    fn longest_line(&self, rules: &DialectFile) -> u16 {
+        let vectors = rules.motion.rtcp.as_ref().and_then(|rtcp| rtcp.vectors.as_ref());
+        let is_long = self.orientation == Orientation::Vectors && vectors.is_some_and(|v| v.complete);
+        let own = if is_long { rules.lines.max_length.min(MOST_CHARACTERS) } else { LONGEST_LINE };
+        self.max_line_length.unwrap_or(own)
     }
 
     /// Whether the control has words for feed mode, tool vectors and look-ahead.

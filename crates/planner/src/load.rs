@@ -124,6 +124,10 @@ impl Job {
             return Err(Failure::input(path, message));
         }
         check_rounding(&file, &post.rounding_bound()).map_err(|e| Failure::input(path, e))?;
+        if file.operations.is_empty() {
+            // Nothing is written, so that the control need not move as the machine file says.
+            return Ok(Self { path: path.to_owned(), file, tool, machine, post, second, settings: Vec::new() });
+        }
         if post.feed_mode() == FeedMode::Rtcp && machine.motion_law().cutting == CuttingLaw::AxesLinear {
             let message = "post.feed_mode: rtcp needs a machine whose motion.cutting is tip_and_rotaries_linear or \
                            tip_linear_vector_turned, because that is what the control then does; its is axes_linear";

@@ -1,9 +1,9 @@
 //! Arguments of commands that run a program as a job's setup stands.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
-use facemill::nc_program::Dialect;
+use facemill::nc_program::{Dialect, is_cl_file};
 use facemill::{Failure, Job, files};
 
 use crate::feedrate_command::dialect;
@@ -53,10 +53,23 @@ impl ProgramArguments {
 
     fn read_on(&self, job: Job) -> Result<ProgramOfJob, Failure> {
         let setup = setup_of(&job, self.setup.as_deref())?;
-        let text = files::read(&self.program)?;
+        let text = read_nc(&self.program)?;
         let dialect = self.dialect.unwrap_or_else(|| job.post.dialect());
         Ok(ProgramOfJob { job, setup, dialect, text })
     }
+}
+
+/// Text of an NC program.
+///
+/// # Errors
+/// When the file cannot be read, or is a CL file.
+pub(crate) fn read_nc(path: &Path) -> Result<Vec<u8>, Failure> {
+    let text = files::read(path)?;
+    if is_cl_file(&text) {
+        let what = "is a CL file (APT): it says where the tool is and not where axes are; give the NC program that a post wrote from it";
+        return Err(Failure::input(path, what));
+    }
+    Ok(text)
 }
 
 /// Index of the setup of this name or number.

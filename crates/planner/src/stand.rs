@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use facemill_cl_data::Aabb;
-use facemill_nc_program::Dialect;
+use facemill_nc_program::{Dialect, FeedMode};
 use facemill_tool_model::{ToolAssembly, ToolFile};
 use serde_json::{Value, json};
 
@@ -122,7 +122,8 @@ impl Stand {
                 "clearance": { "plane": { "origin_mm": [0.0, 0.0, crate::validate::FARTHEST] } },
             }],
             "operations": [],
-            "post": { "dialect": self.dialect },
+            // No program is written; what the control's own words cannot say does not matter.
+            "post": { "dialect": self.dialect, "feed_mode": feed_mode(self.dialect) },
         }))
     }
 
@@ -137,6 +138,16 @@ impl Stand {
                 json!({ "box": { "min_mm": [min.x, min.y, min.z], "max_mm": [max.x, max.y, max.z] } })
             }
         })
+    }
+}
+
+/// A feed mode that a control has.
+fn feed_mode(dialect: Dialect) -> FeedMode {
+    let feeds = dialect.file().feeds;
+    match (feeds.g94, feeds.g93) {
+        (Some(_), _) => FeedMode::G94,
+        (None, Some(_)) => FeedMode::G93,
+        (None, None) => FeedMode::Rtcp,
     }
 }
 

@@ -25,8 +25,7 @@ fn own_dialect(job: &JobFolder, dialect: &str, changes: &[(&str, Value)]) {
 /// A small job under an offset that is neither the table's frame nor the workpiece's, with vectors.
 fn with_vectors(dialect: &str, cutting: &str) -> JobFolder {
     let post = json!({
-        "dialect": dialect, "dialect_file": "shop.json", "feed_mode": "rtcp", "orientation": "vectors",
-        "max_line_length": 150
+        "dialect": dialect, "dialect_file": "shop.json", "feed_mode": "rtcp", "orientation": "vectors"
     });
     let offset = json!({ "linear_mm": { "X": OFFSET[0], "Y": OFFSET[1], "Z": OFFSET[2] } });
     let job = variant(&[("/post", post), ("/setups/0/work_offset", offset), ("/feeds_within", json!("velocity"))]);

@@ -150,7 +150,7 @@ fn lines_are_as_short_as_the_control_wants_them_and_comments_in_its_characters()
             {
                 blocks.push(Block::Comment(text.repeat(7)));
             }
-            let post = PostFile { dialect, feed_mode: mode, max_line_length: limit, ..PostFile::default() };
+            let post = PostFile { dialect, feed_mode: mode, max_line_length: Some(limit), ..PostFile::default() };
             let Ok(written) = write_program_with_lines(&spec(blocks), &on_machine(&post)) else {
                 // A line that does not fit is an error, never cut.
                 assert!(limit < 120, "{dialect:?} {mode:?}");
@@ -171,7 +171,7 @@ fn lines_are_as_short_as_the_control_wants_them_and_comments_in_its_characters()
                 assert!(dialect != Dialect::LinuxCnc || template || !is_active(line), "{line}");
             }
         }
-        let long = PostFile { dialect, feed_mode: mode, max_line_length: 500, ..PostFile::default() };
+        let long = PostFile { dialect, feed_mode: mode, max_line_length: Some(500), ..PostFile::default() };
         assert_eq!(long.settings(None).is_ok(), longest >= 500, "{dialect:?}");
     });
 }
@@ -288,8 +288,8 @@ fn the_longest_line_may_be_as_long_as_the_limit_and_no_longer() {
     let mut n = 0;
     each(|dialect, mode| {
         let spec = spec(random_blocks(&mut Random(39), 60));
-        let with = |max_line_length| {
-            let post = PostFile { dialect, feed_mode: mode, max_line_length, ..PostFile::default() };
+        let with = |longest| {
+            let post = PostFile { dialect, feed_mode: mode, max_line_length: Some(longest), ..PostFile::default() };
             write_program(&spec, &on_machine(&post))
         };
         let longest = with(120).unwrap().lines().map(str::len).max().unwrap() as u16;

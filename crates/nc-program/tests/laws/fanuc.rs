@@ -176,7 +176,7 @@ fn text_keeps_to_the_rules_of_the_control() {
     for round in 0..30 {
         let mut blocks = random_blocks(&mut random, 50);
         blocks.push(Block::Comment("Ende (schön) \u{1f600} ".repeat(1 + round)));
-        let post = PostFile { max_line_length: 80, ..post_file() };
+        let post = PostFile { max_line_length: Some(80), ..post_file() };
         let text = write_program(&spec(blocks), &post.settings(None).unwrap()).unwrap();
         assert!(text.starts_with("%\nO1001 (") && text.ends_with("M30\n%\n"), "{text}");
         for line in text.lines() {

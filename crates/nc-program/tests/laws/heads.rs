@@ -70,7 +70,7 @@ pub(crate) fn nine_axis_spec(blocks: Vec<Block>) -> ProgramSpec {
 }
 
 fn settings(feed_mode: FeedMode) -> PostSettings {
-    PostFile { feed_mode, max_line_length: 200, ..post_file() }.settings(None).unwrap()
+    PostFile { feed_mode, max_line_length: Some(200), ..post_file() }.settings(None).unwrap()
 }
 
 fn write(blocks: Vec<Block>) -> Result<String, WriteError> {

@@ -94,6 +94,55 @@ fn mount_work_offset_and_unit_say_where_the_part_is() {
     assert_ne!(taken["smallest_clearance"], scaled["smallest_clearance"]);
 }
 
+/// The program in the language of a control.
+fn in_dialect(fanuc: &str, dialect: &str) -> String {
+    let plain = fanuc.replace("G43 ", "").replace(" H1", "");
+    match dialect {
+        "siemens_840d" => plain.replace("G21", "G710").replace("T1 M6", "T1 M6\nD1"),
+        "heidenhain" => {
+            let block = |line: &str| match line.split_once(' ') {
+                Some(("G0", words)) => format!("L {words} R0 FMAX\n"),
+                Some(("G1", words)) => format!("L {words}\n"),
+                Some(("T1", _)) => "TOOL CALL 1 Z S6000\n".to_owned(),
+                Some(("S6000", _)) => "M3\n".to_owned(),
+                Some(_) => String::new(),
+                None => format!("{line}\n"),
+            };
+            format!("BEGIN PGM A MM\n{}END PGM A MM\n", plain.lines().map(block).collect::<String>())
+        }
+        _ => fanuc.to_owned(),
+    }
+}
+
+/// What a control's own post could not write does not matter where nothing is written.
+#[test]
+fn every_dialect_is_verified_without_a_job() {
+    let job = with_program(0, 0.15);
+    let fanuc = std::fs::read_to_string(job.path("program.nc")).unwrap();
+    for dialect in ["fanuc", "haas", "mazak", "linuxcnc", "siemens_840d", "heidenhain"] {
+        job.write("program.nc", in_dialect(&fanuc, dialect).as_bytes());
+        let (told, file) = verify(&job, &format!("{} --dialect {dialect} --fast", stand()));
+        let (depth, _) = gouge(&file);
+        assert!((depth - 0.15).abs() < NEAR && told.code == 1, "{dialect}: {depth} {}", told.printed);
+        assert_eq!(file["dialect"], json!(dialect));
+        let kinds: Vec<&str> =
+            file["findings"].as_array().unwrap().iter().map(|f| f["kind"].as_str().unwrap()).collect();
+        assert!(kinds.iter().all(|kind| *kind == "gouge"), "{dialect}: {kinds:?}");
+    }
+}
+
+#[test]
+fn a_cl_file_in_place_of_a_program_is_called_one() {
+    let job = with_program(0, 0.0);
+    job.write("program.nc", b"PARTNO/PLATE\nMULTAX/ON\nGOTO/0,0,10,0,0,1\nFINI\n");
+    for words in [stand(), "--job job.json".to_owned()] {
+        let told = facemill_in(&job, &format!("verify program.nc {words}"));
+        assert!(told.code == 2 && told.errors.contains("is a CL file"), "{}", told.errors);
+    }
+    let told = facemill_in(&job, "feedrate program.nc --machine machine.json --tool-length-mm 100");
+    assert!(told.code == 2 && told.errors.contains("is a CL file"), "{}", told.errors);
+}
+
 /// A line of an OBJ file in mm as it is in cm.
 fn in_centimetres(line: &str) -> String {
     let Some(place) = line.strip_prefix("v ") else { return format!("{line}\n") };

@@ -194,7 +194,7 @@ impl<'a> Program<'a> {
             rapid: facemill_cl_data::RapidLaw::Linear,
             approach: None,
         };
-        let file = PostFile { feed_mode: FeedMode::G93, max_line_length: 200, ..PostFile::default() };
+        let file = PostFile { feed_mode: FeedMode::G93, max_line_length: Some(200), ..PostFile::default() };
         write_program_of_heads(&spec, &heads, &file.settings(None).unwrap()).unwrap().text
     }
 }
