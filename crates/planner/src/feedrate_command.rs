@@ -7,10 +7,11 @@ use clap::Args;
 use facemill::nc_program::Dialect;
 use facemill::{
     BLEND_TOLERANCES, Failure, MAX_TOOL_LENGTH, RefeedLaw, RefeedLawTimes, RefeedSettings, RefeedSummary, TipFeed,
-    clock, files, read_machine, refeed,
+    files, read_machine, refeed,
 };
 
 use crate::cli::{say, say_bytes};
+use crate::program_arguments::read_nc;
 
 #[derive(Args)]
 pub(crate) struct FeedrateArguments {
@@ -22,7 +23,7 @@ pub(crate) struct FeedrateArguments {
     /// From the gauge line to the tip
     #[arg(long, value_name = "MM", allow_negative_numbers = true, value_parser = length)]
     tool_length_mm: f64,
-    /// Speed of the tip, or keep: as fast as it goes by the program's F, as that control counts it. Where it is not given each
+    /// Speed of the tip (mm/min, also of a program in inches), or keep: as fast as it goes by the program's F, as that control counts it. Where it is not given each
     /// block's own F is the tip's speed; programs whose F is computed already are then refused
     #[arg(long, value_name = "MM_MIN|keep", allow_negative_numbers = true, value_parser = tip_feed)]
     tip_feed: Option<TipFeed>,
@@ -43,6 +44,9 @@ pub(crate) struct FeedrateArguments {
     /// File to write; standard output where it is not given
     #[arg(short, long, value_name = "FILE")]
     out: Option<PathBuf>,
+    /// Write what was done to standard output as JSON; the program goes to --out
+    #[arg(long, requires = "out")]
+    json: bool,
 }
 
 fn offset(text: &str) -> Result<(String, f64), String> {
@@ -89,7 +93,7 @@ fn dialect_of(path: &Path) -> Dialect {
 pub(crate) fn run(arguments: &FeedrateArguments) -> Result<ExitCode, Failure> {
     let read = read_machine(&arguments.machine)?;
     let machine = read.heads.first().ok_or_else(|| Failure::input(&arguments.machine, "has no head"))?;
-    let text = files::read(&arguments.program)?;
+    let text = read_nc(&arguments.program)?;
     let settings = RefeedSettings {
         machine,
         tool_length: arguments.tool_length_mm,
@@ -107,8 +111,15 @@ pub(crate) fn run(arguments: &FeedrateArguments) -> Result<ExitCode, Failure> {
         return Ok(ExitCode::SUCCESS);
     };
     files::write_one(out, refed.text)?;
-    say(&told)?;
+    say(&if arguments.json { facemill::file_format::to_json(&refed.summary) } else { told })?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// Hours, minutes and seconds with tenths.
+fn clock(seconds: f64) -> String {
+    let tenths = (10.0 * seconds).round() as u64;
+    let (seconds, tenths) = (tenths / 10, tenths % 10);
+    format!("{}:{:02}:{:02}.{tenths}", seconds / 3600, seconds / 60 % 60, seconds % 60)
 }
 
 fn told(s: &RefeedSummary) -> String {

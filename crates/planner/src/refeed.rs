@@ -83,7 +83,8 @@ pub struct RefeedSummary {
 /// kept byte for byte. Without RTCP F counts axes and the tip's speed is another in every block: all axes, 1 deg as 1 mm; with
 /// LinuxCNC and without FGROUP of a Siemens control the linear ones alone. Under RTCP and with inverse time the axes' speeds
 /// alone lower it. F has at least four digits, with inverse time five, where the control takes so many decimals, and is
-/// rounded down, by no more than 1 %; one that is as good stays as it is.
+/// rounded down, by no more than 1 %; one that is as good stays as it is. Feeds of a program in inches stay inch/min (on Heidenhain
+/// tenths of it), and count 1 deg as 1 inch where they count axes that turn.
 ///
 /// With a time law the tip never is asked for more than the axes reach in a block: the program is read twice, all its straight moves
 /// are timed between, and each F is lowered to what the largest speed in its block asks for.
@@ -92,7 +93,7 @@ pub struct RefeedSummary {
 ///
 /// # Errors
 /// With the line: what is not understood, or not evaluated and may move axes or skip blocks; an axis that the machine does not
-/// have; another work offset than the first; words in inches; motions and feeds that a switch skips (`/`); a feed of zero, or none; an axis beyond its limits (of linear axes where the work
+/// have; another work offset than the first; motions and feeds that a switch skips (`/`); a feed of zero, or none; an axis beyond its limits (of linear axes where the work
 /// offset is told); F below the control's smallest, or of more decimals than it takes.
 pub fn refeed(text: &[u8], settings: &RefeedSettings<'_>) -> Result<Refed, String> {
     let words = word_map(settings)?;
@@ -115,7 +116,7 @@ pub fn refeed(text: &[u8], settings: &RefeedSettings<'_>) -> Result<Refed, Strin
 /// Reads a program line by line, and writes it with its new feeds where it is to be written.
 fn read<'s>(text: &[u8], mut run: Refeeder<'s>, mut out: Option<&mut Vec<u8>>) -> Result<Refeeder<'s>, String> {
     let settings = run.settings;
-    let mut reader = ProgramReader::new(settings.dialect);
+    let mut reader = ProgramReader::of_text(settings.dialect, text);
     let mut doubts = Doubts::default();
     for line in text.split_inclusive(|byte| *byte == b'\n') {
         let block = reader.read_line(line).map_err(|e| e.to_string())?;
@@ -316,7 +317,9 @@ impl<'s> Refeeder<'s> {
         let is_other = motion.feed.is_some() && self.in_force.is_some() && motion.feed != self.in_force;
         self.in_force = motion.feed.or(self.in_force);
         match motion.feed {
-            Some(feed) if is_other && block.feed_span().is_none() => with_place(block, self.text_of(feed.value)),
+            Some(feed) if is_other && block.feed_span().is_none() => {
+                with_place(block, self.text_of(in_unit(feed.value, motion.feed_unit)))
+            }
             _ => Ok(Edit::Keep),
         }
     }
@@ -369,8 +372,9 @@ impl<'s> Refeeder<'s> {
         if !cut.is_norm && mode != FeedMode::G93 && value < least * (1.0 - SAME_FEED) {
             return Err(format!("it needs F{value:.4}, and the smallest that the machine knows is {least}"));
         }
-        let number = self.number(value, motion.feed.map(|f| f.value), mode)?;
-        let value = number.as_ref().map_or_else(|| motion.feed.map_or(value, |f| f.value), |(_, value)| *value);
+        let unit = motion.feed_unit;
+        let number = self.number(value / unit, motion.feed.map(|f| f.value / unit), mode)?;
+        let value = number.as_ref().map_or_else(|| motion.feed.map_or(value, |f| f.value), |(_, value)| *value * unit);
         let feed = Feed { mode, value };
         let is_same = self.in_force == Some(feed) && mode != FeedMode::G93;
         self.in_force = Some(feed);
@@ -379,7 +383,7 @@ impl<'s> Refeeder<'s> {
         if is_same && !is_named || motion.feed == Some(feed) && is_named {
             return Ok(Edit::Keep);
         }
-        with_place(block, number.map_or_else(|| self.text_of(value), |(text, _)| text))
+        with_place(block, number.map_or_else(|| self.text_of(in_unit(value, unit)), |(text, _)| text))
     }
 
     /// A number that the program has already, with a point where the control wants one.
@@ -434,6 +438,11 @@ impl<'s> Refeeder<'s> {
             summary.time_after_s += fed.time;
         }
     }
+}
+
+/// A feed (mm/min) as its program counts it, without what the factor leaves in the last digits.
+fn in_unit(feed: f64, unit: f64) -> f64 {
+    if unit == 1.0 { feed } else { (feed / unit * 1e9).round() / 1e9 }
 }
 
 /// A speed of the tip (mm/min) whose F, which counts the block's way by the control's rule, the control knows.

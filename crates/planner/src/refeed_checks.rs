@@ -17,12 +17,12 @@ pub(crate) struct Doubts {
 
 impl Doubts {
     pub(crate) fn read(&mut self, block: &ReadBlock) {
-        use MacroKind::{Call, Setting, ToolVector, VariableWords};
+        use MacroKind::{Call, NotFollowed, Setting, ToolVector, VariableWords};
         self.blocks += 1;
         let has = |wanted: &[MacroKind]| {
             block.commands.iter().any(|c| matches!(c, ReadCommand::Macro { kind, .. } if wanted.contains(kind)))
         };
-        if has(&[Call, Setting, VariableWords]) {
+        if has(&[Call, NotFollowed, Setting, VariableWords]) {
             self.first.get_or_insert(block.line);
         } else {
             self.vectors += usize::from(has(&[ToolVector]));
@@ -205,6 +205,50 @@ mod tests {
                 panic!("{off}: {why}");
             }
         }
+    }
+
+    /// The same ways have the same speeds, and F has the program's unit.
+    #[test]
+    fn a_program_in_inches_gets_the_feeds_of_the_same_program_in_mm_in_its_unit() {
+        let machine = Machine::head_b_table_c().unwrap();
+        let run = |dialect, text: &str, tip_feed| {
+            let settings = RefeedSettings { tip_feed, ..settings(&machine, dialect) };
+            let refed = refeed(text.as_bytes(), &settings).unwrap_or_else(|why| panic!("{why}\n{text}"));
+            let words = String::from_utf8(refed.text).unwrap();
+            let last = words.split_whitespace().filter_map(|w| w.strip_prefix('F')?.parse::<f64>().ok()).next_back();
+            (last.unwrap(), refed.summary)
+        };
+        let given = TipFeed::Given(508.0);
+        let lines =
+            |unit: &str, x: &str, f: &str| format!("{unit} G90 G94\nG0 X0. Y0. Z100. B0. C0.\nG1 X{x} F{f}\nM30\n");
+        for (dialect, mm, inch) in [
+            (Dialect::Fanuc, "G21", "G20"),
+            (Dialect::Haas, "G21", "G20"),
+            (Dialect::LinuxCnc, "G21", "G20"),
+            (Dialect::Siemens840d, "G710", "G700"),
+        ] {
+            let metric = run(dialect, &lines(mm, "50.8", "254."), given);
+            let inches = run(dialect, &lines(inch, "2.", "10."), given);
+            assert_eq!((metric.0, inches.0), (508.0, 20.0), "{}", dialect.name());
+            assert!((metric.1.time_before_s - 12.0).abs() < 1e-9 && (metric.1.time_after_s - 6.0).abs() < 1e-9);
+            assert!((inches.1.time_before_s - 12.0).abs() < 1e-9 && (inches.1.time_after_s - 6.0).abs() < 1e-9);
+            // What was there stays, to the byte.
+            let kept = run(dialect, &lines(inch, "2.", "10."), TipFeed::Keep);
+            assert_eq!((kept.0, kept.1.changed), (10.0, 0), "{}", dialect.name());
+        }
+        // F counts 1 deg as 1 inch: 3 inches and 4 deg are 5.
+        let turning = "G20 G90 G94\nG0 X0. Y0. Z100. B0. C0.\nG1 X3. C4. F10.\nM30\n";
+        let kept = run(Dialect::Fanuc, turning, TipFeed::Keep);
+        assert!((kept.1.time_before_s - 30.0).abs() < 1e-9, "{}", kept.1.time_before_s);
+        assert!((kept.0 - 10.0).abs() < 0.01);
+        // Tenths of an inch on Heidenhain, where turns are refused.
+        let klartext = |words: &str| {
+            format!("BEGIN PGM A INCH\nL X+0 Y+0 Z+4 B+0 C+0 R0 FMAX\nL {words} R0 F100\nM30\nEND PGM A INCH\n")
+        };
+        let found = run(Dialect::Heidenhain, &klartext("X+2"), given);
+        assert!((found.0 - 200.0).abs() < 1e-9 && (found.1.time_before_s - 12.0).abs() < 1e-9);
+        let told = refeed(klartext("X+2 C+4").as_bytes(), &settings(&machine, Dialect::Heidenhain)).unwrap_err();
+        assert!(told.contains("line 3") && told.contains("inches"), "{told}");
     }
 
     /// What F gives, how long a vector is, and what a number without a point is worth are refused with their line where they
