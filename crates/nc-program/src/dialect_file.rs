@@ -36,6 +36,10 @@ pub struct DialectFile {
     pub several_heads: bool,
     /// Words of the body.
     pub words: WordRule,
+    /// M functions, by their numbers, that neither move nor call nor change anything which positions, feeds or the tool depend
+    /// on; every other one besides those that the reader follows is a finding of a program.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub harmless_functions: Vec<u32>,
 }
 
 /// Numbers and names of programs.

@@ -27,6 +27,17 @@ impl ProgramReader {
         })
     }
 
+    /// A reader of this text before its first line: what stands before the first `%` of a FANUC, Haas or Mazak program is passed by,
+    /// as controls do.
+    #[must_use]
+    pub fn of_text(dialect: Dialect, text: &[u8]) -> Self {
+        let mut reader = Self::new(dialect);
+        if let Inner::Fanuc(reader) = &mut reader.0 {
+            reader.pass_leader(text);
+        }
+        reader
+    }
+
     /// Reads the next line, as [`FanucReader::read_line`]; its block has no text.
     ///
     /// # Errors

@@ -1,8 +1,12 @@
 use std::ops::Range;
 
+use crate::readers::length_check::LengthCheck;
 use crate::{
     AxisLengths, AxisWords, Coolant, Dialect, FeedMode, FeedPlace, ReadPosition, RtcpRapids, SaidWords, WorkOffset,
 };
+
+/// mm per inch.
+const MM_PER_INCH: f64 = 25.4;
 
 /// An NC program as its text says it: modal state resolved, nothing executed.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -11,12 +15,15 @@ pub struct ReadProgram {
     pub dialect: Dialect,
     /// Every line that says something, in order.
     pub blocks: Vec<ReadBlock>,
-    /// Tool lengths the program was computed with, from its `(TOOL LENGTH …)` comments.
+    /// Tool lengths the program was computed with, from its `(TOOL LENGTH …)` comments and from checks that compare the length
+    /// in a register with a number.
     pub tool_lengths: Vec<ToolLengthNote>,
     /// What a reader could not decide from the text alone.
     pub notes: Vec<ReadNote>,
     /// What the control that the text is for does at rapid rate under RTCP.
     pub rtcp_rapids: RtcpRapids,
+    /// M functions ([`ReadCommand::Function`]) that change nothing which is simulated: those of the dialect file.
+    pub harmless_functions: Vec<u32>,
 }
 
 /// One line of a program.
@@ -73,6 +80,8 @@ pub struct ReadMotion {
     pub position: ReadPosition,
     /// Whether the words count in inches; position and feed are mm and mm/min in either case.
     pub is_inch: bool,
+    /// mm/min that an F of 1 is: 1 but for feeds in inch/min, or in tenths of it (Heidenhain).
+    pub feed_unit: f64,
     /// Feed of a cutting move; `None` for rapids and where the program has not given one.
     pub feed: Option<Feed>,
     /// Work offset in force.
@@ -221,8 +230,10 @@ pub enum ReadCommand {
     },
     /// End of program (M2, M30).
     End,
-    /// Any other M function, which is the machine builder's.
+    /// Any other M function: harmless where [`ReadProgram::harmless_functions`] has it, else nobody knows what it does.
     Function(u32),
+    /// Any other word that goes to the machine builder's logic, as it stands (H of Siemens): nobody knows what it does.
+    Auxiliary(String),
     /// A word of the control that changes how a path is kept, how fast it is gone, or what is shown, as it stands
     /// (`COMPCAD`, `FGROUP(X,Y)`, `OVR=50`): it changes no position and no number of a feed. In the language of FANUC and its
     /// relatives with the words of the block that may belong to it (`G64 P0.01 Q0.001`).
@@ -287,21 +298,35 @@ pub enum MacroKind {
     /// A tool axis as a vector ([`ReadMotion::tool`]): the control finds the rotary axes itself. Nothing else of the block
     /// is open.
     ToolVector,
+    /// Words that the control understands and that are not followed: radius compensation, tilted planes, corners. The text says
+    /// why. Where the axes are is not known until what began is ended and words name them again.
+    NotFollowed,
     /// Text for a screen, a file or a printer (DPRNT, FN 16); moves nothing.
     Output,
     /// A setting of offsets or control data (G10, G52, G92) and its words.
     Setting,
 }
 
-/// Length a program was computed with.
+/// Length a program was computed with, or that it compares the tool's length with.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ToolLengthNote {
-    /// Line of the comment, from 1.
+    /// Line of the comment or the check, from 1.
     pub line: u32,
     /// mm.
     pub length: f64,
     /// Register (H) that the comment names: `TOOL LENGTH 420.000 H2`.
     pub register: Option<u32>,
+}
+
+impl ToolLengthNote {
+    /// Adds a check to notes, where none before says the same length.
+    pub(crate) fn add_check(notes: &mut Vec<Self>, line: u32, check: LengthCheck, is_inch: bool) {
+        let length = if is_inch { check.length * MM_PER_INCH } else { check.length };
+        // What a comment says and the check repeats is one cause.
+        if notes.iter().all(|n| n.length != length) {
+            notes.push(Self { line, length, register: check.register });
+        }
+    }
 }
 
 /// Something a reader could not decide from the text alone, once per kind.

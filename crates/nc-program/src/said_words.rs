@@ -21,6 +21,8 @@ pub enum StateWord {
     Return,
     /// A register of the tool's radius is named (D of FANUC and its relatives).
     RadiusRegister,
+    /// A motion word (G0 to G3 of FANUC and its relatives).
+    Motion,
 }
 
 /// The state words that a text says: what [`ReadMotion`](crate::ReadMotion) holds where nothing is said is only what

@@ -5,8 +5,8 @@ use std::collections::BTreeSet;
 use facemill_cl_data::ClPoint;
 use facemill_cutter_location::Pieces;
 use facemill_nc_program::{
-    AptCutter, AptMove, AptSpec, Block, Dialect, ProgramSpec, ReadProgram, WordMap, WrittenProgram, read_program,
-    write_apt, write_program, write_program_with_lines,
+    AptCutter, AptMove, AptSpec, Block, Dialect, ProgramSpec, ReadProgram, WordMap, WrittenProgram, write_apt,
+    write_program, write_program_with_lines,
 };
 use facemill_virtual_machine::{
     Assumption, Certificates, Finding, GougeSection, HeldAsCut, ObstacleKind, Verification, VerifyError,
@@ -289,7 +289,7 @@ impl OwnProgram<'_> {
 
     /// The program as it stands in the text.
     pub(crate) fn read(&self) -> Result<ReadProgram, Failure> {
-        let program = read_program(&self.texts.nc, self.job.post.dialect());
+        let program = self.job.read_program(self.texts.nc.as_bytes(), self.job.post.dialect());
         let program = program.map_err(|e| self.job.unread(&e))?;
         // A dialect file of one's own may say otherwise than the control it was made from.
         let rtcp_rapids = self.job.post.rtcp_rapids().unwrap_or(program.rtcp_rapids);

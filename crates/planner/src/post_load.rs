@@ -3,9 +3,12 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use facemill_nc_program::{Dialect, DialectFile, PostError, PostSettings, Template};
+use facemill_nc_program::{
+    Dialect, DialectFile, PostError, PostSettings, ReadError, ReadProgram, Template, read_program,
+};
 
 use crate::job_file::JobFile;
+use crate::load::Job;
 use crate::{Failure, files};
 
 /// Reads the files that the job's `post` names, and checks them.
@@ -43,6 +46,20 @@ pub(crate) fn read_post(job_path: &Path, file: &JobFile) -> Result<PostSettings,
         PostError::Dialect { field, why } => Failure::input(&path, format!("{field}: {why}")),
         other => Failure::input(job_path, format!("post.{other}{}", said_by(&rules, name, &other))),
     })
+}
+
+impl Job {
+    /// Reads a program as one for a control. Where that is the job's, functions are harmless that the job's dialect file says so of.
+    ///
+    /// # Errors
+    /// As [`read_program`].
+    pub(crate) fn read_program(&self, text: &[u8], dialect: Dialect) -> Result<ReadProgram, ReadError> {
+        let mut program = read_program(text, dialect)?;
+        if dialect == self.post.dialect() {
+            program.harmless_functions.clone_from(&self.post.rules().harmless_functions);
+        }
+        Ok(program)
+    }
 }
 
 /// Where the largest value that a number of `post` can have is one that the dialect file of this name says: its key.

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use facemill_inverse_kinematics::Machine;
-use facemill_nc_program::{Compensation, Dialect, ReadProgram, WordMap, read_program};
+use facemill_nc_program::{Compensation, Dialect, ReadProgram, WordMap};
 use facemill_virtual_machine::{
     Assumption, BlockCut, Certificates, Estimate, Finding, HeldAsCut, RemovalLimit, Verification, VerifySettings,
     VirtualSetup, assumptions, certify, place_findings, rapid_lines, verify,
@@ -167,7 +167,7 @@ pub fn verify_program(
     if request.cut.as_ref().is_some_and(|c| c.across && (c.rest.is_some() || c.region != StockRegion::Whole)) {
         return Err(job.wrong("lines along x and y are cut of all of the job's stock, not of a region or a rest of it"));
     }
-    let program = read_program(text, request.dialect).map_err(|e| Failure::input(request.program, e))?;
+    let program = job.read_program(text, request.dialect).map_err(|e| Failure::input(request.program, e))?;
     let gouge_limit = request.gouge_limit.unwrap_or_else(|| {
         let limits = job.operations_of(setup).map(|(_, o)| budget(job, o).simulated());
         limits.reduce(f64::min).unwrap_or(0.0)

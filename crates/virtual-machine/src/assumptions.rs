@@ -143,10 +143,6 @@ impl State {
     }
 
     fn block(&mut self, block: &ReadBlock) {
-        if block.commands.contains(&ReadCommand::ToolChange) {
-            // A new tool's edge is whatever the control takes with it.
-            self.said = self.said.without(StateWord::LengthRegister);
-        }
         self.said = self.said.or(block.said);
         self.smoothing.read(self.dialect, block);
         let was_on = std::mem::replace(&mut self.is_rtcp, is_rtcp(block));
@@ -221,7 +217,6 @@ impl State {
             self.offset(block, motion);
         }
         self.winding(block, motion);
-        self.length(block, motion);
         self.rtcp(block, motion);
         if motion.kind.is_rapid() {
             self.rapid(block, motion);
@@ -252,6 +247,7 @@ impl State {
                 !is_heidenhain,
                 "neither G90 nor G91 is said: words are taken as absolute".to_owned(),
             ),
+            (StateWord::Motion, on_fanuc, "no G0 or G1 before the first motion: it is taken as a rapid".to_owned()),
             (StateWord::RadiusOff, !is_heidenhain, "no G40: radius compensation is taken to be off".to_owned()),
             (
                 StateWord::LengthOff,
@@ -301,16 +297,6 @@ impl State {
                 _ => format!("no work offset is selected: {offset} is taken to be active"),
             };
             self.rests(block, text);
-        }
-    }
-
-    fn length(&mut self, block: &ReadBlock, motion: &ReadMotion) {
-        let register = match motion.compensation {
-            Compensation::Length(register) | Compensation::Rtcp(register) => register,
-            Compensation::Off => return,
-        };
-        if self.dialect == Dialect::Siemens840d && !self.said.has(StateWord::LengthRegister) {
-            self.rests(block, format!("no D is said since the tool change: D{register} is taken to be active"));
         }
     }
 

@@ -3,7 +3,8 @@
 use std::collections::BTreeMap;
 
 use facemill_nc_program::{
-    AxisLengths, AxisLetter, Compensation, Dialect, MappedHead, ReadBlock, ReadCommand, ReadProgram, StateWord,
+    AxisKind, AxisLengths, AxisLetter, Compensation, Dialect, MappedHead, ReadBlock, ReadCommand, ReadProgram,
+    StateWord,
 };
 use facemill_tool_model::SpindleRotation;
 
@@ -13,6 +14,10 @@ use crate::{FindingKind, VirtualSetup, counted_axes::is_of_feeds, moves::TextFau
 pub(crate) struct Control<'a> {
     setup: &'a VirtualSetup<'a>,
     dialect: Dialect,
+    /// M functions that change nothing.
+    harmless_functions: &'a [u32],
+    /// The text has named the edge of the tool in the spindle (D).
+    has_edge: bool,
     /// The head of the setup, on a machine of several.
     head: Option<&'a MappedHead>,
     compensation: Compensation,
@@ -49,10 +54,12 @@ const ORIENTATION: u32 = 19;
 
 impl<'a> Control<'a> {
     /// A control before the first block.
-    pub(crate) fn new(setup: &'a VirtualSetup<'a>, dialect: Dialect) -> Self {
+    pub(crate) fn new(setup: &'a VirtualSetup<'a>, program: &'a ReadProgram) -> Self {
         Self {
             setup,
-            dialect,
+            dialect: program.dialect,
+            harmless_functions: &program.harmless_functions,
+            has_edge: false,
             head: own_head(setup),
             compensation: Compensation::Off,
             lengths: AxisLengths::default(),
@@ -100,6 +107,7 @@ impl<'a> Control<'a> {
         self.vectors(index, block);
         self.skippable(index, block);
         self.length_register(index, block);
+        self.edge(index, block);
         let is_changed = self.tool(index, block, is_home);
         let before = self.spindle_fault();
         let spindle = block.commands.iter().find_map(|c| if let ReadCommand::Spindle(n) = c { Some(*n) } else { None });
@@ -183,8 +191,16 @@ impl<'a> Control<'a> {
                 spindle.turns = None;
             }
             ReadCommand::Function(code) if is_of_feeds(self.dialect, *code) => {}
+            ReadCommand::Function(code) if self.harmless_functions.contains(code) => {}
             ReadCommand::Function(code) => {
-                let note = format!("M{code} is the machine builder's: what it does is not simulated");
+                let note = format!(
+                    "M{code} may move, call or change anything; one that does not belongs into harmless_functions of the \
+                     job's dialect file"
+                );
+                self.last(FindingKind::UnknownFunction, index, note);
+            }
+            ReadCommand::Auxiliary(word) => {
+                let note = format!("{word} goes to the machine builder's logic, which may move or change anything");
                 self.last(FindingKind::UnknownFunction, index, note);
             }
             ReadCommand::End => self.has_ended = true,
@@ -275,6 +291,24 @@ impl<'a> Control<'a> {
             _ => return,
         };
         self.fault(FindingKind::OtherLengthRegister, index, note);
+    }
+
+    /// Which edge's length a tool change of Siemens switches on, machine data say (MD20270): its first, none, or that of the tool
+    /// before. Axes go on as if it were the first.
+    fn edge(&mut self, index: usize, block: &ReadBlock) {
+        self.has_edge &= !block.commands.contains(&ReadCommand::ToolChange);
+        self.has_edge |= block.said.has(StateWord::LengthRegister);
+        let is_counted = block.motion.as_ref().is_some_and(|m| match m.compensation {
+            Compensation::Off => false,
+            Compensation::Rtcp(_) => true,
+            Compensation::Length(_) => {
+                m.position.iter().any(|(l, _)| l.kind() == AxisKind::Linear && m.position.is_programmed(l))
+            }
+        });
+        if self.dialect == Dialect::Siemens840d && is_counted && !self.has_edge {
+            let note = "no D behind the tool change: machine data say which length counts; write D1".to_owned();
+            self.last(FindingKind::OtherLengthRegister, index, note);
+        }
     }
 
     /// Of several heads: each length acts on the spindle axis of its own head.

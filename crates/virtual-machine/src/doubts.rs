@@ -59,8 +59,7 @@ impl Doubts {
 /// What a fault puts in doubt.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Scope {
-    /// No motion: spindle, feed, text that is not run, and M functions of the machine builder, which every shop has
-    /// and only the shop can judge.
+    /// No motion: spindle, feed, text that is not run.
     Nothing,
     /// The blocks that it is told for.
     Block,
@@ -75,8 +74,7 @@ fn scope(kind: FindingKind) -> Scope {
         | FindingKind::SpindleOff
         | FindingKind::SpindleSense
         | FindingKind::InchFeed
-        | FindingKind::BehindEnd
-        | FindingKind::UnknownFunction => Scope::Nothing,
+        | FindingKind::BehindEnd => Scope::Nothing,
         FindingKind::NoTool | FindingKind::UnsafeToolChange => Scope::Block,
         _ => Scope::Behind,
     }

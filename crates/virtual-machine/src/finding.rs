@@ -296,7 +296,7 @@ pub enum FindingKind {
     BehindEnd,
     /// A block whose effect on the axes is not known, or that is not simulated.
     UnknownBlock,
-    /// A function of the machine builder (M), which is not simulated.
+    /// A function (M, or H of Siemens) that the dialect file does not name as harmless: it may move, call or change anything.
     UnknownFunction,
     /// The text chooses another motion between positions, or more smoothing, than the machine file states and is simulated.
     OtherMotion,
@@ -337,12 +337,11 @@ pub enum Measure {
 }
 
 impl FindingKind {
-    /// Whether it makes the program unfit: all but near misses; axes that turn back between cuts, or turn far near the pole, whose
-    /// motion is followed and tested as every other is; and functions of the machine builder, which every shop has and only the
-    /// shop can judge.
+    /// Whether it makes the program unfit: all but near misses; and axes that turn back between cuts, or turn far near the pole,
+    /// whose motion is followed and tested as every other is.
     #[must_use]
     pub fn is_fault(self) -> bool {
-        !matches!(self, Self::NearMiss | Self::Singularity | Self::LinkRewind | Self::UnknownFunction)
+        !matches!(self, Self::NearMiss | Self::Singularity | Self::LinkRewind)
     }
 }
 

@@ -72,7 +72,7 @@ pub(crate) struct Moves {
 /// Resolves every block. At the start all axes are at home.
 pub(crate) fn resolve(program: &ReadProgram, setup: &VirtualSetup<'_>, settings: &VerifySettings) -> Moves {
     let mut state = State::new(setup, program);
-    let mut control = Control::new(setup, program.dialect);
+    let mut control = Control::new(setup, program);
     control.tool_lengths(program);
     for (index, block) in program.blocks.iter().enumerate() {
         state.section = settings.section_of(block.line);
@@ -116,6 +116,8 @@ struct State<'a> {
     beyond: Vec<(usize, usize)>,
     /// Where words of axes that count to 360 deg lead.
     rolled: RolledWords,
+    /// Index of the fault that goes on where words say no positions.
+    unfollowed: Option<usize>,
     out: Moves,
 }
 
@@ -149,13 +151,16 @@ impl<'a> State<'a> {
             section: 0,
             beyond: Vec::new(),
             rolled: RolledWords::default(),
+            unfollowed: None,
             out: Moves::default(),
         }
     }
 
     fn block(&mut self, index: usize, block: &ReadBlock) {
         for command in &block.commands {
-            if let Some(note) = self.unresolved(command, block.compensation) {
+            if let ReadCommand::Macro { kind: MacroKind::NotFollowed, text } = command {
+                self.not_followed(index, text);
+            } else if let Some(note) = self.unresolved(command, block.compensation) {
                 self.fault(FindingKind::UnknownBlock, index, None, note);
             }
         }
@@ -166,6 +171,7 @@ impl<'a> State<'a> {
         self.start_rtcp(index, block);
         self.cancel(index, block);
         let Some(motion) = &block.motion else { return };
+        self.unfollowed = None;
         let unsimulated = match motion.kind {
             MotionKind::Arc { .. } => Some("arcs are not simulated"),
             MotionKind::Cycle { .. } => Some("cycles are not simulated"),
@@ -304,6 +310,18 @@ impl<'a> State<'a> {
         let home = |at: AxisAt| matches!(at, AxisAt::Reference(_)).then_some(at);
         let end = self.words_end(motion, |letter| motion.position.get(letter).and_then(home));
         self.go(index, motion, end, true);
+    }
+
+    /// Words say no positions, for this reason: told once, from the first block to the last.
+    fn not_followed(&mut self, index: usize, why: &str) {
+        self.is_known.fill(false);
+        match self.unfollowed.filter(|&k| self.out.faults[k].note == why) {
+            Some(k) => self.out.faults[k].last = index,
+            None => {
+                self.unfollowed = Some(self.out.faults.len());
+                self.fault(FindingKind::UnknownBlock, index, None, why.to_owned());
+            }
+        }
     }
 
     /// What a command does that is not followed here; forgets the axes it may move.

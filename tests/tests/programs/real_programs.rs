@@ -141,7 +141,9 @@ fn published_programs_hold_what_a_plain_count_finds() {
         assert_eq!(found.blocks, lines, "{name}");
         let cycles = text.lines().filter(|l| l.contains("CYCLE")).count();
         assert_eq!(found.cycles, cycles, "{name}");
-        let frames = text.lines().filter(|l| l.contains("TRANS ") || l.contains("AROT ") || l.starts_with("g10"));
+        let frames = text
+            .lines()
+            .filter(|l| l.contains("TRANS ") || l.contains("AROT ") || l.starts_with("g10") || l.starts_with("M61"));
         assert_eq!((found.settings, found.branches), (frames.count(), 0), "{name}");
         let is_feed = |w: &str| {
             w.starts_with(['F', 'f']) && w.len() > 1 && w[1..].bytes().all(|b| b.is_ascii_digit() || b == b'.')

@@ -6,11 +6,12 @@ use super::{
 };
 use crate::{
     AxisKind, AxisLetter, CallKind, Coolant, MacroKind, ReadBlock, ReadCall, ReadCommand, ReadError, ReadFault,
-    StateWord, readers::modal::Modal,
+    StateWord,
+    readers::{modal::Modal, unfollowed::Cause},
 };
 
 /// mm per inch.
-const INCH: f64 = 25.4;
+pub(super) const INCH: f64 = 25.4;
 
 /// What the axis words of a block are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -45,10 +46,13 @@ pub(super) fn interpret(
         role: AxisRole::Target,
         has_parameters: false,
         has_lost_axis: false,
+        names_axes: false,
     };
     reading.modal.position.start_block();
     reading.g_words()?;
+    reading.corners();
     reading.cancelled_axes();
+    reading.unfollowed_words();
     reading.spindle_number()?;
     reading.m_words()?;
     reading.compensation_register()?;
@@ -57,7 +61,9 @@ pub(super) fn interpret(
     reading.motion()?;
     reading.feed_place();
     reading.variable_words();
-    reading.check_all_used()
+    reading.check_all_used()?;
+    reading.end_block();
+    Ok(())
 }
 
 /// Every word but G and M stands once in a block; on Mazak controls a second T makes the next tool ready.
@@ -85,9 +91,44 @@ pub(super) struct BlockReading<'a> {
     pub(super) has_parameters: bool,
     /// A word moves its axis to a place that is not known: by a variable, or by a way from an unknown place.
     pub(super) has_lost_axis: bool,
+    /// The block has words of axes.
+    names_axes: bool,
 }
 
 impl BlockReading<'_> {
+    /// `,R5.` and `,C2.` round or chamfer the corner at the end of the block; `,A30.` is the angle of a line, whose end another word
+    /// follows from. A comment that a control may take for words is none of these, and as unclear.
+    fn corners(&mut self) {
+        for word in &mut self.line.words {
+            let (cause, why) = match word.letter {
+                b'r' => (Cause::Corner, "the corner is rounded (,R), which is not followed"),
+                b'c' => (Cause::Corner, "the corner is chamfered (,C), which is not followed"),
+                b'a' => (Cause::Block, "a line by its angle (,A) is not followed"),
+                _ => continue,
+            };
+            word.is_used = true;
+            self.modal.unfollowed.begin(cause, why);
+        }
+        if self.line.has_doubtful_comment {
+            let why =
+                "parentheses inside the comment: a control may end it at the first `)` and run what stands behind";
+            self.modal.unfollowed.begin(Cause::Block, why);
+        }
+    }
+
+    /// Words say no positions while what they do is not followed; of a corner they do, for later ones.
+    fn unfollowed_words(&mut self) {
+        self.names_axes = self.line.words.iter().any(|w| axis_of(w).is_some());
+        let is_home = matches!(self.role, AxisRole::Reference(_) | AxisRole::Dwell);
+        if self.modal.unfollowed.loses_all() && !is_home {
+            (self.role, self.has_parameters) = (AxisRole::Data, true);
+        }
+    }
+
+    fn end_block(&mut self) {
+        self.modal.end_block(self.block, self.names_axes);
+    }
+
     /// P behind S, M3, M4 or M5: which spindle they are for. Behind other M functions it is theirs.
     fn spindle_number(&mut self) -> Result<(), ReadError> {
         let is_switch = |w: &Word| w.letter == b'M' && matches!(w.value, 3.0 | 4.0 | 5.0);
@@ -278,10 +319,6 @@ impl BlockReading<'_> {
 
     pub(super) fn fault(&self, word: &Word, fault: impl FnOnce(String) -> ReadFault) -> ReadError {
         self.line.word_error(word, fault(self.line.word_text(word)))
-    }
-
-    pub(super) fn unsupported(&self, word: &Word, why: &'static str) -> ReadError {
-        self.fault(word, |word| ReadFault::Unsupported { word, why })
     }
 }
 

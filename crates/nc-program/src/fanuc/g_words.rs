@@ -1,14 +1,19 @@
 //! What the G and H words of a block do to the modal state.
 
 use super::{
-    block::{AxisRole, BlockReading, axis_of},
+    block::{AxisRole, BlockReading, INCH, axis_of},
     lexer::Word,
     variant::Variant,
 };
 use crate::{
     AxisKind, AxisLengths, AxisLetter, Compensation, MacroKind, Plane, ReadCommand, ReadError, ReadFault, StateWord,
-    WorkOffset, readers::modal::MotionCode,
+    WorkOffset,
+    readers::{modal::MotionCode, unfollowed::Cause},
 };
+
+pub(super) const RADIUS: &str = "cutter radius compensation moves the tool off the words";
+pub(super) const PLANE: &str = "a tilted working plane is not followed";
+const PER_TURN: &str = "a feed per revolution or a constant surface speed is not followed";
 
 impl BlockReading<'_> {
     /// Every G word of the block, in order.
@@ -41,12 +46,24 @@ impl BlockReading<'_> {
             40 => self.role = AxisRole::Dwell,
             50 | 51 => self.look_ahead(word)?,
             // Look-ahead, exact stop, path modes: they change how exactly a path is kept, not where it goes.
-            80 | 610 | 611 | 620 | 640 => self.keep_mode(word),
+            80 | 610 | 611 | 620 | 630 | 640 => self.keep_mode(word),
             // Exact stop of this block, without words of its own.
             90 => self.block.commands.push(ReadCommand::Mode("G9".to_owned())),
             // States that are off: polar words, polar interpolation, scaling, mirror, rotation, stroke check.
-            400 => self.say(StateWord::RadiusOff),
-            110 | 131 | 150 | 230 | 500 | 501 | 690 | 970 | 980 | 990 => {}
+            400 => {
+                self.say(StateWord::RadiusOff);
+                self.end(Cause::Radius);
+            }
+            131 => self.end(Cause::Mapping),
+            150 => self.end(Cause::Polar),
+            500 => self.end(Cause::Scale),
+            501 => self.end(Cause::Mirror),
+            690 => {
+                self.end(Cause::Turn);
+                self.end(Cause::Plane);
+            }
+            970 => self.end(Cause::SurfaceSpeed),
+            110 | 230 | 980 | 990 => {}
             520 => self.local_frame(),
             100 | 920 => self.set_role(AxisRole::Data, MacroKind::Setting),
             170 => modal.plane = Plane::Xy,
@@ -54,13 +71,21 @@ impl BlockReading<'_> {
             190 => modal.plane = Plane::Yz,
             200 | 210 => {
                 modal.is_inch = code == 200;
+                modal.inch_feed = modal.is_inch.then_some(INCH);
                 self.say(StateWord::Unit);
             }
             280 => self.role = AxisRole::Reference(1),
             300 => self.role = AxisRole::Reference(self.second_reference()?),
-            430 => self.set_compensation(Compensation::Length(0)),
-            434 => self.set_compensation(Compensation::Rtcp(0)),
+            430 => {
+                self.end(Cause::Vectors);
+                self.set_compensation(Compensation::Length(0));
+            }
+            434 => {
+                self.end(Cause::Vectors);
+                self.set_compensation(Compensation::Rtcp(0));
+            }
             490 => {
+                self.end(Cause::Vectors);
                 self.say(StateWord::LengthOff);
                 if self.variant != Variant::LinuxCnc {
                     self.say(StateWord::RtcpOff);
@@ -85,12 +110,17 @@ impl BlockReading<'_> {
                 self.say(StateWord::Distance);
             }
             930 | 940 => self.set_feed_mode(code == 930),
-            410 | 420 => return Err(self.unsupported(word, "cutter radius compensation moves the tool off the words")),
-            435 => return Err(self.unsupported(word, "words with tool vectors")),
-            440 => return Err(self.unsupported(word, "negative length compensation")),
-            510 | 511 | 160 | 680 => return Err(self.unsupported(word, "scaled, mirrored, polar or turned words")),
-            682 => return Err(self.unsupported(word, "a tilted working plane")),
-            950 | 960 => return Err(self.unsupported(word, "feed per revolution or constant surface speed")),
+            410 | 420 | 412..=416 | 422..=426 => self.leave(Cause::Radius, RADIUS),
+            435 | 437..=439 => self.leave(Cause::Vectors, "words with tool vectors are not followed"),
+            440 => self.leave(Cause::Vectors, "negative length compensation is not followed"),
+            450 | 460 | 470 | 480 => self.leave(Cause::Block, "an offset that lengthens the way is not followed"),
+            510 => self.leave(Cause::Scale, "scaled words are not followed"),
+            511 => self.leave(Cause::Mirror, "mirrored words are not followed"),
+            160 => self.leave(Cause::Polar, "polar words are not followed"),
+            680 => self.leave(Cause::Turn, "turned words are not followed"),
+            682..=684 => self.leave(Cause::Plane, PLANE),
+            950 => self.leave(Cause::Feed, PER_TURN),
+            960 => self.leave(Cause::SurfaceSpeed, PER_TURN),
             _ => return Err(self.unknown(word)),
         }
         Ok(())
@@ -101,11 +131,29 @@ impl BlockReading<'_> {
     fn look_ahead(&mut self, word: &Word) -> Result<(), ReadError> {
         let switch = if word.value == 5.0 { b'P' } else { b'Q' };
         if self.take(switch).is_none() || self.line.words.iter().any(|w| matches!(w.letter, b'I' | b'J')) {
-            return Err(self.unsupported(word, "a spline"));
+            self.leave_path("a spline is not followed");
+            return Ok(());
         }
         self.role = AxisRole::Data;
         self.keep_mode(word);
         Ok(())
+    }
+
+    /// What words do is not followed from here on.
+    pub(super) fn leave(&mut self, cause: Cause, why: &'static str) {
+        self.has_parameters = true;
+        self.modal.unfollowed.begin(cause, why);
+    }
+
+    /// The words of this motion, and of those behind it without a motion word, are not followed.
+    pub(super) fn leave_path(&mut self, why: &'static str) {
+        self.modal.motion = None;
+        self.modal.cycle = None;
+        self.leave(Cause::Path, why);
+    }
+
+    pub(super) fn end(&mut self, cause: Cause) {
+        self.modal.unfollowed.end(cause);
     }
 
     /// Keeps a word that says how a path is kept, with the words that may belong to it.
@@ -124,6 +172,8 @@ impl BlockReading<'_> {
     fn set_motion(&mut self, code: MotionCode) {
         self.modal.motion = Some(code);
         self.modal.cycle = None;
+        self.end(Cause::Path);
+        self.say(StateWord::Motion);
     }
 
     /// Words of this block are no positions, and what it does is not evaluated.
@@ -173,6 +223,7 @@ impl BlockReading<'_> {
 
     fn set_feed_mode(&mut self, inverse_time: bool) {
         self.say(StateWord::FeedMode);
+        self.end(Cause::Feed);
         if inverse_time != self.modal.inverse_time {
             self.modal.feed = None;
         }
@@ -243,11 +294,8 @@ impl BlockReading<'_> {
             (Compensation::Off, _) | (Compensation::Length(_), 0) => Compensation::Off,
             (Compensation::Length(_), register) => Compensation::Length(register),
             (Compensation::Rtcp(_), 0) => {
-                let first = self.line.words.first().copied();
-                return match first {
-                    Some(word) => Err(self.unsupported(&word, "RTCP without a tool length (H0)")),
-                    None => Ok(()),
-                };
+                self.leave(Cause::Vectors, "RTCP without a tool length (H0) is not followed");
+                return Ok(());
             }
             (Compensation::Rtcp(_), register) => Compensation::Rtcp(register),
         });

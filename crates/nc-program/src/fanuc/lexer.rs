@@ -8,6 +8,7 @@ use crate::{
     readers::{
         expression::{self, Syntax},
         number,
+        source::byte_order_mark,
         variables::Variables,
     },
 };
@@ -15,7 +16,7 @@ use crate::{
 /// A letter and its number.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Word {
-    /// Upper case.
+    /// Upper case; lower case behind a comma (`,R5.`).
     pub(super) letter: u8,
     /// The 2 of `X2=`, 0 for a letter alone.
     pub(super) index: u8,
@@ -53,31 +54,45 @@ pub(super) struct Line {
     pub(super) words: Vec<Word>,
     pub(super) assignments: Vec<Assignment>,
     number: u32,
+    /// A comment has parentheses inside, behind which a control may find words.
+    pub(super) has_doubtful_comment: bool,
+}
+
+/// How comments of a line are read.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct CommentForm {
+    /// Keep them all, and not only those that tell a length.
+    pub(super) keeps_all: bool,
+    /// They may have parentheses inside.
+    pub(super) nests: bool,
 }
 
 impl Line {
     /// Takes `bytes` apart into code and comments. Words follow with [`Line::split_words`].
-    pub(super) fn split(&mut self, number: u32, bytes: &[u8], keeps_comments: bool) -> Result<(), ReadError> {
+    pub(super) fn split(&mut self, number: u32, bytes: &[u8], form: CommentForm) -> Result<(), ReadError> {
         self.number = number;
+        self.has_doubtful_comment = false;
         self.code.clear();
         self.columns.clear();
         self.comments.clear();
         self.words.clear();
         self.assignments.clear();
-        let mut at = 0;
+        let mut at = if number == 1 { byte_order_mark(bytes) } else { 0 };
         while at < bytes.len() {
             let byte = bytes[at];
             let column = u32::try_from(at + 1).unwrap_or(u32::MAX);
             match byte {
                 b'(' => {
                     let rest = &bytes[at + 1..];
-                    let length = rest.iter().position(|b| *b == b')');
-                    let length = length.ok_or(self.error_at(column, ReadFault::OpenComment))?;
-                    self.keep_comment(&rest[..length], keeps_comments);
+                    let first = rest.iter().position(|b| *b == b')');
+                    let first = first.ok_or(self.error_at(column, ReadFault::OpenComment))?;
+                    let length = nested_length(rest).filter(|_| form.nests).unwrap_or(first);
+                    self.has_doubtful_comment |= has_words(&rest[first..length]);
+                    self.keep_comment(&rest[..length], form.keeps_all);
                     at += length + 1;
                 }
                 b';' => {
-                    self.keep_comment(bytes[at + 1..].trim_ascii(), keeps_comments);
+                    self.keep_comment(bytes[at + 1..].trim_ascii(), form.keeps_all);
                     return Ok(());
                 }
                 _ if byte.is_ascii_whitespace() => {}
@@ -106,8 +121,16 @@ impl Line {
     ) -> Result<(), ReadError> {
         let mut at = start;
         while at < self.code.len() {
+            let is_corner = |b: &u8| matches!(b, b'R' | b'C' | b'A');
             if self.code[at] == b'#' {
                 at = self.assignment(at, variables)?;
+            } else if self.code[at] == b','
+                && variant != Variant::LinuxCnc
+                && self.code.get(at + 1).is_some_and(is_corner)
+            {
+                let word = self.word(at + 1, variant, variables)?;
+                at = word.end as usize;
+                self.words.push(Word { letter: word.letter.to_ascii_lowercase(), ..word });
             } else {
                 let word = self.word(at, variant, variables)?;
                 at = word.end as usize;
@@ -240,6 +263,31 @@ impl Line {
     fn text(&self, start: usize, end: usize) -> String {
         self.code[start..end].iter().map(|b| char::from(*b)).collect()
     }
+}
+
+/// Length of a comment up to the parenthesis that closes it, behind those that it has inside.
+fn nested_length(text: &[u8]) -> Option<usize> {
+    let mut depth = 1_u32;
+    text.iter().position(|byte| {
+        match byte {
+            b'(' => depth += 1,
+            b')' => depth -= 1,
+            _ => {}
+        }
+        depth == 0
+    })
+}
+
+/// Whether a letter stands before a number, as in a word.
+fn has_words(text: &[u8]) -> bool {
+    let mut bytes = text.iter().filter(|b| !b.is_ascii_whitespace()).peekable();
+    while let Some(byte) = bytes.next() {
+        let is_value = |b: &&u8| b.is_ascii_digit() || matches!(b, b'+' | b'-' | b'.' | b'#' | b'[' | b'=');
+        if byte.is_ascii_alphabetic() && bytes.peek().is_some_and(is_value) {
+            return true;
+        }
+    }
+    false
 }
 
 /// Whether a comment tells a tool length: those are kept by readers that keep no other.

@@ -5,17 +5,23 @@ use super::{
     lexer::Word,
     variant::Variant,
 };
-use crate::{ArcWords, AxisAt, AxisLetter, AxisWords, MotionKind, ReadError, ReadMotion, readers::modal::MotionCode};
+use crate::{
+    ArcWords, AxisAt, AxisLetter, AxisWords, MotionKind, ReadError, ReadMotion,
+    readers::{modal::MotionCode, unfollowed::Cause},
+};
 
 impl BlockReading<'_> {
     /// Moves the axes that the block names, if they are targets.
     pub(super) fn motion(&mut self) -> Result<(), ReadError> {
-        let Some(first) = self.line.words.iter().find(|w| !w.is_used && axis_of(w).is_some()).copied() else {
+        if !self.line.words.iter().any(|w| !w.is_used && axis_of(w).is_some()) {
             return self.motion_without_axes();
-        };
+        }
         match self.role {
             AxisRole::Target | AxisRole::MachineTarget => {
-                let kind = self.motion_kind(&first)?;
+                let Some(kind) = self.motion_kind() else {
+                    self.no_motion_code();
+                    return Ok(());
+                };
                 let arc = self.arc_words(kind);
                 self.move_axes(kind)?;
                 self.push_motion(kind, None, arc);
@@ -53,13 +59,22 @@ impl BlockReading<'_> {
         Ok(())
     }
 
-    fn motion_kind(&self, first: &Word) -> Result<MotionKind, ReadError> {
+    /// How the block goes; `None` where something that is not evaluated may have changed that. Before the first motion word it is
+    /// a rapid, as controls begin with unless they are told otherwise; [`StateWord::Motion`] tells whether one was said.
+    fn motion_kind(&self) -> Option<MotionKind> {
         match (self.modal.cycle, self.modal.motion) {
-            (Some(code), _) => Ok(MotionKind::Cycle { code }),
-            (None, Some(MotionCode::Rapid)) => Ok(MotionKind::Rapid),
-            (None, Some(MotionCode::Linear)) => Ok(MotionKind::Linear),
-            (None, Some(MotionCode::Arc { clockwise })) => Ok(MotionKind::Arc { clockwise }),
-            (None, None) => Err(self.unsupported(first, "no motion code (G0, G1, …) is known to be in force")),
+            (Some(code), _) => Some(MotionKind::Cycle { code }),
+            (None, Some(MotionCode::Rapid)) => Some(MotionKind::Rapid),
+            (None, Some(MotionCode::Linear)) => Some(MotionKind::Linear),
+            (None, Some(MotionCode::Arc { clockwise })) => Some(MotionKind::Arc { clockwise }),
+            (None, None) => (!self.modal.has_lost_motion).then_some(MotionKind::Rapid),
+        }
+    }
+
+    fn no_motion_code(&mut self) {
+        self.leave(Cause::Block, "no motion code (G0, G1, …) is known to be in force");
+        for word in &mut self.line.words {
+            word.is_used |= axis_of(word).is_some();
         }
     }
 
@@ -90,7 +105,7 @@ impl BlockReading<'_> {
             let word = self.line.words[k];
             let Some(axis) = axis_of(&word).filter(|_| !word.is_used) else { continue };
             self.line.words[k].is_used = true;
-            let target = self.target(&word, axis)?;
+            let target = self.target(&word, axis);
             // Depth of the hole, from which the cycle returns to a height that it remembers.
             let is_depth = matches!(kind, MotionKind::Cycle { .. }) && axis.letter() == 'Z';
             let at = if is_depth { None } else { target };
@@ -104,22 +119,20 @@ impl BlockReading<'_> {
     }
 
     /// Where a word sends its axis, `None` where it goes from an unknown place.
-    fn target(&self, word: &Word, axis: AxisLetter) -> Result<Option<AxisAt>, ReadError> {
+    fn target(&self, word: &Word, axis: AxisLetter) -> Option<AxisAt> {
         if !word.is_known {
-            return Ok(None);
+            return None;
         }
         let value = word.value * self.axis_unit(axis);
         if self.role == AxisRole::MachineTarget {
-            return if self.modal.is_incremental {
-                Err(self.unsupported(word, "machine values (G53) with incremental words"))
-            } else {
-                Ok(Some(AxisAt::Machine(value)))
-            };
+            // With G91 LinuxCNC takes them as they are; others leave G53 out, or the block, or add them to where the axis is.
+            let is_open = self.modal.is_incremental && self.variant != Variant::LinuxCnc;
+            return (!is_open).then_some(AxisAt::Machine(value));
         }
         if !self.modal.is_incremental {
-            return Ok(Some(AxisAt::Word(value)));
+            return Some(AxisAt::Word(value));
         }
-        Ok(self.modal.by(axis, value))
+        self.modal.by(axis, value)
     }
 
     /// Sends the named axes to a reference position and returns the words of the point they go over, if any.
@@ -131,11 +144,11 @@ impl BlockReading<'_> {
             let Some(axis) = axis_of(&word).filter(|_| !word.is_used) else { continue };
             self.line.words[k].is_used = true;
             is_direct &= word.value == 0.0;
-            let over = self.target(&word, axis)?;
+            let over = self.target(&word, axis);
             if let Some(AxisAt::Word(value)) = over {
                 via.set(axis, value).map_err(|e| self.line.word_error(&word, e.into()))?;
             } else if word.is_known && word.value != 0.0 {
-                return Err(self.unsupported(&word, "an incremental way to the reference from an unknown place"));
+                self.leave(Cause::Block, "an incremental way to the reference from an unknown place is not followed");
             }
             let at = Some(AxisAt::Reference(number));
             self.modal.position.set(axis, at).map_err(|e| self.line.word_error(&word, e.into()))?;

@@ -1,13 +1,19 @@
 use super::{
     block::{axis_of, interpret},
-    lexer::{Assignment, Line, Word},
+    lexer::{Assignment, CommentForm, Line, Word},
     macros::assignment_kind,
     variant::Variant,
 };
 use crate::{
     AxisLengths, Compensation, FeedPlace, MacroKind, NoteKind, ReadBlock, ReadCommand, ReadError, ReadFault, ReadNote,
     ReadProgram, RtcpRapids, SaidWords, ToolLengthNote,
-    readers::{modal::Modal, notes::Notes, variables::Variables},
+    readers::{
+        length_check::{LengthVariables, length_check},
+        modal::Modal,
+        notes::Notes,
+        source::byte_order_mark,
+        variables::Variables,
+    },
 };
 
 /// Reads a FANUC program, or one of a control close to it: what it says, with modal state resolved and nothing executed.
@@ -41,6 +47,8 @@ pub struct FanucReader {
     n_bytes: usize,
     has_started: bool,
     has_ended: bool,
+    /// Lines before the first `%`, which controls pass by.
+    leader: u32,
     /// A branch that may turn out to guard nothing but an alarm.
     pub(super) guard: Option<Guard>,
     tool_lengths: Vec<ToolLengthNote>,
@@ -79,6 +87,7 @@ impl FanucReader {
 
     /// Reads all lines of a text.
     pub(crate) fn read(mut self, text: &[u8]) -> Result<ReadProgram, ReadError> {
+        self.pass_leader(text);
         let mut blocks = Vec::new();
         for line in text.split(|byte| *byte == b'\n') {
             blocks.extend(self.read_line(line)?);
@@ -86,7 +95,8 @@ impl FanucReader {
         let rtcp_rapids = if self.variant == Variant::LinuxCnc { RtcpRapids::TipLinear } else { RtcpRapids::BySetting };
         let dialect = self.variant.dialect();
         let (tool_lengths, notes) = self.finish();
-        Ok(ReadProgram { dialect, blocks, tool_lengths, notes, rtcp_rapids })
+        let harmless_functions = dialect.file().harmless_functions;
+        Ok(ReadProgram { dialect, blocks, tool_lengths, notes, rtcp_rapids, harmless_functions })
     }
 
     /// Reads the next line (with or without its line end): its block, or `None` where it is empty, a `%`, or behind the
@@ -99,15 +109,27 @@ impl FanucReader {
         let line_start = self.n_bytes;
         self.n_bytes += line.len() + usize::from(!line.ends_with(b"\n"));
         self.line_number = self.line_number.saturating_add(1);
-        let trimmed = line.trim_ascii();
+        let start = if self.line_number == 1 { byte_order_mark(line) } else { 0 };
+        let trimmed = line[start..].trim_ascii();
         if trimmed.is_empty() {
             return Ok(None);
+        }
+        if self.line_number <= self.leader {
+            let text = ReadCommand::Comment(String::from_utf8_lossy(trimmed).into_owned());
+            let block = || ReadBlock { commands: vec![text], ..self.empty_block(trimmed, line_start) };
+            return Ok((!self.keeps_no_text).then(block));
         }
         if self.has_ended {
             self.note(NoteKind::BehindEnd, trimmed);
             return Ok(None);
         }
-        self.line.split(self.line_number, line, !self.keeps_no_text)?;
+        if !self.has_started && trimmed.first() == Some(&b'%') {
+            // What else stands in the line of the mark, controls leave out.
+            self.has_started = true;
+            return Ok(None);
+        }
+        let form = CommentForm { keeps_all: !self.keeps_no_text, nests: self.variant != Variant::LinuxCnc };
+        self.line.split(self.line_number, line, form)?;
         if self.line.code.first() == Some(&b'%') {
             return self.tape_mark();
         }
@@ -119,6 +141,21 @@ impl FanucReader {
         let mut block = self.empty_block(trimmed, line_start);
         self.read_block(trimmed, &mut block)?;
         Ok(Some(block))
+    }
+
+    /// Passes by what stands before the first `%` of a text that it begins, as controls do: two lines begin with `%`, and none before
+    /// the first looks like a block.
+    pub(crate) fn pass_leader(&mut self, text: &[u8]) {
+        if self.variant == Variant::LinuxCnc {
+            return;
+        }
+        let lines = || text[byte_order_mark(text)..].split(|byte| *byte == b'\n').map(<[u8]>::trim_ascii);
+        let is_mark = |line: &[u8]| line.first() == Some(&b'%');
+        let Some(first) = lines().position(is_mark) else { return };
+        let is_enclosed = lines().skip(first + 1).any(is_mark);
+        if is_enclosed && !lines().take(first).any(looks_like_a_block) {
+            self.leader = u32::try_from(first).unwrap_or(u32::MAX);
+        }
     }
 
     fn empty_block(&self, text: &[u8], line_start: usize) -> ReadBlock {
@@ -143,6 +180,9 @@ impl FanucReader {
         if !self.line.code.is_empty() {
             self.follow_guard(block, macro_kind, text);
         }
+        if macro_kind == Some(MacroKind::Branch) {
+            self.length_check();
+        }
         if matches!(macro_kind, Some(MacroKind::Branch | MacroKind::Call | MacroKind::Output)) {
             self.keep_macro(macro_kind, text, block);
         } else {
@@ -151,6 +191,17 @@ impl FanucReader {
         }
         (block.compensation, block.lengths) = (self.modal.compensation, self.modal.lengths);
         Ok(())
+    }
+
+    /// Takes note of the length that a condition compares that of the tool with.
+    fn length_check(&mut self) {
+        let variables = match self.variant {
+            Variant::LinuxCnc => LengthVariables::Parameter,
+            Variant::Fanuc | Variant::Haas | Variant::Mazak => LengthVariables::Registers,
+        };
+        if let Some(check) = length_check(&self.line.code, variables) {
+            ToolLengthNote::add_check(&mut self.tool_lengths, self.line_number, check, self.modal.is_inch);
+        }
     }
 
     fn read_words(
@@ -285,8 +336,8 @@ impl FanucReader {
 
     fn note_words(&mut self, block: &ReadBlock, text: &[u8]) {
         let is_not_evaluated = |c: &ReadCommand| {
-            use MacroKind::{Call, Setting, VariableWords};
-            matches!(c, ReadCommand::Macro { kind: Call | Setting | VariableWords, .. })
+            use MacroKind::{Call, NotFollowed, Setting, VariableWords};
+            matches!(c, ReadCommand::Macro { kind: Call | NotFollowed | Setting | VariableWords, .. })
         };
         if block.commands.iter().any(is_not_evaluated) {
             self.note(NoteKind::NotEvaluated, text);
@@ -306,6 +357,17 @@ impl FanucReader {
 
     pub(super) fn note(&mut self, kind: NoteKind, text: &[u8]) {
         self.notes.add(self.line_number, kind, text);
+    }
+}
+
+/// Whether a line begins with a letter and a number, a comment or a variable.
+fn looks_like_a_block(line: &[u8]) -> bool {
+    let mut bytes = line.iter().filter(|b| !b.is_ascii_whitespace() && **b != b'/');
+    let is_value = |b: &u8| b.is_ascii_digit() || matches!(b, b'+' | b'-' | b'.' | b'#' | b'[' | b'=');
+    match bytes.next() {
+        Some(b'(' | b'#' | b':' | b'<') => true,
+        Some(letter) if letter.is_ascii_alphabetic() => bytes.next().is_some_and(is_value),
+        _ => false,
     }
 }
 

@@ -1,25 +1,32 @@
 //! G codes that the relatives of FANUC have besides FANUC's own, or understand in their own way.
 
+use super::g_words::{PLANE, RADIUS};
 use super::{
     block::{AxisRole, BlockReading, axis_of},
     lexer::Word,
     variant::Variant,
 };
-use crate::{CallKind, Compensation, MacroKind, ReadCall, ReadCommand, ReadError, ReadFault, StateWord, WorkOffset};
+use crate::{
+    CallKind, Compensation, MacroKind, ReadCall, ReadCommand, ReadError, ReadFault, StateWord, WorkOffset,
+    readers::unfollowed::Cause,
+};
+
+const MAPPING: &str = "cylindrical or polar interpolation is not followed";
+const THREAD: &str = "a move that follows the spindle is not followed";
 
 impl BlockReading<'_> {
     /// Takes a G word as the variant has it; `false` where it is as on all controls. `code` is ten times its number.
     pub(super) fn variant_code(&mut self, word: &Word, code: u16) -> Result<bool, ReadError> {
         match self.variant {
-            Variant::Fanuc => self.common_code(word, code),
-            Variant::Haas => Ok(self.haas_code(word, code)? || self.common_code(word, code)?),
-            Variant::Mazak => Ok(self.mazak_code(word, code)? || self.common_code(word, code)?),
-            Variant::LinuxCnc => self.linuxcnc_code(word, code),
+            Variant::Fanuc => Ok(self.common_code(code)),
+            Variant::Haas => Ok(self.haas_code(word, code)? || self.common_code(code)),
+            Variant::Mazak => Ok(self.mazak_code(word, code) || self.common_code(code)),
+            Variant::LinuxCnc => Ok(self.linuxcnc_code(code)),
         }
     }
 
     /// What FANUC and its closer relatives share beyond the table of `g_words`.
-    fn common_code(&mut self, word: &Word, code: u16) -> Result<bool, ReadError> {
+    fn common_code(&mut self, code: u16) -> bool {
         match code {
             // Stroke limits: their words are no targets.
             220 => (self.role, self.has_parameters) = (AxisRole::Data, true),
@@ -27,13 +34,17 @@ impl BlockReading<'_> {
             290 | 531 => self.call_here(code),
             310 => self.skip(),
             542 | 544 => self.table_offset(),
-            71 | 121 | 1121 => return Err(self.unsupported(word, "cylindrical or polar interpolation")),
-            330 | 331 => return Err(self.unsupported(word, "a move that follows the spindle")),
-            512 => return Err(self.unsupported(word, "scaled, mirrored, polar or turned words")),
-            502 => {}
-            _ => return Ok(false),
+            71 | 121 | 1121 => self.leave(Cause::Mapping, MAPPING),
+            1131 => self.end(Cause::Mapping),
+            330 | 331 | 340 | 350 | 360 => self.leave_path(THREAD),
+            370 | 721 | 722 => self.call_here(code),
+            431 => self.leave(Cause::Vectors, "a length along the tool is not followed"),
+            512 => self.leave(Cause::Mirror, "polygon turning is not followed"),
+            502 => self.end(Cause::Mirror),
+            600 => self.leave(Cause::Block, "positions approached over another point are not followed"),
+            _ => return false,
         }
-        Ok(true)
+        true
     }
 
     fn haas_code(&mut self, word: &Word, code: u16) -> Result<bool, ReadError> {
@@ -49,39 +60,50 @@ impl BlockReading<'_> {
             // Look-ahead limit.
             1030 => self.has_parameters = true,
             // Axes whose mirror is switched off, axes to a screen: their words are no targets.
-            1000 | 1020 => (self.role, self.has_parameters) = (AxisRole::Data, true),
+            1000 | 1020 => {
+                (self.role, self.has_parameters) = (AxisRole::Data, true);
+                if code == 1000 {
+                    self.end(Cause::Mirror);
+                }
+            }
             1100..=1290 if code.is_multiple_of(10) => self.set_offset(WorkOffset::new(code / 10 - 103)),
             1540 => self.additional_offset(word)?,
-            1360 | 2540 | 2550 | 2690 => self.set_role(AxisRole::Data, MacroKind::Setting),
+            2690 => {
+                self.end(Cause::Plane);
+                self.set_role(AxisRole::Data, MacroKind::Setting);
+            }
+            1360 | 2540 | 2550 => self.set_role(AxisRole::Data, MacroKind::Setting),
             2340 => self.set_compensation(Compensation::Rtcp(0)),
-            600 => return Err(self.unsupported(word, "positions approached over another point")),
-            1010 => return Err(self.unsupported(word, "scaled, mirrored, polar or turned words")),
-            1070 => return Err(self.unsupported(word, "cylindrical or polar interpolation")),
-            1410 => return Err(self.unsupported(word, "cutter radius compensation moves the tool off the words")),
-            1430 => return Err(self.unsupported(word, "length compensation by the angles of the axes")),
-            2680 => return Err(self.unsupported(word, "a tilted working plane")),
+            1010 => self.leave(Cause::Mirror, "mirrored words are not followed"),
+            1070 => self.leave(Cause::Mapping, MAPPING),
+            1410 => self.leave(Cause::Radius, RADIUS),
+            1430 => self.leave(Cause::Vectors, "length compensation by the angles of the axes is not followed"),
+            2680 => self.leave(Cause::Plane, PLANE),
             _ => return Ok(false),
         }
         Ok(true)
     }
 
-    fn mazak_code(&mut self, word: &Word, code: u16) -> Result<bool, ReadError> {
+    fn mazak_code(&mut self, word: &Word, code: u16) -> bool {
         match code {
             612 => self.keep_mode(word),
             // Rotated planes switched off.
-            695 => self.has_parameters = true,
+            695 => {
+                self.end(Cause::Plane);
+                self.has_parameters = true;
+            }
             109 | 925 | 1090 => self.set_role(AxisRole::Data, MacroKind::Setting),
-            683..=685 => return Err(self.unsupported(word, "a tilted working plane")),
-            1100 | 1110 => return Err(self.unsupported(word, "axes of another name")),
-            _ => return Ok(false),
+            685 => self.leave(Cause::Plane, PLANE),
+            1100 | 1110 => self.leave(Cause::Forever, "axes of another name are not followed"),
+            _ => return false,
         }
-        Ok(true)
+        true
     }
 
-    fn linuxcnc_code(&mut self, word: &Word, code: u16) -> Result<bool, ReadError> {
+    fn linuxcnc_code(&mut self, code: u16) -> bool {
         match code {
             // Words are radii, as ever on a mill.
-            80 => {}
+            80 => self.end(Cause::Diameter),
             921 | 922 => self.frame_off(),
             281 | 301 | 432 | 923 => self.set_role(AxisRole::Data, MacroKind::Setting),
             431 => {
@@ -92,13 +114,13 @@ impl BlockReading<'_> {
             591..=593 => self.set_offset(WorkOffset::new(code - 584)),
             901 => self.modal.is_centre_absolute = true,
             911 => self.modal.is_centre_absolute = false,
-            70 => return Err(self.unsupported(word, "words that are diameters")),
-            330 | 331 => return Err(self.unsupported(word, "a move that follows the spindle")),
-            411 | 421 => return Err(self.unsupported(word, "cutter radius compensation moves the tool off the words")),
-            50 | 51 => return Err(self.unsupported(word, "a spline")),
-            _ => return Ok(false),
+            70 => self.leave(Cause::Diameter, "words that are diameters are not followed"),
+            330 | 331 => self.leave_path(THREAD),
+            411 | 421 => self.leave(Cause::Radius, RADIUS),
+            50 | 51 | 52 | 53 => self.leave_path("a spline is not followed"),
+            _ => return false,
         }
-        Ok(true)
+        true
     }
 
     /// What axis words are beside a word that switches something off. Those of G50.1 name the axes whose mirror ends. Data
@@ -154,13 +176,17 @@ impl BlockReading<'_> {
     /// M functions that only this variant has; `false` for all others.
     pub(super) fn variant_function(&mut self, code: u32) -> bool {
         match (self.variant, code) {
-            // A subprogram in the same program, or a jump.
-            (Variant::Haas, 97) => {
+            // A subprogram from elsewhere (M198); a macro whenever a signal comes (M96), a jump where none does (Haas); a
+            // subprogram in the same program, or a jump (M97 of Haas).
+            (Variant::Fanuc | Variant::Mazak, 96 | 198) | (Variant::Haas, 96..=97 | 198) => {
                 self.set_role(AxisRole::Data, MacroKind::Call);
                 self.keep_call(false);
             }
-            // Modal state comes back that was saved before.
-            (Variant::LinuxCnc, 72) => self.set_role(AxisRole::Data, MacroKind::Call),
+            (Variant::Haas, 16) => self.block.commands.push(ReadCommand::ToolChange),
+            // Modal state comes back that was saved before; programs of the user that run outside of the control.
+            (Variant::LinuxCnc, 72 | 100..=199) => self.set_role(AxisRole::Data, MacroKind::Call),
+            // Another tool is said to be in the spindle.
+            (Variant::LinuxCnc, 61) => self.set_role(AxisRole::Data, MacroKind::Setting),
             // Kinematics of the tip, and of the joints, as all sample configurations with a table or a head call them.
             (Variant::LinuxCnc, 428 | 429) => {
                 self.has_parameters = true;

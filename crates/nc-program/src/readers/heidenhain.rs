@@ -38,9 +38,8 @@ use crate::{
 /// # Errors
 /// When a word is not understood or has no meaning in its block, with line, column and text.
 pub fn read_heidenhain(text: impl AsRef<[u8]>) -> Result<ReadProgram, ReadError> {
-    let read =
-        source::read_all(text.as_ref(), HeidenhainReader::new(), HeidenhainReader::read_line, HeidenhainReader::finish);
-    read.map(|program| ReadProgram { dialect: Dialect::Heidenhain, ..program })
+    let reader = HeidenhainReader::new();
+    source::read_all(text.as_ref(), Dialect::Heidenhain, reader, HeidenhainReader::read_line, HeidenhainReader::finish)
 }
 
 /// [`read_heidenhain`] line by line, for programs that are not held in memory.
@@ -143,6 +142,7 @@ impl HeidenhainReader {
         });
         self.code.clear();
         self.code.extend(line[..comment.unwrap_or(line.len())].iter().map(u8::to_ascii_uppercase));
+        self.source.blank_mark(&mut self.code);
         for k in 1..self.code.len().saturating_sub(1) {
             let is_number = self.code[k - 1].is_ascii_digit() || matches!(self.code[k - 1], b'+' | b'-');
             if self.code[k] == b',' && is_number && self.code[k + 1].is_ascii_digit() {
@@ -193,6 +193,8 @@ impl HeidenhainReader {
             }
             None => self.statement(line, start, block)?,
         };
+        let moves = block.motion.is_some();
+        self.state.modal.end_block(block, moves);
         if goes_on {
             let code = Code { text: &self.code, source: &self.source, variables: &self.variables };
             let why = "a block that goes on in the next line, other than of a cycle";
@@ -205,8 +207,8 @@ impl HeidenhainReader {
 
     fn note_block(&mut self, line: &[u8], block: &ReadBlock) {
         let is_not_evaluated = |c: &ReadCommand| {
-            use MacroKind::{Call, Setting, ToolVector, VariableWords};
-            matches!(c, ReadCommand::Macro { kind: Call | Setting | ToolVector | VariableWords, .. })
+            use MacroKind::{Call, NotFollowed, Setting, ToolVector, VariableWords};
+            matches!(c, ReadCommand::Macro { kind: Call | NotFollowed | Setting | ToolVector | VariableWords, .. })
         };
         if block.commands.iter().any(is_not_evaluated) {
             self.source.note(NoteKind::NotEvaluated, line);

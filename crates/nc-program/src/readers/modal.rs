@@ -1,6 +1,7 @@
+use super::unfollowed::Unfollowed;
 use crate::{
-    ArcWords, AxisAt, AxisKind, AxisLengths, AxisLetter, Compensation, Feed, FeedMode, MotionKind, Plane, ReadMotion,
-    ReadPosition, WorkOffset,
+    ArcWords, AxisAt, AxisKind, AxisLengths, AxisLetter, Compensation, Feed, FeedMode, MacroKind, MotionKind, Plane,
+    ReadBlock, ReadCommand, ReadMotion, ReadPosition, WorkOffset,
 };
 
 /// What a control remembers from block to block, as far as a program's text tells.
@@ -16,6 +17,8 @@ pub(crate) struct Modal {
     /// Arc centres are words and not ways from the start (G90.1).
     pub(crate) is_centre_absolute: bool,
     pub(crate) inverse_time: bool,
+    /// mm/min that an F of 1 is, where F does not count in mm/min.
+    pub(crate) inch_feed: Option<f64>,
     /// mm/min of G94.
     pub(crate) feed: Option<f64>,
     pub(crate) work_offset: WorkOffset,
@@ -27,6 +30,10 @@ pub(crate) struct Modal {
     pub(crate) position: ReadPosition,
     /// What words count from has been set in a way that is not resolved.
     pub(crate) has_frame: bool,
+    /// Something that is not evaluated may have changed the motion word in force.
+    pub(crate) has_lost_motion: bool,
+    /// Why words say no positions now.
+    pub(crate) unfollowed: Unfollowed,
 }
 
 /// Interpolation group.
@@ -41,6 +48,7 @@ impl Modal {
     /// Something that is not evaluated may have changed everything that matters to a motion.
     pub(crate) fn forget_motion(&mut self) {
         self.motion = None;
+        self.has_lost_motion = true;
         self.cycle = None;
         self.feed = None;
         self.position.forget_all();
@@ -57,6 +65,24 @@ impl Modal {
     pub(crate) fn cancel_frame(&mut self) {
         if self.has_frame {
             self.position.forget_words();
+        }
+    }
+
+    /// Ends a block whose words may say no positions: it moves nothing that is known then, but for axes that go to their
+    /// references, and says why. `moves` tells whether it has words that would.
+    pub(crate) fn end_block(&mut self, block: &mut ReadBlock, moves: bool) {
+        let is_new = self.unfollowed.begins();
+        let Some((why, loses_all)) = self.unfollowed.end_block() else { return };
+        let is_home = block.motion.as_ref().is_some_and(|m| m.kind == MotionKind::ReferenceReturn);
+        if is_home && !is_new {
+            return;
+        }
+        if loses_all {
+            self.position.forget_all();
+        }
+        block.motion = None;
+        if is_new || moves {
+            block.commands.push(ReadCommand::Macro { kind: MacroKind::NotFollowed, text: why.to_owned() });
         }
     }
 
@@ -121,6 +147,7 @@ impl Modal {
             kind,
             position: self.position,
             is_inch: self.is_inch,
+            feed_unit: self.inch_feed.filter(|_| !self.inverse_time).unwrap_or(1.0),
             feed: self.feed.filter(|_| !kind.is_rapid()).map(|value| Feed { mode: self.feed_mode(), value }),
             work_offset: self.work_offset,
             compensation: self.compensation,

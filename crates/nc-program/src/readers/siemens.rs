@@ -34,8 +34,8 @@ use crate::{
 /// # Errors
 /// When a word is not understood or has no meaning in its block, with line, column and text.
 pub fn read_siemens(text: impl AsRef<[u8]>) -> Result<ReadProgram, ReadError> {
-    let read = source::read_all(text.as_ref(), SiemensReader::new(), SiemensReader::read_line, SiemensReader::finish);
-    read.map(|program| ReadProgram { dialect: Dialect::Siemens840d, ..program })
+    let reader = SiemensReader::new();
+    source::read_all(text.as_ref(), Dialect::Siemens840d, reader, SiemensReader::read_line, SiemensReader::finish)
 }
 
 /// [`read_siemens`] line by line, for programs that are not held in memory.
@@ -101,6 +101,7 @@ impl SiemensReader {
         let comment = comment_start(line);
         self.code.clear();
         self.code.extend(line[..comment.unwrap_or(line.len())].iter().map(u8::to_ascii_uppercase));
+        self.source.blank_mark(&mut self.code);
         if line.trim_ascii().is_empty() {
             return Ok(None);
         }
@@ -137,7 +138,7 @@ impl SiemensReader {
         let mut at = code.skip_blanks(0);
         // `%_N_NAME_MPF`: the name of the program in front of it.
         if code.byte(at) == Some(b'%') {
-            block.commands.push(ReadCommand::Comment(String::from_utf8_lossy(line.trim_ascii()).into_owned()));
+            block.commands.push(ReadCommand::Comment(self.source.text_of(line).into()));
             return Ok(self.code.len());
         }
         if code.byte(at) == Some(b'/') {
@@ -225,8 +226,8 @@ impl SiemensReader {
 
     fn note_block(&mut self, line: &[u8], block: &ReadBlock, is_inch_feed: bool) {
         let is_not_evaluated = |c: &ReadCommand| {
-            use MacroKind::{Call, Setting, ToolVector, VariableWords};
-            matches!(c, ReadCommand::Macro { kind: Call | Setting | ToolVector | VariableWords, .. })
+            use MacroKind::{Call, NotFollowed, Setting, ToolVector, VariableWords};
+            matches!(c, ReadCommand::Macro { kind: Call | NotFollowed | Setting | ToolVector | VariableWords, .. })
         };
         if block.commands.iter().any(is_not_evaluated) {
             self.source.note(NoteKind::NotEvaluated, line);

@@ -1,6 +1,10 @@
 use crate::{
-    AxisLengths, Compensation, FeedPlace, NoteKind, ReadBlock, ReadError, ReadFault, ReadNote, ReadProgram, RtcpRapids,
-    SaidWords, ToolLengthNote, readers::notes::Notes,
+    AxisLengths, Compensation, Dialect, FeedPlace, NoteKind, ReadBlock, ReadError, ReadFault, ReadNote, ReadProgram,
+    RtcpRapids, SaidWords, ToolLengthNote,
+    readers::{
+        length_check::{LengthVariables, length_check},
+        notes::Notes,
+    },
 };
 
 /// What readers keep of the lines of a program besides what the lines mean.
@@ -29,7 +33,7 @@ impl Source {
         ReadBlock {
             line: self.line_number,
             number: None,
-            text: if self.keeps_no_text { Box::default() } else { String::from_utf8_lossy(line.trim_ascii()).into() },
+            text: if self.keeps_no_text { Box::default() } else { self.text_of(line) },
             skippable: false,
             sets_state: false,
             said: SaidWords::default(),
@@ -38,6 +42,20 @@ impl Source {
             feed_place: FeedPlace::of_line(self.line_start),
             motion: None,
             commands: Vec::new(),
+        }
+    }
+
+    /// The line without the mark before the first one and blanks at its ends.
+    pub(crate) fn text_of(&self, line: &[u8]) -> Box<str> {
+        let start = if self.line_number == 1 { byte_order_mark(line) } else { 0 };
+        String::from_utf8_lossy(line[start..].trim_ascii()).into()
+    }
+
+    /// Takes the mark before the first line out of its code; bytes stay where they are.
+    pub(crate) fn blank_mark(&self, code: &mut [u8]) {
+        if self.line_number == 1 {
+            let length = byte_order_mark(code);
+            code[..length].fill(b' ');
         }
     }
 
@@ -55,14 +73,27 @@ impl Source {
         ReadError { line: self.line_number, column: u32::try_from(at + 1).unwrap_or(u32::MAX), fault }
     }
 
+    /// Takes note of the length that a line compares that of the tool with.
+    pub(crate) fn length_check(&mut self, code: &[u8], variables: LengthVariables, is_inch: bool) {
+        if let Some(check) = length_check(code, variables) {
+            ToolLengthNote::add_check(&mut self.tool_lengths, self.line_number, check, is_inch);
+        }
+    }
+
     pub(crate) fn finish(self) -> (Vec<ToolLengthNote>, Vec<ReadNote>) {
         (self.tool_lengths, self.notes.finish())
     }
 }
 
+/// Length of the mark that some editors put before the first line of a text, in bytes.
+pub(crate) fn byte_order_mark(line: &[u8]) -> usize {
+    if line.starts_with(b"\xef\xbb\xbf") { 3 } else { 0 }
+}
+
 /// Reads all lines of a text.
 pub(crate) fn read_all<R>(
     text: &[u8],
+    dialect: Dialect,
     mut reader: R,
     read: impl Fn(&mut R, &[u8]) -> Result<Option<ReadBlock>, ReadError>,
     finish: impl FnOnce(R) -> (Vec<ToolLengthNote>, Vec<ReadNote>),
@@ -74,5 +105,6 @@ pub(crate) fn read_all<R>(
     let (tool_lengths, notes) = finish(reader);
     // So do both controls that are read line by line here.
     let rtcp_rapids = RtcpRapids::TipLinear;
-    Ok(ReadProgram { blocks, tool_lengths, notes, rtcp_rapids, ..ReadProgram::default() })
+    let harmless_functions = dialect.file().harmless_functions;
+    Ok(ReadProgram { dialect, blocks, tool_lengths, notes, rtcp_rapids, harmless_functions })
 }

@@ -193,19 +193,3 @@ fn words_of_a_frame_are_not_known_behind_it() {
         assert_eq!(behind(dialect, lines), (false, false), "{}: {lines}", dialect.name());
     }
 }
-
-/// Scaling, mirrors and turned words of FANUC and its relatives have no meaning here at all.
-#[test]
-fn turned_and_scaled_words_of_fanuc_are_refused_by_line() {
-    for (dialect, line) in [
-        (Dialect::Fanuc, "G51 X0. Y0. Z0. P2."),
-        (Dialect::Fanuc, "G51.1 X0."),
-        (Dialect::Fanuc, "G68 X0. Y0. R30."),
-        (Dialect::Haas, "G68 R30."),
-        (Dialect::Mazak, "G51 X0. P2."),
-        (Dialect::LinuxCnc, "G68 X0 Y0 R30"),
-    ] {
-        let told = read_program(format!("G90\n{line}\nG0 X1.\n"), dialect).unwrap_err().to_string();
-        assert!(told.contains("line 2"), "{}: {told}", dialect.name());
-    }
-}

@@ -22,4 +22,5 @@ mod siemens;
 mod siemens_reader;
 mod slow_control;
 mod state_words;
+mod unfollowed;
 mod vectors;

@@ -193,26 +193,14 @@ fn what_is_not_understood_is_refused_with_its_place() {
         ("N10 G0 X1 TRAORY", "line 1, column 11: `TRAORY` is not understood"),
         ("G0 X1 G77", "line 1, column 7: `G77` is not understood"),
         ("G0 X1 Q5", "line 1, column 7: `Q5` is not understood"),
-        (
-            " G41 X1",
-            "line 1, column 2: `G41` is not supported: cutter radius compensation moves the tool off the words",
-        ),
-        ("X5", "line 1, column 1: `X5` is not supported: no motion code (G0, G1, …) is known to be in force"),
         ("G0 X1.5.2", "line 1, column 4: `X1.5.2` has no valid number"),
         ("G0 X1 X2", "line 1, column 7: `X2` stands twice in the block"),
         ("G0 X=(1+", "line 1, column 8: `X=(1+` is no valid expression"),
         ("G0 X=AC(1", "line 1, column 9: `X=AC(1` is no valid expression"),
-        ("G1 X1 RND=5", "line 1, column 7: `RND=5` is not supported: a rounded or chamfered corner"),
         ("G0 *", "line 1, column 4: unexpected character '*'"),
         ("MSG(\"open)", "line 1, column 5: `\"OPEN)` is no valid expression"),
-        (
-            "CIP X1",
-            "line 1, column 1: `CIP` is not supported: a spline, or an arc that neither a centre nor a radius tells",
-        ),
         ("G0 X1 I5", "line 1, column 7: `I5` has no meaning in this block"),
-        ("G95 F1", "line 1, column 1: `G95` is not supported: feed per revolution or constant surface speed"),
         ("T=\"A", "line 1, column 3: `\"A` is no valid expression"),
-        ("G1 X1 LEAD=5", "line 1, column 7: `LEAD=5` is not supported: angles of the tool instead of a vector"),
     ] {
         assert_eq!(read_siemens(text).map(|_| ()).unwrap_err().to_string(), expected, "{text}");
     }
@@ -225,7 +213,7 @@ fn modes_are_kept_as_they_stand() {
     let modes = ["G64", "COMPCAD", "Soft", "FGROUP(X, Y)", "G601", "OVR=50", "GROUP_BEGIN(0,\"Op; 1\",0,0)"];
     assert_eq!(commands, modes.map(|m| ReadCommand::Mode(m.to_owned())));
     assert!(read(text).is_evaluated());
-    assert!(read_siemens("GEOAX(1,X1)").is_err());
+    assert!(!read("GEOAX(1,X1)").is_evaluated());
 }
 
 #[test]

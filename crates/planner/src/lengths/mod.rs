@@ -8,7 +8,7 @@ mod stage;
 
 use std::path::Path;
 
-use facemill_nc_program::{Dialect, ReadProgram, read_program};
+use facemill_nc_program::{Dialect, ReadProgram};
 use facemill_tool_model::{HolderLibrary, OpenAssembly, ToolFile};
 
 use crate::load::{Job, Setup};
@@ -77,7 +77,8 @@ pub fn lengths_of_program(
             return Err(job.wrong(format!("the {what} must be a length of at least 0 mm, is {value}")));
         }
     }
-    let program: ReadProgram = read_program(text, request.dialect).map_err(|e| Failure::input(request.program, e))?;
+    let program: ReadProgram =
+        job.read_program(text, request.dialect).map_err(|e| Failure::input(request.program, e))?;
     let setup = Setup::read(job, request.setup)?;
     let stage = Stage::new(job, &setup, &program, request, stages)?;
     let Some(library) = request.holders else {

@@ -18,7 +18,7 @@ mod ways_laws;
 use std::path::Path;
 
 use facemill_inverse_kinematics::{Axis, AxisValues, Machine};
-use facemill_nc_program::{Dialect, ReadProgram, WordMap, read_program};
+use facemill_nc_program::{Dialect, ReadProgram, WordMap};
 use facemill_virtual_machine::{
     LinkHold, LinkSettings, LinkStage, ProgramLink, VerifySettings, VirtualSetup, run_links,
 };
@@ -93,7 +93,7 @@ pub fn faster_rapids(
             "second_tool: links of programs for two heads are not replaced; `facemill verify` runs them as they are";
         return Err(job.wrong(why));
     }
-    let program = read_program(text, request.dialect).map_err(|e| Failure::input(request.program, e))?;
+    let program = job.read_program(text, request.dialect).map_err(|e| Failure::input(request.program, e))?;
     let before = verified(job, text, request, stages)?;
     let setup = Setup::read(job, request.setup)?;
     let words = word_map(job, &setup, request.setup)?;

@@ -231,9 +231,12 @@ fn nothing_is_certified_from_a_motion_on_that_is_not_simulated() {
 #[test]
 fn lines_that_move_nothing_leave_the_certificates_as_they_are() {
     let shop = shop(0.0, 0.0, Vec::new());
-    for line in ["(A COMMENT)", "M8", "G4 P500", "M5", "M123"] {
+    for line in ["(A COMMENT)", "M8", "G4 P500", "M5", "M48"] {
         let (found, _) = planted(&shop, line);
         assert_eq!(found.uncertified().count(), 0, "{line}: {found:?}");
         assert!(found.largest_depth_mm.is_some());
     }
+    // What a function does that nobody names as harmless is not known.
+    let (found, _) = planted(&shop, "M123");
+    assert!(found.uncertified().count() > 0, "{found:?}");
 }

@@ -6,7 +6,9 @@ use super::{
     statements::push_call,
     words::{Key, Word},
 };
-use crate::{CallKind, Coolant, MacroKind, ReadBlock, ReadCommand, ReadError, ReadFault, StateWord};
+use crate::{
+    AxisKind, CallKind, Coolant, MacroKind, ReadBlock, ReadCommand, ReadError, StateWord, readers::unfollowed::Cause,
+};
 
 impl State {
     /// M functions that switch nothing that words depend on.
@@ -22,7 +24,7 @@ impl State {
             9 => &[ReadCommand::Coolant(Coolant::Off)],
             13 | 14 => &[ReadCommand::SpindleOn { clockwise: code == 13 }, ReadCommand::Coolant(Coolant::Flood)],
             // Said by other means.
-            89 | 91 | 99 | 126 | 127 | 128 | 129 | 137 => &[],
+            89 | 91 | 92 | 94 | 99 | 104 | 114 | 126 | 127 | 128 | 129 | 130 | 136 | 137 | 143 | 144 | 145 => &[],
             _ => &[ReadCommand::Function(code)],
         };
         block.commands.extend_from_slice(commands);
@@ -30,10 +32,10 @@ impl State {
 }
 
 impl Reading<'_> {
-    fn codes(&self) -> Vec<(u32, usize)> {
+    fn codes(&self) -> Vec<u32> {
         let of = |w: &Word| {
             let value = w.value.filter(|v| v.fract() == 0.0 && (0.0..1e6).contains(v))?;
-            Some((value as u32, w.span.start))
+            Some(value as u32)
         };
         self.words.iter().filter(|w| w.key == Key::Function).filter_map(of).collect()
     }
@@ -46,22 +48,35 @@ impl Reading<'_> {
             self.block.commands.push(line_macro(MacroKind::Call, self.line));
             self.state.modal.forget_motion();
         }
-        for (code, start) in codes {
-            let unsupported = |why| {
-                let word = format!("M{code}");
-                Err(self.source.error(start, ReadFault::Unsupported { word, why }))
-            };
+        for code in codes {
+            let unfollowed = &mut self.state.modal.unfollowed;
             match code {
                 91 => self.is_machine = true,
-                92 | 130 => return unsupported("words of a frame that the machine's parameters hold"),
-                114 => return unsupported("words that the control corrects for tilted axes"),
-                136 => return unsupported("a feed per revolution"),
+                92 | 130 => {
+                    unfollowed
+                        .begin(Cause::Block, "words of a frame that the machine's parameters hold are not followed");
+                }
+                114 => {
+                    unfollowed.begin(Cause::Turn, "words that the control corrects for tilted axes are not followed")
+                }
+                115 => unfollowed.end(Cause::Turn),
+                136 => unfollowed.begin(Cause::Feed, "a feed per revolution is not followed"),
+                137 => unfollowed.end(Cause::Feed),
                 126 | 127 => self.state.goes_shorter = code == 126,
                 128 => {
                     self.state.has_tcpm = true;
                     self.state.update_compensation();
                 }
-                144 | 145 => {
+                // Rotary axes are shown within one turn, and words count so.
+                94 => {
+                    let words = self.state.modal.position.words();
+                    for word in words.iter().filter(|w| w.letter.kind() == AxisKind::Rotary) {
+                        self.state.modal.position.forget_word(word.letter);
+                    }
+                    self.block.commands.push(line_macro(MacroKind::Setting, self.line));
+                }
+                // The preset before, or none of its turn; kinematics with a head that is changed.
+                104 | 143 | 144 | 145 => {
                     self.state.modal.position.forget_words();
                     self.block.commands.push(line_macro(MacroKind::Setting, self.line));
                 }
@@ -78,7 +93,7 @@ impl Reading<'_> {
                 self.block.commands.extend(word.value.map(ReadCommand::SpindleSpeed));
             }
         }
-        for (code, _) in self.codes() {
+        for code in self.codes() {
             self.state.simple_function(code, self.block);
         }
         Ok(())
@@ -86,9 +101,10 @@ impl Reading<'_> {
 
     /// What acts at the end of the block.
     pub(super) fn functions_behind(&mut self) {
-        for (code, _) in self.codes() {
+        for code in self.codes() {
             match code {
                 129 => {
+                    self.state.modal.unfollowed.end(Cause::Vectors);
                     self.block.said.add(StateWord::RtcpOff);
                     self.state.has_tcpm = false;
                     self.state.update_compensation();

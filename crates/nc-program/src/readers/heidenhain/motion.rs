@@ -6,11 +6,14 @@ use super::{
 };
 use crate::{
     ArcWords, AxisAt, AxisKind, AxisLetter, MacroKind, MotionKind, ReadBlock, ReadError, ReadFault, ToolVectors,
-    readers::source::Source,
+    readers::{source::Source, unfollowed::Cause},
 };
 
 /// mm per inch.
 const INCH: f64 = 25.4;
+
+/// mm/min that a feed of 1 is in a program in inches.
+pub(super) const TENTH_OF_INCH: f64 = 0.1 * INCH;
 
 const XYZ: [AxisLetter; 3] = [AxisLetter::X, AxisLetter::Y, AxisLetter::Z];
 
@@ -79,7 +82,13 @@ fn check(code: &Code, kind: &[u8], words: &[Word]) -> Result<(), ReadError> {
             }
             Key::Direction { .. } => matches!(kind, b"C" | b"CR" | b"CP"),
             Key::Radius => kind == b"CR",
-            Key::NoCompensation | Key::Feed | Key::FeedMax | Key::FeedAuto | Key::Speed => kind != b"CC",
+            Key::NoCompensation
+            | Key::Compensation
+            | Key::Feed
+            | Key::FeedMax
+            | Key::FeedAuto
+            | Key::OtherFeed
+            | Key::Speed => kind != b"CC",
         };
         if !fits {
             return Err(code.stray(word));
@@ -95,7 +104,7 @@ fn check(code: &Code, kind: &[u8], words: &[Word]) -> Result<(), ReadError> {
 
 /// Two words of these keys cannot stand in one block.
 fn is_same(a: Key, b: Key) -> bool {
-    let feeds = |key| matches!(key, Key::Feed | Key::FeedMax | Key::FeedAuto);
+    let feeds = |key| matches!(key, Key::Feed | Key::FeedMax | Key::FeedAuto | Key::OtherFeed);
     match (a, b) {
         (Key::Axis(a) | Key::Incremental(a), Key::Axis(b) | Key::Incremental(b)) => a == b,
         (Key::Direction { .. }, Key::Direction { .. }) => true,
@@ -105,7 +114,7 @@ fn is_same(a: Key, b: Key) -> bool {
 
 impl Reading<'_> {
     fn feed(&mut self) {
-        let inch = if self.state.modal.is_inch { 0.1 * INCH } else { 1.0 };
+        let inch = if self.state.modal.is_inch { TENTH_OF_INCH } else { 1.0 };
         for word in &self.words {
             match word.key {
                 Key::Feed => {
@@ -118,6 +127,15 @@ impl Reading<'_> {
                     self.block.feed_place.set_word(word.span.clone(), word.value_start);
                 }
                 Key::FeedMax => self.is_rapid = true,
+                Key::OtherFeed => {
+                    self.state.modal.feed = None;
+                    self.block.feed_place.set_word(word.span.clone(), word.value_start);
+                }
+                Key::Compensation => {
+                    let why = "cutter radius compensation moves the tool off the words";
+                    self.state.modal.unfollowed.begin(Cause::Radius, why);
+                }
+                Key::NoCompensation => self.state.modal.unfollowed.end(Cause::Radius),
                 _ => {}
             }
         }

@@ -1,9 +1,13 @@
 //! What a block begins with, and what follows from it.
 
-use super::{HeidenhainReader, line_macro, words::Code};
+use super::{HeidenhainReader, line_macro, motion::TENTH_OF_INCH, words::Code};
 use crate::{
     CallKind, MacroKind, NoteKind, Plane, ReadBlock, ReadCall, ReadCommand, ReadError, ReadFault, StateWord,
-    readers::expression::{self, Syntax},
+    readers::{
+        expression::{self, Syntax},
+        length_check::LengthVariables,
+        unfollowed::Cause,
+    },
 };
 
 impl HeidenhainReader {
@@ -60,8 +64,14 @@ impl HeidenhainReader {
                 return Ok(Some(name));
             }
             (b"TRANS" | b"FUNCTION", _) => return self.function_statement(start, line, block),
-            (b"FN", _) => self.fn_statement(start, second_at, line, block)?,
-            (b"Q" | b"QL" | b"QR" | b"QS", _) => self.formula(start, line, block)?,
+            (b"FN", _) => {
+                self.length_check(start);
+                self.fn_statement(start, second_at, line, block)?;
+            }
+            (b"Q" | b"QL" | b"QR" | b"QS", _) => {
+                self.length_check(start);
+                self.formula(start, line, block)?;
+            }
             (b"DECLARE", _) | (b"IF", _) => self.branch_or_text(first == b"IF", line, block),
             (b"STOP", _) => {
                 block.commands.push(ReadCommand::Stop { optional: false });
@@ -76,11 +86,16 @@ impl HeidenhainReader {
                 self.motion_block(b"C", second_at, line, block)?;
             }
             (b"CT" | b"CTP" | b"RND" | b"CHF" | b"APPR" | b"DEP", _) => {
-                let why = "an arc or corner that follows from the blocks around it";
-                return Err(code.unsupported(start..start + first.len(), why));
+                let is_corner = matches!(first, b"RND" | b"CHF");
+                let is_departure = first == b"DEP";
+                let why = "an arc or corner that follows from the blocks around it is not followed";
+                self.contour(start, if is_corner { Cause::Corner } else { Cause::Block }, why, block);
+                if is_departure {
+                    self.state.modal.unfollowed.end(Cause::Radius);
+                }
             }
             (b"FPOL" | b"FL" | b"FLT" | b"FC" | b"FCT" | b"FSELECT" | b"SPL", _) => {
-                return Err(code.unsupported(start..start + first.len(), "free contours and splines"));
+                self.contour(start, Cause::Block, "free contours and splines are not followed", block);
             }
             // A block of words alone: M functions, or one axis.
             _ => self.motion_block(b"L", start, line, block)?,
@@ -88,11 +103,40 @@ impl HeidenhainReader {
         Ok(None)
     }
 
+    /// A block of a contour whose words say no positions by themselves; its M functions are read.
+    fn contour(&mut self, start: usize, cause: Cause, why: &'static str, block: &mut ReadBlock) {
+        let text = String::from_utf8_lossy(&self.code[start..]).into_owned();
+        self.state.modal.unfollowed.begin(cause, why);
+        if cause != Cause::Corner {
+            self.state.modal.feed = None;
+        }
+        for word in text.split_whitespace() {
+            match word {
+                "RL" | "RR" => {
+                    let why = "cutter radius compensation moves the tool off the words";
+                    self.state.modal.unfollowed.begin(Cause::Radius, why);
+                }
+                "R0" => self.state.modal.unfollowed.end(Cause::Radius),
+                _ => {
+                    if let Some(code) = word.strip_prefix('M').and_then(|number| number.parse().ok()) {
+                        self.state.simple_function(code, block);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Takes note of the length that a line compares that of the tool with.
+    fn length_check(&mut self, start: usize) {
+        self.source.length_check(&self.code[start..], LengthVariables::QParameter, self.state.modal.is_inch);
+    }
+
     /// `BEGIN PGM name MM`.
     fn begin(&mut self, at: usize, block: &mut ReadBlock) {
         let text = String::from_utf8_lossy(&self.code[at..]).trim().to_owned();
         let is_inch = text.split_whitespace().next_back() == Some("INCH");
         self.state.modal.is_inch = is_inch;
+        self.state.modal.inch_feed = is_inch.then_some(TENTH_OF_INCH);
         block.said.add(StateWord::Unit);
         block.commands.push(ReadCommand::Comment(text));
     }
@@ -252,8 +296,11 @@ impl HeidenhainReader {
         match words.as_slice() {
             ["FUNCTION", "TCPM", arguments @ ..] => {
                 let joined = arguments.join(" ");
+                let unfollowed = &mut self.state.modal.unfollowed;
                 if joined.contains("AXIS SPAT") {
-                    return Err(code.unsupported(start..code.text.len(), "angles of the tool instead of a vector"));
+                    unfollowed.begin(Cause::Vectors, "angles of the tool instead of a vector are not followed");
+                } else {
+                    unfollowed.end(Cause::Vectors);
                 }
                 self.state.has_tcpm = true;
                 self.state.has_axis_feed = joined.contains("F CONT");
@@ -262,12 +309,13 @@ impl HeidenhainReader {
             }
             ["FUNCTION", "RESET", "TCPM"] => {
                 block.said.add(StateWord::RtcpOff);
+                self.state.modal.unfollowed.end(Cause::Vectors);
                 self.state.has_tcpm = false;
                 self.state.update_compensation();
             }
-            ["FUNCTION", "MODE", "MILL", ..] => {}
+            ["FUNCTION", "MODE", "MILL", ..] => self.state.modal.unfollowed.end(Cause::Mapping),
             ["FUNCTION", "MODE", ..] => {
-                return Err(code.unsupported(start..code.text.len(), "a mode other than milling"));
+                self.state.modal.unfollowed.begin(Cause::Mapping, "a mode other than milling is not followed");
             }
             ["FUNCTION", "DWELL", rest @ ..] => {
                 let seconds = rest.concat().strip_prefix("TIME").and_then(|t| t.parse().ok());

@@ -33,6 +33,10 @@ pub(super) enum Key {
     },
     /// R0.
     NoCompensation,
+    /// RL, RR, and R+ or R- of one axis.
+    Compensation,
+    /// FZ, FU, FT: a feed per tooth or turn, or a time.
+    OtherFeed,
     /// `R+10` of CR.
     Radius,
     Feed,
@@ -96,6 +100,7 @@ impl Code<'_> {
             let word = match function {
                 // Of these functions the axes that follow are arguments, with or without a number.
                 Some(94.0 | 118.0 | 138.0) if axis.is_some() => self.argument(at),
+                Some(112.0 | 124.0) if matches!(self.byte(at), Some(b'T' | b'A' | b'E')) => self.argument(at),
                 Some(103.0 | 128.0 | 140.0) => {
                     let word = self.word(at)?;
                     let is_feed = matches!(word.key, Key::Feed | Key::FeedMax);
@@ -120,11 +125,13 @@ impl Code<'_> {
         if let Some(word) = self.fixed(start) {
             return Ok(word);
         }
-        if rest.starts_with(b"RL") || rest.starts_with(b"RR") {
-            return Err(self.unsupported(start..start + 2, "cutter radius compensation moves the tool off the words"));
+        let has_sign = rest.starts_with(b"R+") || rest.starts_with(b"R-");
+        let is_number = rest.get(2).is_some_and(|b| b.is_ascii_digit() || matches!(b, b'.' | b'Q'));
+        if rest.starts_with(b"RL") || rest.starts_with(b"RR") || has_sign && !is_number {
+            return Ok(plain(Key::Compensation, 2));
         }
         if [&b"FZ"[..], b"FU", b"FT"].iter().any(|name| rest.starts_with(name)) {
-            return Err(self.unsupported(start..start + 2, "a feed per tooth, per revolution, or as a time"));
+            return self.valued(Key::OtherFeed, start, 2);
         }
         if let Some((name, key)) = NAMES.iter().find(|(name, _)| rest.starts_with(name)) {
             // `MB MAX`.

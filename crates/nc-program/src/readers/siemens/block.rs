@@ -4,11 +4,13 @@ use super::{
     SiemensReader, State,
     items::{Item, Value},
     line_macro,
+    motion::is_vector,
     names::{self, Name},
     statements::is_assignment,
 };
 use crate::{
-    AxisLetter, Coolant, MacroKind, ReadBlock, ReadCommand, ReadError, ReadFault, StateWord, readers::source::Source,
+    AxisLetter, Coolant, MacroKind, ReadBlock, ReadCommand, ReadError, ReadFault, StateWord,
+    readers::{source::Source, unfollowed::Cause},
 };
 
 /// mm per inch.
@@ -62,11 +64,13 @@ impl SiemensReader {
         reading.assignments();
         reading.g_codes()?;
         reading.names()?;
+        reading.unfollowed_words();
         reading.functions()?;
         reading.tool_and_edge()?;
         reading.feed_and_speed()?;
         reading.motion()?;
         reading.check_all_used()?;
+        reading.end_block();
         Ok(reading.has_inch_feed)
     }
 }
@@ -116,6 +120,7 @@ impl BlockReading<'_> {
                 self.state.is_transformed = meaning == Name::TransformationOn;
                 if meaning == Name::TransformationOff {
                     self.say(StateWord::RtcpOff);
+                    self.state.modal.unfollowed.end(Cause::Mapping);
                 }
                 self.state.update_compensation();
             }
@@ -130,9 +135,35 @@ impl BlockReading<'_> {
                 self.say(StateWord::Return);
                 self.block.commands.push(ReadCommand::End);
             }
-            Name::Unsupported(why) => return Err(self.unsupported(item, why)),
+            // RNDM=0 ends what RNDM began.
+            Name::NotFollowed(Cause::Corners, _) if item.number() == Some(0.0) => {
+                self.state.modal.unfollowed.end(Cause::Corners);
+            }
+            Name::NotFollowed(cause, why) => self.leave(cause, why),
         }
         Ok(())
+    }
+
+    /// What words do is not followed, in this block or from here on.
+    pub(super) fn leave(&mut self, cause: Cause, why: &'static str) {
+        if cause == Cause::Path {
+            self.state.modal.motion = None;
+        }
+        self.state.modal.unfollowed.begin(cause, why);
+    }
+
+    /// Words say no positions while what they do is not followed; of a corner they do, for later ones.
+    fn unfollowed_words(&mut self) {
+        let is_home = matches!(self.role, Role::Reference(_) | Role::Dwell);
+        if self.state.modal.unfollowed.loses_all() && !is_home {
+            self.role = Role::Data;
+        }
+    }
+
+    /// Ends a block; nothing is known of an axis that any of its words may move.
+    fn end_block(&mut self) {
+        let moves = self.items.iter().any(|i| self.axis_of(i).is_some() || is_vector(i));
+        self.state.modal.end_block(self.block, moves);
     }
 
     pub(super) fn say(&mut self, word: StateWord) {
@@ -225,7 +256,10 @@ impl BlockReading<'_> {
                 None => self.setting(self.role),
             }
         }
-        while self.take(b'H').is_some() {}
+        while let Some(item) = self.take(b'H') {
+            let text = String::from_utf8_lossy(&self.line[item.span.clone()]).into_owned();
+            self.block.commands.push(ReadCommand::Auxiliary(text));
+        }
         Ok(())
     }
 
@@ -276,7 +310,7 @@ impl BlockReading<'_> {
         for item in &*self.items {
             let is_known =
                 self.axis_of(item).is_some() || matches!(item.letter, b'I' | b'J' | b'K' | b'P' | b'F' | b'S');
-            let is_data = self.role == Role::Data && is_known;
+            let is_data = self.role == Role::Data && (is_known || self.state.modal.unfollowed.loses_all());
             if !item.is_used && !is_data {
                 let is_word = is_known || item.letter == 0;
                 return Err(self.fault(item, if is_word { ReadFault::StrayWord } else { ReadFault::UnknownWord }));

@@ -1,10 +1,13 @@
 //! What the G codes of a block do to the state of the control.
 
 use super::{
-    block::{BlockReading, Role},
+    block::{BlockReading, INCH, Role},
     items::Item,
 };
-use crate::{Plane, ReadError, ReadFault, StateWord, WorkOffset, readers::modal::MotionCode};
+use crate::{
+    Plane, ReadError, ReadFault, StateWord, WorkOffset,
+    readers::{modal::MotionCode, unfollowed::Cause},
+};
 
 impl BlockReading<'_> {
     /// Every G code of the block, in order.
@@ -28,14 +31,17 @@ impl BlockReading<'_> {
     fn g_code(&mut self, item: &Item, code: u32) -> Result<(), ReadError> {
         let modal = &mut self.state.modal;
         match code {
-            0 => modal.motion = Some(MotionCode::Rapid),
-            1 => modal.motion = Some(MotionCode::Linear),
-            2 | 3 => modal.motion = Some(MotionCode::Arc { clockwise: code == 2 }),
+            0 => self.set_motion(MotionCode::Rapid),
+            1 => self.set_motion(MotionCode::Linear),
+            2 | 3 => self.set_motion(MotionCode::Arc { clockwise: code == 2 }),
             4 => self.role = Role::Dwell,
             // Exact stop, path modes, feed at corners.
             9 | 60 | 62 | 64 | 601..=603 | 621 | 641..=645 => self.keep_mode(item),
             // Radius compensation off, and how it would be switched.
-            40 => self.say(StateWord::RadiusOff),
+            40 => {
+                modal.unfollowed.end(Cause::Radius);
+                self.say(StateWord::RadiusOff);
+            }
             140..=143 | 450 | 451 | 460..=462 => {}
             17 => modal.plane = Plane::Xy,
             18 => modal.plane = Plane::Zx,
@@ -48,6 +54,7 @@ impl BlockReading<'_> {
             58 | 59 => self.setting(Role::Data),
             70 | 71 | 700 | 710 => {
                 (modal.is_inch, self.state.has_inch_feed) = (matches!(code, 70 | 700), code == 700);
+                modal.inch_feed = (code == 700).then_some(INCH);
                 self.say(StateWord::Unit);
             }
             74 => self.role = Role::Reference(1),
@@ -61,18 +68,23 @@ impl BlockReading<'_> {
             // Poles of polar words, which are refused where they stand.
             110..=112 => self.role = Role::Data,
             290 => {}
-            41 | 42 => return Err(self.unsupported(item, "cutter radius compensation moves the tool off the words")),
+            41 | 42 => self.leave(Cause::Radius, "cutter radius compensation moves the tool off the words"),
             95..=97 | 961 | 962 | 972 | 973 => {
-                return Err(self.unsupported(item, "feed per revolution or constant surface speed"));
+                self.leave(Cause::Feed, "a feed per revolution or a constant surface speed is not followed");
             }
-            33..=35 | 63 | 331 | 332 => return Err(self.unsupported(item, "a move that follows the spindle")),
+            33..=35 | 63 | 331 | 332 => self.leave(Cause::Path, "a move that follows the spindle is not followed"),
             147 | 148 | 247 | 248 | 340 | 341 | 347 | 348 => {
-                return Err(self.unsupported(item, "an approach on a path of its own"));
+                self.leave(Cause::Block, "an approach on a path of its own is not followed");
             }
             291 => return Err(self.unsupported(item, "another dialect from here")),
             _ => return Err(self.fault(item, ReadFault::UnknownWord)),
         }
         Ok(())
+    }
+
+    fn set_motion(&mut self, code: MotionCode) {
+        self.state.modal.motion = Some(code);
+        self.state.modal.unfollowed.end(Cause::Path);
     }
 
     /// G54 to G57, then G505 and on.
@@ -86,6 +98,7 @@ impl BlockReading<'_> {
 
     fn feed_mode(&mut self, inverse_time: bool) {
         self.say(StateWord::FeedMode);
+        self.state.modal.unfollowed.end(Cause::Feed);
         let modal = &mut self.state.modal;
         if inverse_time != modal.inverse_time {
             modal.feed = None;

@@ -124,6 +124,12 @@ impl Code<'_> {
         let end = value_start + self.number_length(value_start);
         let text = &self.text[value_start..end];
         let number = number::parse(text).ok_or_else(|| self.no_number(start, end))?;
+        // Arguments of a function of the machine's builder (`M202(0.0024)`).
+        let open = self.skip_blanks(end);
+        let end = match self.byte(open) {
+            Some(b'(') if letter == b'M' => self.closing(open, b')')? + 1,
+            _ => end,
+        };
         Ok(Item {
             name: start..start + 1,
             letter,

@@ -6,7 +6,8 @@ use super::{
     line_macro,
 };
 use crate::{
-    ArcWords, AxisAt, AxisKind, AxisLetter, MacroKind, MotionKind, ReadError, ToolVectors, readers::modal::MotionCode,
+    ArcWords, AxisAt, AxisKind, AxisLetter, MacroKind, MotionKind, ReadError, ToolVectors,
+    readers::{modal::MotionCode, unfollowed::Cause},
 };
 
 impl BlockReading<'_> {
@@ -17,7 +18,7 @@ impl BlockReading<'_> {
             Role::Target | Role::MachineTarget => {
                 let first = self.items.iter().find(|i| !i.is_used && (self.axis_of(i).is_some() || is_vector(i)));
                 match first.cloned() {
-                    Some(first) => self.move_to_words(&first)?,
+                    Some(_) => self.move_to_words()?,
                     None => self.circle_without_axes()?,
                 }
             }
@@ -29,14 +30,16 @@ impl BlockReading<'_> {
         Ok(())
     }
 
-    fn move_to_words(&mut self, first: &Item) -> Result<(), ReadError> {
+    fn move_to_words(&mut self) -> Result<(), ReadError> {
         let kind = match (self.state.modal.cycle, self.state.modal.motion) {
             (Some(code), _) => MotionKind::Cycle { code },
             (None, Some(MotionCode::Rapid)) => MotionKind::Rapid,
             (None, Some(MotionCode::Linear)) => MotionKind::Linear,
             (None, Some(MotionCode::Arc { clockwise })) => MotionKind::Arc { clockwise },
             (None, None) => {
-                return Err(self.unsupported(first, "no motion code (G0, G1, …) is known to be in force"));
+                self.leave(Cause::Block, "no motion code (G0, G1, …) is known to be in force");
+                self.role = Role::Data;
+                return Ok(());
             }
         };
         let arc = matches!(kind, MotionKind::Arc { .. }).then(|| self.arc_words());
@@ -121,7 +124,7 @@ impl BlockReading<'_> {
             let item = self.items[k].clone();
             let Some(axis) = self.axis_of(&item).filter(|_| !item.is_used) else { continue };
             self.items[k].is_used = true;
-            let at = self.target(&item, axis)?;
+            let at = self.target(&item, axis);
             self.has_unknown |= at.is_none();
             self.set(&item, axis, at)?;
         }
@@ -140,27 +143,22 @@ impl BlockReading<'_> {
     }
 
     /// Where an item sends its axis; `None` where it is not known.
-    fn target(&self, item: &Item, axis: AxisLetter) -> Result<Option<AxisAt>, ReadError> {
-        let Value::Number(value, count) = item.value else { return Ok(None) };
+    fn target(&self, item: &Item, axis: AxisLetter) -> Option<AxisAt> {
+        let Value::Number(value, count) = item.value else { return None };
         let is_turned = self.state.is_transformed && axis.kind() == AxisKind::Rotary && axis.number() == 2;
-        if is_turned {
-            return Err(self.unsupported(item, "angles of the tool instead of a vector"));
-        }
-        let Some(value) = value else { return Ok(None) };
+        // Angles of the tool (A2, B2, C2) say no axis.
+        let value = value.filter(|_| !is_turned)?;
         let is_inch = self.state.modal.is_inch && axis.kind() == AxisKind::Linear;
         let value = if is_inch { value * INCH } else { value };
         let is_incremental = self.state.modal.is_incremental && count == Count::Modal || count == Count::Incremental;
         if self.role == Role::MachineTarget {
-            return match is_incremental {
-                true => Err(self.unsupported(item, "machine values (SUPA, G153) with incremental words")),
-                false => Ok(self.state.modal.machine_target(axis, value)),
-            };
+            return if is_incremental { None } else { self.state.modal.machine_target(axis, value) };
         }
-        Ok(match count {
+        match count {
             Count::Modal | Count::Incremental if is_incremental => self.state.modal.by(axis, value),
             Count::Shortest | Count::Positive | Count::Negative => self.turned_to(axis, value, count),
             _ => Some(AxisAt::Word(value)),
-        })
+        }
     }
 
     /// An angle that is reached over a way of its own: from an unknown place nobody knows how many turns it is away.
@@ -210,6 +208,6 @@ impl BlockReading<'_> {
 }
 
 /// A component of a vector: `A3` to `C5`.
-fn is_vector(item: &Item) -> bool {
+pub(super) fn is_vector(item: &Item) -> bool {
     matches!(item.letter, b'A' | b'B' | b'C') && matches!(item.index, 3..=5)
 }

@@ -1,5 +1,11 @@
 //! What the names mean that Siemens 840D knows.
 
+use crate::readers::unfollowed::Cause;
+
+const CORNER: &str = "a rounded or chamfered corner is not followed";
+pub(super) const TOOL_ANGLES: &str = "angles of the tool instead of a vector are not followed";
+const OWN_WAY: &str = "an axis that goes its own way is not followed";
+
 /// What a name does to what is read here.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Name {
@@ -29,8 +35,8 @@ pub(super) enum Name {
     FixedPoint,
     /// End of a subprogram.
     Return,
-    /// It cannot be resolved here, for this reason.
-    Unsupported(&'static str),
+    /// What the words of the block do is not followed, for this reason.
+    NotFollowed(Cause, &'static str),
 }
 
 /// Names that change how a path is kept, how fast, and what is shown; and those that declare. They are kept as they stand.
@@ -78,18 +84,20 @@ pub(super) fn meaning(name: &str) -> Option<Name> {
         "GFRAME0" | "PUTFTOCF" | "SUPD" | "TCOFR" | "FTOCON" | "FTOCOF" | "DL" | "TOWSTD" | "TOWMCS" | "TOWWCS"
         | "TOWBCS" | "TOWTCS" | "TOWKCS" | "TOFFON" | "TOFFOF" | "TOFFL" | "TOFFR" | "TCARR" | "TCOABS"
         | "PRESETON" | "PRESETONS" | "DIAMON" | "DIAM90" | "TRAFOON" | "TRACON" => Name::Setting,
-        "ASPLINE" | "BSPLINE" | "CSPLINE" | "POLY" | "INVCW" | "INVCCW" | "CIP" | "CT" => {
-            Name::Unsupported("a spline, or an arc that neither a centre nor a radius tells")
-        }
-        "RND" | "RNDM" | "CHF" | "CHR" => Name::Unsupported("a rounded or chamfered corner"),
+        "ASPLINE" | "BSPLINE" | "CSPLINE" | "POLY" | "INVCW" | "INVCCW" | "CIP" | "CT" => Name::NotFollowed(
+            Cause::Path,
+            "a spline, or an arc that neither a centre nor a radius tells, is not followed",
+        ),
+        "RNDM" => Name::NotFollowed(Cause::Corners, CORNER),
+        "RND" | "CHF" | "CHR" => Name::NotFollowed(Cause::Corner, CORNER),
         "LEAD" | "TILT" | "THETA" | "PHI" | "PSI" | "ORIROTA" | "ORIROTR" | "ORIROTT" | "ORIROTC" => {
-            Name::Unsupported("angles of the tool instead of a vector")
+            Name::NotFollowed(Cause::Block, TOOL_ANGLES)
         }
-        "AP" | "RP" | "ANG" => Name::Unsupported("polar words"),
-        "GEOAX" => Name::Unsupported("axes of another name"),
-        "POS" | "POSA" | "POSP" | "TRACYL" | "TRANSMIT" | "TRAANG" | "TRAILON" | "MEAS" | "MEAW" | "OEMIPO1" => {
-            Name::Unsupported("an axis that goes its own way")
-        }
+        "AP" | "RP" | "ANG" => Name::NotFollowed(Cause::Block, "polar words are not followed"),
+        "GEOAX" => Name::NotFollowed(Cause::Forever, "axes of another name are not followed"),
+        "TRACYL" | "TRANSMIT" | "TRAANG" => Name::NotFollowed(Cause::Mapping, OWN_WAY),
+        "TRAILON" => Name::NotFollowed(Cause::Forever, OWN_WAY),
+        "POS" | "POSA" | "POSP" | "MEAS" | "MEAW" | "OEMIPO1" => Name::NotFollowed(Cause::Block, OWN_WAY),
         _ if FRAMES.split(' ').any(|name| name == plain) => Name::Frame,
         _ if MODES.split(' ').any(|name| name == plain) => Name::Mode,
         _ => return None,

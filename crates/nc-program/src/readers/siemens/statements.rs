@@ -8,7 +8,10 @@ use super::{
 };
 use crate::{
     AxisLetter, CallKind, MacroKind, NoteKind, ReadBlock, ReadCall, ReadCommand, ReadError, ReadFault,
-    readers::expression::{self, Syntax},
+    readers::{
+        expression::{self, Syntax},
+        length_check::LengthVariables,
+    },
 };
 
 impl SiemensReader {
@@ -22,6 +25,7 @@ impl SiemensReader {
         block.sets_state = true;
         match statement {
             Statement::Branch => {
+                self.source.length_check(&self.code, LengthVariables::SystemVariable, self.state.modal.is_inch);
                 self.variables.forget_all();
                 self.has_jumped |= self.code.windows(4).any(|w| w == b"GOTO");
                 match self.label_ahead() {

@@ -8,7 +8,7 @@ use facemill_virtual_machine::{FindingKind, VerifySettings, VirtualSetup, assump
 use crate::kit::Shop;
 
 /// A shop whose control may leave the path by 0.01 mm and 0.005 deg.
-fn shop() -> Shop {
+pub(super) fn shop() -> Shop {
     let mut file = Machine::head_b_table_c().unwrap().to_file();
     file.motion.cutting = CuttingLawFile::TipAndRotariesLinear;
     file.motion.rapid = RapidLawFile::Linear;
@@ -17,12 +17,12 @@ fn shop() -> Shop {
     Shop::with_machine(Machine::from_file(file).unwrap())
 }
 
-const SIEMENS: &str = "\
+pub(super) const SIEMENS: &str = "\
 G710 G17 G40 G90 G94\nTRAFOOF\nRTLION\nG0 SUPA Z3000. D0\nG0 SUPA X0. Y0. D0\nG0 SUPA B0. C0. D0\nT7 M6\nD1\nG54\nS2000 M3\n\
 G0 B0. C0.\nTRAORI\nORIMKS ORIAXES\nFGROUP(X,Y,Z)\nG0 X0. Y0. Z900.\nCYCLE832(0.0100,11,0.0050)\nG0 X0. Y0. Z200. B1. C1.\n\
 G1 X1. B2. C2. F500.\nX2. B3.\nCYCLE832(0,0,1)\nM5\nTRAFOOF\nG0 SUPA Z3000. D0\nM30\n";
 
-const HEIDENHAIN: &str = "\
+pub(super) const HEIDENHAIN: &str = "\
 0 BEGIN PGM A MM\n1 FUNCTION RESET TCPM\n2 PLANE RESET STAY\n3 L Z+3000 R0 FMAX M91\n4 L X+0 Y+0 R0 FMAX M91\n\
 5 L B+0 C+0 R0 FMAX M91\n6 TOOL CALL 7 Z S2000\n7 CYCL DEF 247 DATUM SETTING Q339=+1\n8 M3\n9 L B+0 C+0 R0 FMAX\n\
 10 FUNCTION TCPM F TCP AXIS POS PATHCTRL AXIS\n11 L X+0 Y+0 Z+900 R0 FMAX\n12 CYCL DEF 32.0 TOLERANCE\n\
@@ -30,11 +30,11 @@ const HEIDENHAIN: &str = "\
 16 LN X+1 Y+0 Z+200 NX+0 NY+0 NZ+1 TX+0.173648 TY+0 TZ+0.984808 F500\n17 M5\n18 FUNCTION RESET TCPM\n\
 19 L Z+2000 R0 FMAX\n20 M30\n21 END PGM A MM\n";
 
-const LINUXCNC: &str = "\
+pub(super) const LINUXCNC: &str = "\
 G17 G21 G40 G49 G80 G90 G94\nM429\nG53 G0 Z3000.\nG53 G0 X0. Y0.\nG53 G0 B0. C0.\nT7 M6\nG43 H7\nG54\nS2000 M3\n\
 G0 B0. C0.\nM428\nG0 X0. Y0. Z900.\nG64 P0.0100 Q0.0001\nG1 X1. Y0. Z880. B1. F500.\nM5\nM429\nG53 G0 Z3000.\nG49\nM2\n";
 
-const FANUC: &str = "\
+pub(super) const FANUC: &str = "\
 %\nO1\nG17 G21 G40 G80 G90 G94\nG91 G28 Z0.\nG49\nG91 G28 X0. Y0.\nG91 G28 B0. C0.\nG90\nT7 M6\nG54\nS2000 M3\n\
 G0 G90 B0. C0.\nG0 G90 G43.4 X0. Y0. Z900. H7\nG1 X1. Z880. B1. F500.\nM5\nG91 G28 Z0.\nG49\nG91 G28 X0. Y0.\n\
 G91 G28 B0. C0.\nG90\nM30\n%\n";
@@ -115,7 +115,6 @@ fn what_is_not_said_is_told_and_what_is_said_is_not() {
             "FGROUP() leaves to machine data which axes F counts: F is taken as the speed of the tip",
         ),
         (siemens, SIEMENS, "G54\n", "", "no work offset is selected: G54"),
-        (siemens, SIEMENS, "\nD1\n", "\n", "no D is said since the tool change: D1"),
         (siemens, SIEMENS, "TRAFOOF\nRTLION", "RTLION", "no TRAFOOF"),
         (siemens, SIEMENS, "G40 ", "", "no G40"),
         (siemens, SIEMENS, "G710 ", "", "no unit is said"),
