@@ -9,7 +9,8 @@ use crate::verify_stock::Stand;
 use crate::{Failure, Stages};
 
 /// Cuts further maps of the same stock by a program, and tells what it did on all of them together with what is known of the upright
-/// lines: what meets the material of any line, each block's mean volume, and what the probes of any of them show.
+/// lines: what meets the material of any line, each block's volume, and what the probes of any of them show. Volumes are means with the
+/// weights of lines along x, y and z, which count where there are further maps.
 ///
 /// The largest removal rate is held against the upright lines alone: a mean of three would only come when all are cut.
 ///
@@ -18,24 +19,33 @@ use crate::{Failure, Stages};
 pub(crate) fn cut_across<const N: usize>(
     program: &ReadProgram,
     heads: [(&Stand<'_>, &VerifySettings); N],
-    (upright, across): ([StockRun; N], &mut [DexelMap]),
+    (upright, across, weights): ([StockRun; N], &mut [DexelMap], [f64; 3]),
     tolerance: f64,
     stages: &dyn Stages,
 ) -> Result<[StockRun; N], Failure> {
-    let n_maps = 1.0 + across.len() as f64;
     let mut runs = upright;
+    if across.is_empty() {
+        return Ok(runs);
+    }
+    runs.iter_mut().for_each(|run| weigh(run, weights[2]));
     let settings = heads.map(|(_, settings)| VerifySettings { removal: None, ..settings.clone() });
-    for (map, stage) in across.iter_mut().zip(["cut the stock along x", "cut the stock along y"]) {
+    let stages_of = ["cut the stock along x", "cut the stock along y"];
+    for ((map, stage), weight) in across.iter_mut().zip(stages_of).zip(weights) {
         let monitor = stages.start(stage, program.blocks.len());
         let views: [_; N] = std::array::from_fn(|h| (heads[h].0.at, &settings[h]));
         let of_map = run_stock_of_heads(program, views, map, tolerance, &*monitor).map_err(not_verified)?;
-        runs.iter_mut().zip(of_map).for_each(|(run, other)| add(run, other));
-    }
-    for run in &mut runs {
-        run.removed_mm3 /= n_maps;
-        run.blocks.iter_mut().for_each(|block| block.removed_mm3 /= n_maps);
+        for (run, mut other) in runs.iter_mut().zip(of_map) {
+            weigh(&mut other, weight);
+            add(run, other);
+        }
     }
     Ok(runs)
+}
+
+/// Takes the volumes of a run with this weight.
+fn weigh(run: &mut StockRun, weight: f64) {
+    run.removed_mm3 *= weight;
+    run.blocks.iter_mut().for_each(|block| block.removed_mm3 *= weight);
 }
 
 /// Adds what the same program did on other lines of the same stock; volumes are sums.

@@ -109,6 +109,7 @@ mod verify_assumptions;
 mod verify_feeds;
 mod verify_program;
 mod verify_stock;
+mod walls;
 mod winding;
 #[cfg(test)]
 mod winding_laws;

@@ -11,6 +11,7 @@ use crate::load::{Job, Setup, pose};
 use crate::plan::{PlanSettings, Planned, planned_setup};
 use crate::stock_map::{StockMeshes, StockRegion, rectangle};
 use crate::verify_stock::{CutDone, CutRequest, StockReport};
+use crate::walls::has_walls;
 use crate::{Failure, Stages};
 use facemill_virtual_machine::{Finding, FindingKind, Verification};
 
@@ -164,8 +165,9 @@ impl StockToCut<'_> {
         let clearance = clearance.fold(f64::INFINITY, f64::min);
         let meshes = StockMeshes::of(setup);
         let of_stock = meshes.extents();
-        // Links that keep off nothing but these lines have to see all of the stock.
-        let sees_all = going_on.chain([self.index]).any(|k| setups[k].links.stock == LinkStockFile::AsCut);
+        // Links that keep off nothing but these lines have to see all of the stock; and lines across show all of it.
+        let sees_all =
+            has_walls(&[setup]) || going_on.chain([self.index]).any(|k| setups[k].links.stock == LinkStockFile::AsCut);
         let (part, [low, high]) = if sees_all {
             (StockRegion::Whole, [[of_stock.min.x, of_stock.min.y], [of_stock.max.x, of_stock.max.y]])
         } else {
@@ -199,7 +201,8 @@ pub(crate) fn cut_by_plan<const N: usize>(
         Err(why) => return Ok((PlannedStockReport::not_cut(why.clone()), None)),
     };
     let cell = stock.grid().cell();
-    let request = CutRequest { rest: Some(stock), ..CutRequest::on_lines(cell, tolerance) };
+    let across_walls = began_as.is_own();
+    let request = CutRequest { rest: Some(stock), across_walls, ..CutRequest::on_lines(cell, tolerance) };
     let done = cut(&request)?;
     for (verification, run) in verifications.into_iter().zip(done.runs) {
         let is_news = |f: &Finding| {

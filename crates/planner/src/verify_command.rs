@@ -159,6 +159,7 @@ fn cut_of(arguments: &VerifyArguments, rest: Option<DexelMap>) -> Result<Option<
         return Ok(Some(CutRequest {
             region: arguments.stock_region,
             across: arguments.stock_across,
+            across_walls: arguments.stock_region == StockRegion::Whole,
             deviation,
             ..CutRequest::on_lines(cell, tolerance)
         }));

@@ -14,6 +14,7 @@ use crate::load::{Job, Setup};
 use crate::output::not_verified;
 use crate::plan_stages::CUT;
 use crate::stock_map::{StockMeshes, StockRegion};
+use crate::walls::{has_walls, weights};
 use crate::{Failure, Stages};
 
 /// Largest tolerance of cut stock, mm: what goes less deep into it than twice this is no finding.
@@ -39,6 +40,9 @@ pub struct CutRequest {
     /// Cut lines along x and y of the workpiece frame, too, which show walls along z: of all of the job's stock, not of a region or a
     /// rest.
     pub across: bool,
+    /// Do so where the operations cut walls along z, too, which have no such lines: volumes are then weighed by how square the
+    /// lines are to the surfaces that are cut. Of the job's own stock alone.
+    pub across_walls: bool,
     /// Hold what is left against the part.
     pub deviation: Option<DeviationRequest>,
 }
@@ -47,7 +51,15 @@ impl CutRequest {
     /// All of the job's stock on lines so far apart, within this tolerance, mm.
     #[must_use]
     pub const fn on_lines(cell: f64, tolerance: f64) -> Self {
-        Self { cell, tolerance, region: StockRegion::Whole, rest: None, across: false, deviation: None }
+        Self {
+            cell,
+            tolerance,
+            region: StockRegion::Whole,
+            rest: None,
+            across: false,
+            across_walls: false,
+            deviation: None,
+        }
     }
 }
 
@@ -60,7 +72,9 @@ pub struct StockReport {
     pub tolerance_mm: f64,
     /// Axes of the lines' frame along which there are lines: `z`, or all three.
     pub lines_along: Vec<&'static str>,
-    /// Volume of the stock before the program, mm³: with lines along three axes the mean of them.
+    /// Whether a surface that the operations cut has walls along the lines, and nothing shows what is cut of the stock on them.
+    pub walls_not_seen: bool,
+    /// Volume of the stock before the program, mm³: with lines along three axes a mean of them.
     pub before_mm3: f64,
     /// What the program took, mm³.
     pub removed_mm3: f64,
@@ -89,6 +103,10 @@ impl StockReport {
             self.lines_along.join(", "),
             self.blocks_in_air
         )];
+        if self.walls_not_seen {
+            let walls = "  walls             stand along z, where no line shows what is cut of the stock on them";
+            lines.push(walls.to_owned());
+        }
         let of_head = |(k, taken): (usize, &f64)| format!("head {} {:.1}", k + 1, taken / 1000.0);
         let of_heads: Vec<String> = self.removed_by_heads_mm3.iter().enumerate().map(of_head).collect();
         if !of_heads.is_empty() {
@@ -143,21 +161,36 @@ pub(crate) fn cut_stock<const N: usize>(
         Some(rest) => rest.clone(),
         None => meshes.map(on.job, on.setup, cut.cell, cut.region)?,
     };
-    let mut across = if cut.across { meshes.across(on.job, on.setup, cut.cell)?.to_vec() } else { Vec::new() };
+    let setups = heads.map(|(stand, _)| stand.setup);
+    let has_walls = has_walls(&setups);
+    let for_walls = !cut.across && cut.across_walls && has_walls;
+    let asked = (cut.across || for_walls).then(|| meshes.across(on.job, on.setup, cut.cell));
+    let mut across = match asked {
+        Some(Ok(maps)) => maps.to_vec(),
+        Some(Err(why)) if cut.across => return Err(why),
+        // Nobody asked for them: without, it is told that walls are not seen.
+        Some(Err(_)) | None => Vec::new(),
+    };
+    let weights = if for_walls { weights(&setups) } else { [1.0 / 3.0; 3] };
     let maps = || std::iter::once(&rest).chain(&across);
-    let volume = maps().map(DexelMap::volume).sum::<f64>() / maps().count() as f64;
+    let volume = match &across[..] {
+        [x, y] => [x, y, &rest].into_iter().zip(weights).map(|(map, weight)| weight * map.volume()).sum(),
+        _ => rest.volume(),
+    };
     let before = if cut.deviation.is_some() { maps().cloned().collect() } else { Vec::new() };
     let monitor = stages.start(CUT, program.blocks.len());
     let views = heads.map(|(on, settings)| (on.at, settings));
     let upright = run_stock_of_heads(program, views, &mut rest, cut.tolerance, &*monitor).map_err(not_verified)?;
-    let runs = cut_across(program, heads, (upright, &mut across), cut.tolerance, stages)?;
+    let runs = cut_across(program, heads, (upright, &mut across, weights), cut.tolerance, stages)?;
     let mut not_covered = [const { Vec::new() }; N];
     for (lines, (at, settings)) in not_covered.iter_mut().zip(views) {
         *lines = blocks_beyond(program, at, settings, &rest, &meshes.extents(), &*monitor).map_err(not_verified)?;
     }
     drop(monitor);
-    let lines_along = if cut.across { vec!["x", "y", "z"] } else { vec!["z"] };
-    let report = StockReport { lines_along, ..stock_report(&rest, volume, cut.tolerance, &runs, &not_covered) };
+    let lines_along = if across.is_empty() { vec!["z"] } else { vec!["x", "y", "z"] };
+    let walls_not_seen = across.is_empty() && has_walls;
+    let report =
+        StockReport { lines_along, walls_not_seen, ..stock_report(&rest, volume, cut.tolerance, &runs, &not_covered) };
     Ok(CutDone { report, runs, not_covered, before, rest, across })
 }
 
@@ -191,6 +224,7 @@ fn stock_report(
         cell_mm: grid.cell(),
         tolerance_mm: tolerance,
         lines_along: Vec::new(),
+        walls_not_seen: false,
         before_mm3: before,
         removed_mm3: by_heads.iter().sum(),
         removed_by_heads_mm3: if by_heads.len() > 1 { by_heads } else { Vec::new() },

@@ -126,3 +126,36 @@ fn lines_across_are_of_the_whole_stock() {
     let why = run(&job, true, StockRegion::Operations).expect_err("a region").to_string();
     assert!(why.contains("lines along x and y") && why.contains("region"), "{why}");
 }
+
+/// Half a millimetre on a wall, and lines 3 mm apart, of which no upright one stands in it: where the wall is what is cut, lines across
+/// are taken without being asked for.
+#[test]
+fn the_stock_on_a_wall_that_is_cut_is_seen_without_being_asked_for() {
+    let job = plate();
+    let mesh = std::fs::read_to_string(job.job().with_file_name("plate.obj")).expect("it was written");
+    job.write("plate.obj", mesh.replace("f 2 4 8\n", "g wall\nf 2 4 8\n").as_bytes());
+    job.set("job.json", &[("/setups/0/meshes/0/groups", serde_json::json!(["wall"]))]);
+    let start = program(GOUGE).lines().take(2).collect::<Vec<_>>().join("\n");
+    let pass = program(GOUGE).lines().skip(6).collect::<Vec<_>>().join("\n");
+    let text = format!("{start}\n{pass}\n");
+    let cut = |across_walls: bool| {
+        let cut = CutRequest { across_walls, ..CutRequest::on_lines(3.0, 0.002) };
+        let request = VerifyRequest {
+            gouge_limit: Some(0.05),
+            cut: Some(cut),
+            ..VerifyRequest::new(Path::new("program.nc"), Dialect::Fanuc)
+        };
+        let job = Job::read(&job.job()).unwrap_or_else(|e| panic!("{e}"));
+        let found = verify_program(&job, text.as_bytes(), &request, &SilentStages).unwrap_or_else(|e| panic!("{e}"));
+        found.file.stock.expect("it was cut")
+    };
+    let upright = cut(false);
+    assert_eq!((upright.lines_along.len(), upright.walls_not_seen, upright.removed_mm3), (1, true, 0.0));
+    assert!(upright.told().iter().any(|line| line.contains("walls")), "{:?}", upright.told());
+    let across = cut(true);
+    assert_eq!((across.lines_along.len(), across.walls_not_seen), (3, false));
+    assert!(across.blocks_in_air < upright.blocks_in_air, "{} of {}", across.blocks_in_air, upright.blocks_in_air);
+    // A layer of 0.4 mm of the wall, which lines along x alone show.
+    let truth = 0.4 * 30.0 * 6.0;
+    assert!((across.removed_mm3 - truth).abs() < 0.15 * truth, "{} and {truth}", across.removed_mm3);
+}
