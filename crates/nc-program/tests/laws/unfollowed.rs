@@ -172,7 +172,7 @@ fn text_before_the_first_mark_is_passed_by_where_the_program_stands_between_two(
         let two = read(&format!("{body}%\n{body}%\n"), dialect);
         assert!(two.notes.iter().any(|n| n.kind == NoteKind::BehindEnd), "{:?}", two.notes);
         assert!(read_program(format!("NOTHING\n{body}%\n"), dialect).is_err());
-        assert_eq!(last(&read(&format!("%{body}%\n"), dialect)).is_some(), true);
+        assert!(last(&read(&format!("%{body}%\n"), dialect)).is_some());
     }
 }
 
