@@ -117,7 +117,7 @@ impl BlockReading<'_> {
             70 => self.leave(Cause::Diameter, "words that are diameters are not followed"),
             330 | 331 => self.leave_path(THREAD),
             411 | 421 => self.leave(Cause::Radius, RADIUS),
-            50 | 51 | 52 | 53 => self.leave_path("a spline is not followed"),
+            50..=53 => self.leave_path("a spline is not followed"),
             _ => return false,
         }
         true
