@@ -14,7 +14,7 @@ use crate::chip_area_command::{self, ChipAreaArguments};
 use crate::feedrate_command::{self, FeedrateArguments};
 use crate::lengths_command::{self, LengthsArguments};
 use crate::machine_commands::{self, MachineCommand};
-use crate::new_command::{self, NewPart};
+use crate::new_command::{self, NewArguments};
 use crate::plan_command::{self, PlanArguments};
 use crate::progress::Progress;
 use crate::rapids_command::{self, RapidsArguments};
@@ -72,10 +72,7 @@ enum Command {
     /// Section area of the chip of a pass: one case, or a table of them
     ChipArea(ChipAreaArguments),
     /// Writes an example: a complete job folder
-    New {
-        #[command(subcommand)]
-        part: NewPart,
-    },
+    New(NewArguments),
     /// Checks machine files, and makes them from those of another program
     Machine {
         #[command(subcommand)]
@@ -126,7 +123,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
         Command::Rapids(arguments) => rapids_command::run(&arguments),
         Command::Lengths(arguments) => lengths_command::run(&arguments),
         Command::ChipArea(arguments) => chip_area_command::run(&arguments),
-        Command::New { part } => new_command::run(part),
+        Command::New(arguments) => new_command::run(arguments),
         Command::Machine { what } => machine_commands::run(what),
         Command::Schema { format } => {
             say(&schema(format))?;

@@ -3,12 +3,26 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use clap::{Subcommand, ValueEnum};
-use facemill::new_job::{NewJob, Series, new_job};
-use facemill::{Failure, files};
+use clap::{Args, Subcommand, ValueEnum};
+use facemill::nc_program::Dialect;
+use facemill::new_job::{NewJob, Series};
+use facemill::{Failure, files, new_job_for};
 
 use crate::cli::say;
+use crate::feedrate_command::dialect;
 use crate::option_lengths::{above_zero, rotor_scale};
+
+#[derive(Args)]
+pub(crate) struct NewArguments {
+    #[command(subcommand)]
+    part: NewPart,
+    /// Machine that the job is for; the part is mounted where it is reached. The example's own where it is not given
+    #[arg(long, value_name = "NAME", global = true, value_parser = facemill::machine_names())]
+    machine: Option<String>,
+    /// Control that the job is for; fanuc where it is not given
+    #[arg(long, value_name = "NAME", global = true, value_parser = dialect)]
+    dialect: Option<Dialect>,
+}
 
 #[derive(Subcommand)]
 pub(crate) enum NewPart {
@@ -70,8 +84,8 @@ pub(crate) enum SeriesName {
 ///
 /// # Errors
 /// When the numbers describe no part, or the folder is not empty or cannot be written.
-pub(crate) fn run(part: NewPart) -> Result<ExitCode, Failure> {
-    let (dir, job) = match part {
+pub(crate) fn run(arguments: NewArguments) -> Result<ExitCode, Failure> {
+    let (dir, job) = match arguments.part {
         NewPart::Propeller { dir, series, diameter_mm, blades, area_ratio, pitch_ratio } => {
             let series = match series {
                 SeriesName::Dtmb4119 => Series::Dtmb4119,
@@ -95,7 +109,8 @@ pub(crate) fn run(part: NewPart) -> Result<ExitCode, Failure> {
         NewPart::Patch { dir, size_mm } => (dir, NewJob::Patch { size_mm }),
         NewPart::Rotor37 { dir, scale } => (dir, NewJob::Rotor37 { scale }),
     };
-    let written = new_job(&job).map_err(|message| Failure::Input { file: dir.clone(), message })?;
+    let written = new_job_for(&job, arguments.machine.as_deref(), arguments.dialect)
+        .map_err(|message| Failure::Input { file: dir.clone(), message })?;
     let occupied = std::fs::read_dir(&dir).is_ok_and(|mut entries| entries.next().is_some());
     if occupied {
         return Err(Failure::input(&dir, "the folder is not empty; name a new one"));

@@ -118,7 +118,8 @@ fn propeller_job(series: Series, diameter: f64) -> Result<Vec<(String, Vec<u8>)>
         PropellerSeries::WageningenB { n_blades, area_ratio, .. } => n_blades > 4 || area_ratio > 0.6,
     };
     let radius = cutter_radius(if overlapping { 0.025 } else { 0.02625 } * diameter);
-    let reach = if overlapping { 0.3 * diameter } else { 4.0 * radius };
+    // The flange and the nose of the spindle are as large for a small propeller as for a large one, and stay above its blades.
+    let reach = if overlapping { 0.3 * diameter } else { (4.0 * radius).max(140.0) };
     let from_radius = if overlapping { 0.6 } else { 0.46 };
     let stock = stock_for(radius);
     let meshes = json!([
@@ -146,15 +147,13 @@ fn propeller_job(series: Series, diameter: f64) -> Result<Vec<(String, Vec<u8>)>
     let mut operation = operation("suction side", radius, &strategy, diameter / 3048.0);
     // Rounded up to the next hundredth.
     operation["tolerances"]["mesh_chord_mm"] = json!(round_to((100.0 * chord).ceil() / 100.0, 2));
-    if overlapping {
-        // The machine's head is as large for a small propeller as for a large one.
-        let trimmed = if diameter < 500.0 { 0.35 } else { 0.15 };
-        operation["infeasible"] = json!({ "trim": { "max_trimmed_fraction": trimmed } });
-    }
     operation["pattern"] = json!({ "copies": n_blades, "index_angle_deg": 360.0 / n_blades as f64 });
     // From the tip inward: cut climbing, the passes then run down the blade, and their ends leave over its lower edge.
     operation["path"]["strategy"]["order"] = json!("decreasing");
-    let job = job_file(&format!("{name}, D {diameter} mm"), setup, operation);
+    // What is not asked for, and what may not be reached, is said in the name; a plan that leaves more out than is allowed says so, too.
+    let hidden = if overlapping { ", but for what the next blade hides" } else { "" };
+    let name = format!("{name}, D {diameter} mm, from r {:.0} mm outward{hidden}", from_radius * tip);
+    let job = job_file(&name, setup, operation);
     Ok(job_folder(("propeller.glb", glb), &job, (radius, reach)))
 }
 

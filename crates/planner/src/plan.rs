@@ -14,6 +14,7 @@ use crate::chip_files::ChipFiles;
 use crate::dual::plan_dual_setup;
 use crate::job_file::LinkStockFile;
 use crate::load::{Job, Setup};
+use crate::made_from::MadeFrom;
 use crate::mending::{ROUNDS, lines_to_mend, mend};
 use crate::open_meshes::open_stock;
 use crate::operation::{Ground, PlannedOperation};
@@ -122,6 +123,7 @@ pub(crate) fn planned_setup(
     let mut clock = Clock::new();
     stages.expect(stages_of(job, index, settings, stock.is_some()));
     let reading = stages.start(READ, 0);
+    let made_from = MadeFrom::of(job);
     let setup = Setup::read(job, index)?;
     let map = z_map(&setup)?;
     let words = word_map(job, &setup, index)?;
@@ -157,6 +159,7 @@ pub(crate) fn planned_setup(
     let turning = Turning::of(job, &operations, &texts);
     let jobs = vec![job; operations.len()];
     let mut report = report(&jobs, &setup, &operations, &texts.timed, turning, verification, certificates.as_ref());
+    report.made_from = made_from;
     report.totals.mended_blocks = mended;
     report.stock = of_stock;
     report.links = links;

@@ -11,6 +11,7 @@ use serde::Serialize;
 
 use crate::job_file::PostureModeFile;
 use crate::job_settings::JobSetting;
+use crate::made_from::MadeFrom;
 use crate::program_times::ProgramTimes;
 use crate::rapids::LinksReport;
 pub use crate::report_chips::{ChipsReport, FeedsSetByReport, SpreadReport};
@@ -42,6 +43,8 @@ pub struct Report {
     pub job: String,
     /// Name of the setup.
     pub setup: String,
+    /// What the program was made from, and by what.
+    pub made_from: MadeFrom,
     /// Values that were put in place of those of the job file.
     pub settings: Vec<JobSetting>,
     /// Whether the program was run on the virtual machine after it was written.

@@ -12,6 +12,7 @@ use crate::along::Along;
 use crate::cell::budget;
 use crate::chip_points::chip_points;
 use crate::load::{Job, Setup};
+use crate::made_from::MadeFrom;
 use crate::moves::{MoveKind, PieceMoves};
 use crate::operation::PlannedOperation;
 use crate::pass_order::PassOrderReport;
@@ -95,6 +96,8 @@ pub(crate) fn report(
         format: REPORT_FORMAT,
         job: jobs.first().map_or_else(String::new, |job| job.file.name.clone()),
         setup: setup.file.name.clone(),
+        // As the files were when planning began.
+        made_from: MadeFrom::default(),
         settings: jobs.first().map_or_else(Vec::new, |job| job.settings.clone()),
         verified: verification.is_some(),
         stock: PlannedStockReport::not_asked(verification.is_some()),

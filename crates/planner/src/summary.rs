@@ -61,7 +61,8 @@ pub fn summary(report: &Report) -> String {
     let jumps: usize = of_single.chain(of_pairs).sum();
     if jumps > 0 {
         lines.push(format!(
-            "  posture jumps     {jumps} steps beyond max_turn_deg_per_mm or what an axis can at the programmed feed"
+            "  quick turns       {jumps} steps of the search turn by more than max_turn_deg_per_mm, or hold the feed back; all are tested, \
+             run and timed as they are"
         ));
     }
     lines.extend(report.chips.iter().filter_map(removal_rate));
@@ -76,9 +77,6 @@ pub fn summary(report: &Report) -> String {
         let found = w.linearisation_mm;
         lines.push(format!("  linearisation     {found:.5} mm, more than the {allowed:.5} mm that the budget allows"));
     }
-    if t.trims_too_much {
-        lines.push(format!("  trimmed more than the job allows ({:.2} %)", 100.0 * t.max_trimmed_fraction));
-    }
     for mesh in report.meshes.iter().filter(|m| m.is_open()) {
         lines.push(format!("  open mesh         {}: a body wholly inside it is not found", mesh.file));
     }
@@ -87,12 +85,31 @@ pub fn summary(report: &Report) -> String {
         lines.push(format!("    {finding}"));
     }
     lines.extend(assumptions(&report.assumptions));
-    for reason in report.infeasible.iter().take(5) {
+    lines.extend(left_out(report));
+    lines.join("\n")
+}
+
+/// Reasons for points that are left out that are told; the report has them all.
+const TOLD_REASONS: usize = 5;
+
+/// What is left out, against what the job allows, and why.
+fn left_out(report: &Report) -> Vec<String> {
+    let t = &report.totals;
+    if t.trimmed_points == 0 {
+        return Vec::new();
+    }
+    let (percent, allowed) = (100.0 * (1.0 - t.planned_fraction), 100.0 * t.max_trimmed_fraction);
+    let against = if t.trims_too_much { "more than" } else { "within" };
+    let mut lines = vec![format!(
+        "  left out          {} points, {percent:.2} %: {against} the {allowed:.2} % that the job allows",
+        t.trimmed_points
+    )];
+    lines.extend(report.infeasible.iter().take(TOLD_REASONS).map(|reason| {
         let help: Vec<String> = reason.would_help.iter().map(|h| format!("{} {:.2}", h.field, h.value)).collect();
         let help = if help.is_empty() { String::new() } else { format!("; would help: {}", help.join(" or ")) };
-        lines.push(format!("    left out: {} points, {}{help}", reason.points, reason.reason));
-    }
-    lines.join("\n")
+        format!("    {} points, {}{help}", reason.points, reason.reason)
+    }));
+    lines
 }
 
 /// The axes that wind by more than a turn.

@@ -1,5 +1,7 @@
 //! What someone meets who has just begun: a folder for a job, another file in its place, values set for one run.
 
+use std::collections::BTreeMap;
+
 use facemill_tests::commands::facemill_in;
 use facemill_tests::variants::tiny_patch;
 use serde_json::{Value, json};
@@ -45,6 +47,15 @@ fn a_value_set_for_one_run_is_read_as_strictly_as_the_file_and_named_in_errors()
     assert_eq!(f.json("job.json"), before, "the file is as it was");
 }
 
+/// Checksums of the files that a report was made from.
+fn inputs(report: &Value) -> BTreeMap<String, String> {
+    let all = report["made_from"]["inputs"].as_array().unwrap();
+    let sums = all.iter().map(|i| (i["file"].as_str().unwrap().to_owned(), i["blake3"].as_str().unwrap().to_owned()));
+    let sums: BTreeMap<String, String> = sums.collect();
+    assert!(sums.values().all(|sum| sum.len() == 64 && sum.chars().all(|c| c.is_ascii_hexdigit())), "{sums:?}");
+    sums
+}
+
 /// What a plan prints as JSON is of its schema and nothing else; `--quiet` prints nothing, and the report tells what was set.
 #[test]
 fn a_plan_tells_its_summary_as_json_or_nothing() {
@@ -64,10 +75,47 @@ fn a_plan_tells_its_summary_as_json_or_nothing() {
     for key in ["totals", "times", "worst"] {
         assert_eq!(setup[key], report[key], "{key}");
     }
+    let made_from = &report["made_from"];
+    assert_eq!(
+        (&made_from["tool"], &made_from["machine"]),
+        (&f.json("tool.json")["name"], &f.json("machine.json")["name"])
+    );
+    assert_eq!(made_from["dialect"], "fanuc");
+    let before = inputs(&report);
+    assert_eq!(before.keys().collect::<Vec<_>>(), ["job.json", "machine.json", "patch.obj", "tool.json"]);
     assert!(report["times"]["cutting_s"].as_f64().is_some_and(|s| s > 1.0), "{}", report["times"]);
 
+    // A comment is no other part, and another file.
+    f.write("patch.obj", &[b"# a comment\n", &std::fs::read(f.path("patch.obj")).unwrap()[..]].concat());
     let told = facemill_in(&f, &format!("plan job.json --no-verify --quiet --out {}", f.path("b").display()));
     assert!(told.code == 0 && told.printed.is_empty() && told.errors.is_empty(), "{}{}", told.printed, told.errors);
+    let report: Value = serde_json::from_slice(&std::fs::read(f.path("b/report.json")).unwrap()).unwrap();
+    let after = inputs(&report);
+    let other: Vec<&String> = before.keys().filter(|file| before[*file] != after[*file]).collect();
+    assert_eq!(other, ["patch.obj"]);
     let told = facemill_in(&f, "plan tool.json --quiet");
     assert!(told.is_refused_for(&["not a job"]), "{}", told.errors);
+}
+
+#[test]
+fn an_example_is_for_the_machine_and_control_that_are_asked_for() {
+    let f = tiny_patch();
+    let dir = f.path("new").display().to_string();
+    let told = facemill_in(&f, &format!("new patch {dir} --size-mm 100 --machine table-table-a-c --dialect haas"));
+    assert_eq!(told.code, 0, "{}", told.errors);
+    let checked = facemill_in(&f, &format!("check {dir}"));
+    assert_eq!(checked.code, 0, "{}", checked.errors);
+    let machine: Value = serde_json::from_slice(&std::fs::read(f.path("new/machine.json")).unwrap()).unwrap();
+    assert!(machine["name"].as_str().unwrap().contains("A-C"), "{machine}");
+    let job: Value = serde_json::from_slice(&std::fs::read(f.path("new/job.json")).unwrap()).unwrap();
+    assert_eq!(job["post"]["dialect"], "haas");
+    for (options, named) in [
+        ("--machine dual-c-horizontal-xyzb", &["two heads", "propeller-dual"][..]),
+        ("--size-mm 3000 --machine table-table-a-c", &["out of reach"]),
+        ("--machine lathe", &["lathe", "table-table-a-c"]),
+        ("--dialect klingon", &["klingon", "fanuc"]),
+    ] {
+        let told = facemill_in(&f, &format!("new patch {} {options}", f.path("refused").display()));
+        assert!(told.is_refused_for(named) && !f.path("refused").exists(), "{options}: {} {}", told.code, told.errors);
+    }
 }

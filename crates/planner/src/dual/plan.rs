@@ -17,6 +17,7 @@ use crate::cell::{workcell, z_map};
 use crate::chip_files::ChipFiles;
 use crate::job_file::{OperationFile, PairFile};
 use crate::load::{Job, Setup};
+use crate::made_from::MadeFrom;
 use crate::mending::ROUNDS;
 use crate::moves::{Move, MoveSettings, PieceMoves};
 use crate::open_meshes::open_stock;
@@ -93,6 +94,7 @@ pub(crate) fn plan_dual_setup(
     let mut clock = Clock::new();
     stages.expect(stages_of_heads(job, index, settings, stock.is_some()));
     let reading = stages.start(READ, 0);
+    let made_from = MadeFrom::of(job);
     let planned_by = [job.seen_by(0, HEADS_APART), job.seen_by(1, HEADS_APART)];
     let run_by = [job.seen_by(0, 0.0), job.seen_by(1, 0.0)];
     let jobs = [&planned_by[0], &planned_by[1]];
@@ -171,6 +173,7 @@ pub(crate) fn plan_dual_setup(
     let turning = texts.turning(&parts, &ground);
     let mut report = report(&jobs_of, setups[0], &planned, &texts.timed, turning, verification, certificates.as_ref());
     report.pairs = texts.pair_reports(&parts, &ground);
+    report.made_from = made_from;
     report.totals.mended_blocks = mended;
     let program = DualProgram { ground: &ground, parts: &parts, words: &words, texts: &texts };
     report.assumptions = program.assumptions()?;
