@@ -16,6 +16,9 @@ use crate::job_file::{AxisTargetFile, BranchFile, DirectionFile, OperationFile, 
 use crate::load::{Job, Setup, direction};
 use crate::obstacle_meshes::ObstacleRole;
 
+/// Least step-over as part of the largest that the user allows: a surface that asks for less asks for another tool.
+pub(crate) const LEAST_STEP: f64 = 0.01;
+
 /// Cells along the longer side of the Z-map: fine enough to follow a part, coarse enough to cost nothing.
 const Z_MAP_CELLS: f64 = 200.0;
 

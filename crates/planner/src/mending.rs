@@ -42,7 +42,7 @@ pub(crate) fn lines_to_mend(verification: Option<&Verification>, certificates: O
 /// Puts a tested pose into the middle of each of these blocks, and others beside it where the control would stray from one to
 /// the next; the number of poses put in. Where none is feasible, the block stays as it is.
 pub(crate) fn mend(
-    Ground { job, setup, map }: &Ground<'_>,
+    Ground { job, setup, map, .. }: &Ground<'_>,
     operations: &mut [PlannedOperation<'_>],
     blocks: &[CutBlock],
 ) -> usize {

@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 
 use facemill_cl_data::{CcPoint, CuttingLaw, Pass, Posture, Silent};
-use facemill_cutter_location::cusp::CutPoint;
+use facemill_cutter_location::cusp::Strip;
 use facemill_cutter_location::link::{ClearanceSurface, LinkSettings};
-use facemill_cutter_location::neighbours::{CutPass, NeighbourReach, Neighbours, OwnPlace};
+use facemill_cutter_location::neighbours::{NeighbourReach, Neighbours, OwnPlace};
 use facemill_cutter_location::{
     Hints, Optimum, Outcome, PassTask, PoseTest, Relief, SearchCurve, SearchSettings, Widened, Workcell, map::map,
     plan_passes, reliefs, search,
@@ -17,15 +17,16 @@ use nalgebra::Point3;
 use rayon::prelude::*;
 
 use crate::along::{Along, along_passes};
-use crate::cell::{diagonal, pass_settings, search_settings, workcell};
-use crate::job_file::{ClearanceFile, InfeasibleFile, OperationFile, PassOrderFile};
+use crate::cell::{LEAST_STEP, diagonal, pass_settings, search_settings, workcell};
+use crate::extra_passes::{ExtraPasses, Interposer, PlannedPath, as_laid};
+use crate::job_file::{ClearanceFile, InfeasibleFile, OperationFile, PassOrderFile, PathFile};
 use crate::linearity::Linearity;
 use crate::load::{Job, Setup, direction};
 use crate::moves::{Move, MoveSettings, OperationMoves, approach_settings, operation_moves};
 use crate::path::lay;
 use crate::pieces::{LaidTask, LeftOut, Piece, copy_outcomes, filled, places, split};
 use crate::plan::Clock;
-use crate::plan_stages::{BETWEEN, HELP, LAY, LINKS, PICTURE, POSTURES};
+use crate::plan_stages::{BETWEEN, HELP, LAY, LINKS, PICTURE, PLACES, POSTURES};
 use crate::pole::Tests;
 use crate::solution_space::mapped_range;
 use crate::solution_svg::map_svg;
@@ -40,6 +41,8 @@ pub(crate) struct Ground<'a> {
     pub(crate) setup: &'a Setup<'a>,
     /// Z-map of the setup's obstacles.
     pub(crate) map: &'a ZMap,
+    /// Whether passes may be put between those that the strategy lays. Not for two heads at once, whose passes go in pairs.
+    pub(crate) adds_passes: bool,
 }
 
 /// An operation on its way to the program.
@@ -60,6 +63,8 @@ pub(crate) struct PlannedOperation<'a> {
     pub(crate) widened: Option<Widened>,
     /// Ridges and chips of every piece, at points of the path and at both ends.
     pub(crate) along: Vec<Vec<Along>>,
+    /// Passes put between those laid.
+    pub(crate) extra: ExtraPasses,
 }
 
 impl<'a> PlannedOperation<'a> {
@@ -69,13 +74,14 @@ impl<'a> PlannedOperation<'a> {
     /// # Errors
     /// When no pass can be laid, the operation's policy does not allow what is infeasible, or the stages are cancelled.
     pub(crate) fn plan(
-        Ground { job, setup, map }: &Ground<'_>,
+        ground: &Ground<'_>,
         (index, operation): (usize, &'a OperationFile),
         from: Option<Move>,
         picture: bool,
         stages: &dyn Stages,
         clock: &mut Clock,
     ) -> Result<(Self, Option<String>), Failure> {
+        let Ground { job, setup, map, .. } = ground;
         let mut cell = workcell(job, setup, operation, map);
         let laying = stages.start(LAY, 0);
         let laid = lay(job, setup, index, operation)?;
@@ -88,8 +94,8 @@ impl<'a> PlannedOperation<'a> {
         // What looks for postures keeps away from the pole; what is to be tested as it stands does not.
         let choosing = PoseTest::new(&cell).avoiding_pole(operation.search.singular_cone_deg.to_radians());
         let tests = Tests { choosing: &choosing, plain: &test };
-        let Placed { pieces, cc_points, optimum } =
-            place_pieces(&tests, operation, &laid.tasks, &mut left_out, stages)?;
+        let Placed { pieces, cc_points, optimum, extra } =
+            place_pieces(&tests, ground, operation, &laid.tasks, &mut left_out, stages)?;
         let widened = tests.widened();
         let passes = pass_settings(operation);
         let monitor = stages.start(BETWEEN, cc_points);
@@ -110,7 +116,8 @@ impl<'a> PlannedOperation<'a> {
         let reliefs = reliefs_by_reason(&cell, &left_out, &search_settings(operation), stages)?;
         clock.lap("what would help");
         let dropped_pieces = laid.dropped_pieces;
-        let planned = Self { reliefs, operation, moves, cc_points, dropped_pieces, left_out, optimum, widened, along };
+        let planned =
+            Self { reliefs, operation, moves, cc_points, dropped_pieces, left_out, optimum, widened, along, extra };
         planned.check_left_out()?;
         Ok((planned, picture))
     }
@@ -202,33 +209,72 @@ struct Placed {
     cc_points: usize,
     /// How near to the best the postures of the first place are, where that was sought.
     optimum: Option<Optimum>,
+    /// Passes put between those laid.
+    extra: ExtraPasses,
 }
 
 /// Poses in every place of the pattern, as pieces in cutting order.
 fn place_pieces(
     tests: &Tests<'_>,
+    ground: &Ground<'_>,
     operation: &OperationFile,
     tasks: &[LaidTask],
     left_out: &mut Vec<LeftOut>,
     stages: &dyn Stages,
 ) -> Result<Placed, Failure> {
     let places = places(operation.pattern.as_ref());
-    let n_points: usize = tasks.iter().map(|t| t.pass.points.len()).sum();
-    let monitor = stages.start(POSTURES, n_points * places.len());
     let settings = pass_settings(operation);
     let test = tests.of(&settings);
-    let pass_tasks = pass_tasks(tasks, neighbour_reach(test.cell.tool.cutter(), operation));
-    let planned = plan_passes(test, &pass_tasks, &settings, &*monitor)?;
-    let optimum = planned.iter().filter_map(|p| p.optimum).reduce(Optimum::plus);
-    let mut outcomes: Vec<Pass<Outcome>> = planned.into_iter().map(|p| p.outcomes).collect();
-    tests.at_pole(tasks, &settings, &mut outcomes);
-    let mut pieces = split(tests.plain, tasks, &outcomes, 0, left_out);
+    let (path, extra) = planned_path(tests, ground, operation, tasks, stages)?;
+    let PlannedPath { tasks, outcomes, optimum } = path;
+    let mut pieces = split(tests.plain, &tasks, &outcomes, 0, left_out);
+    let n_points: usize = tasks.iter().map(|t| t.pass.points.len()).sum();
     for (copy, place) in places.iter().enumerate().skip(1) {
-        let (copied, mut results) = copy_outcomes(test, tasks, &outcomes, place, &settings, &*monitor)?;
+        let monitor = stages.start(PLACES, n_points);
+        let (copied, mut results) = copy_outcomes(test, &tasks, &outcomes, place, &settings, &*monitor)?;
         tests.at_pole(&copied, &settings, &mut results);
         pieces.extend(split(tests.plain, &copied, &results, copy as u32, left_out));
     }
-    Ok(Placed { pieces, cc_points: n_points * places.len(), optimum })
+    Ok(Placed { pieces, cc_points: n_points * places.len(), optimum, extra })
+}
+
+/// Poses in the first place of the pattern, with passes put between those laid where that is asked for.
+fn planned_path(
+    tests: &Tests<'_>,
+    ground: &Ground<'_>,
+    operation: &OperationFile,
+    tasks: &[LaidTask],
+    stages: &dyn Stages,
+) -> Result<(PlannedPath, ExtraPasses), Failure> {
+    let settings = pass_settings(operation);
+    let test = tests.of(&settings);
+    let reach = neighbour_reach(test.cell.tool.cutter(), operation);
+    let laid = Neighbours::new(tasks.iter().map(as_laid).collect(), reach);
+    let to_plan = pass_tasks(tasks, |pass, point| laid.of(OwnPlace { pass, point }).strip());
+    let monitor = stages.start(POSTURES, tasks.iter().map(|t| t.pass.points.len()).sum());
+    let planned = plan_passes(test, &to_plan, &settings, &*monitor)?;
+    drop(monitor);
+    let strategy = match &operation.path {
+        PathFile::Strategy(strategy) if ground.adds_passes => Some(strategy),
+        _ => None,
+    };
+    let optimum = planned.iter().filter_map(|p| p.optimum).reduce(Optimum::plus);
+    let mut outcomes: Vec<Pass<Outcome>> = planned.into_iter().map(|p| p.outcomes).collect();
+    tests.at_pole(tasks, &settings, &mut outcomes);
+    let mut path = PlannedPath { tasks: tasks.to_vec(), outcomes, optimum };
+    let Some(strategy) = strategy else { return Ok((path, ExtraPasses::default())) };
+    let interposer = Interposer {
+        tests,
+        settings: &settings,
+        reach,
+        surface: &ground.setup.around_drive,
+        allowance: ground.setup.drive_allowance,
+        cusp: operation.tolerances.cusp_mm,
+        least_step: LEAST_STEP * operation.tolerances.max_step_over_mm,
+        least_length: strategy.min_pass_length_mm,
+    };
+    let extra = interposer.improve(&mut path, stages)?;
+    Ok((path, extra))
 }
 
 /// How far to look for the neighbouring pass: as far as the cutter could reach if it lay flat, and beyond, so that a strip that
@@ -238,19 +284,13 @@ pub(crate) fn neighbour_reach(cutter: &Cutter, operation: &OperationFile) -> Nei
     NeighbourReach { far: 3.0 * step_over.max(cutter.radius()), opposed: step_over }
 }
 
-/// Each pass with its search curve and the strip to what is cut beside it before; behind it for the first.
-fn pass_tasks(tasks: &[LaidTask], reach: NeighbourReach) -> Vec<PassTask> {
-    let passes = tasks.iter().map(|task| {
-        let point = |&cc: &CcPoint| CutPoint { cc, posture: Posture::default() };
-        CutPass { points: task.pass.points.iter().map(point).collect(), uncut_left: task.uncut_left }
-    });
-    let neighbours = Neighbours::new(passes.collect(), reach);
+/// Each pass with its search curve and the strip at every point, by numbers of pass and point.
+pub(crate) fn pass_tasks(tasks: &[LaidTask], strip: impl Fn(usize, usize) -> Option<Strip> + Sync) -> Vec<PassTask> {
     tasks
         .par_iter()
         .enumerate()
         .map(|(pass, task)| {
-            let strip = |point: usize| neighbours.of(OwnPlace { pass, point }).strip();
-            let strips = (0..task.pass.points.len()).map(strip).collect();
+            let strips = (0..task.pass.points.len()).map(|point| strip(pass, point)).collect();
             PassTask { pass: task.pass.clone(), curve: task.curve, strips: carried_on(strips) }
         })
         .collect()

@@ -6,7 +6,7 @@ use facemill_cc_path::{
 use facemill_cl_data::{CcPoint, Pass, Silent};
 use facemill_cutter_location::cusp::expected_strip_width;
 
-use crate::cell::{search_curve, wanted_uncut_left};
+use crate::cell::{LEAST_STEP, search_curve, wanted_uncut_left};
 use crate::job_file::{
     LevelOrderFile, LinkingFile, OperationFile, PathFile, PathFromFile, PathFromStrategy, UncutSideFile,
 };
@@ -110,8 +110,7 @@ fn from_strategy(
         chord_tolerance: tolerances.path_chord_mm,
         max_step: tolerances.max_step_mm,
         max_step_over: tolerances.max_step_over_mm,
-        // A hundredth of what the user allows: a surface that asks for less asks for another tool.
-        min_step_over: 0.01 * tolerances.max_step_over_mm,
+        min_step_over: LEAST_STEP * tolerances.max_step_over_mm,
         order: match file.order {
             LevelOrderFile::Increasing => LevelOrder::Increasing,
             LevelOrderFile::Decreasing => LevelOrder::Decreasing,

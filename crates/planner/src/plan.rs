@@ -88,7 +88,7 @@ impl Planned {
         let report = &self.report;
         if report.findings.iter().any(|f| f.kind.is_fault()) {
             Outcome::Faulty
-        } else if report.totals.trims_too_much || report.worst.linearisation_exceeded {
+        } else if report.totals.trims_too_much || report.worst.linearisation_exceeded || report.worst.cusp_exceeded {
             Outcome::Incomplete
         } else {
             Outcome::Done
@@ -130,7 +130,7 @@ pub(crate) fn planned_setup(
     try_template(job, &setup, &words)?;
     drop(reading);
     clock.lap("read");
-    let ground = Ground { job, setup: &setup, map: &map };
+    let ground = Ground { job, setup: &setup, map: &map, adds_passes: true };
     let mut operations: Vec<PlannedOperation<'_>> = Vec::new();
     let mut picture = None;
     for operation in job.operations_of(setup.file) {

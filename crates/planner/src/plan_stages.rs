@@ -9,6 +9,10 @@ pub(crate) const READ: &str = "read the meshes";
 pub(crate) const LAY: &str = "lay the passes";
 /// Finds postures at all points of the path.
 pub(crate) const POSTURES: &str = "tilt and rotate";
+/// Tests passes in another place of the pattern.
+pub(crate) const PLACES: &str = "other places of the pattern";
+/// Plans passes put between those laid.
+pub(crate) const ADDED: &str = "passes between";
 /// Puts postures between points.
 pub(crate) const BETWEEN: &str = "between points";
 /// Draws the feasible postures of one point.

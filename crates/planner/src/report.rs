@@ -9,6 +9,7 @@ use facemill_virtual_machine::{Assumption, Certificates, Finding, WindUp};
 use schemars::JsonSchema;
 use serde::Serialize;
 
+pub use crate::cusps_kept::{CuspReasonReport, CuspsKeptReport};
 use crate::job_file::PostureModeFile;
 use crate::job_settings::JobSetting;
 use crate::made_from::MadeFrom;
@@ -69,6 +70,8 @@ pub struct Report {
     pub worst: Worst,
     /// How the postures of each operation were chosen, and how the rotary axes move with them.
     pub postures: Vec<PosturesReport>,
+    /// Whether each operation's passes keep the allowed cusp, what was done for it, and why not where they do not.
+    pub cusps: Vec<CuspsKeptReport>,
     /// Chips and removal rates along the passes of each operation.
     pub chips: Vec<ChipsReport>,
     /// Operations that two heads cut at once; empty on a machine with one.

@@ -11,6 +11,7 @@ use nalgebra::Point3;
 use crate::along::Along;
 use crate::cell::budget;
 use crate::chip_points::chip_points;
+use crate::cusps_kept::cusps_kept;
 use crate::load::{Job, Setup};
 use crate::made_from::MadeFrom;
 use crate::moves::{MoveKind, PieceMoves};
@@ -110,6 +111,7 @@ pub(crate) fn report(
         no_time_law: timed.no_time_law.clone(),
         worst,
         postures: operations.iter().zip(jobs).map(|(o, job)| postures_report(job, o)).collect(),
+        cusps: operations.iter().map(cusps_kept).collect(),
         chips: chip_reports(jobs, operations, timed),
         pairs: Vec::new(),
         wind_up: verification.as_ref().map(|v| v.wind_up.clone()).unwrap_or_default(),

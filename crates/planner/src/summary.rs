@@ -5,7 +5,8 @@ use facemill_virtual_machine::{Assumption, WindUp};
 use crate::plan_stock::OWN_STOCK;
 use crate::rapids::LinksReport;
 use crate::report::{
-    CertifiedReport, ChipsReport, HeldBackReport, PosturesReport, Report, SpreadReport, VectorTimeReport,
+    CertifiedReport, ChipsReport, CuspsKeptReport, HeldBackReport, PosturesReport, Report, SpreadReport,
+    VectorTimeReport,
 };
 use crate::{PairReport, PassOrderReport, PlannedStockReport, StockReport};
 
@@ -56,6 +57,7 @@ pub fn summary(report: &Report) -> String {
     }
     let beyond = if w.cusp_exceeded { ", more than the job's tolerance" } else { "" };
     lines.push(format!("  largest cusp      {}{beyond}", or_none(w.cusp_mm, "mm")));
+    lines.extend(report.cusps.iter().flat_map(cusps_kept));
     let of_single = report.postures.iter().filter_map(|p| p.optimum.as_ref()).map(|o| o.jumps);
     let of_pairs = report.pairs.iter().flat_map(|p| p.posture_jumps);
     let jumps: usize = of_single.chain(of_pairs).sum();
@@ -119,6 +121,24 @@ fn wound(all: &[WindUp]) -> impl Iterator<Item = String> + '_ {
 
 /// Assumptions that are told; the report has them all.
 const TOLD_ASSUMPTIONS: usize = 4;
+
+/// Passes put between others, and why the allowed cusp is not kept where it is not.
+fn cusps_kept(cusps: &CuspsKeptReport) -> Vec<String> {
+    let mut lines = Vec::new();
+    let (between, moved) = (cusps.passes_between, cusps.moved_passes);
+    if between + moved > 0 {
+        lines.push(format!("  passes added      {between} for the cusp, {moved} beside trimmed ones"));
+    }
+    lines.extend(cusps.reasons.iter().take(3).map(|r| {
+        let [x, y, z] = r.place_mm;
+        let ridge = r.cusp_mm.map_or_else(|| "an uncut strip".to_owned(), |h| format!("up to {h:.3} mm"));
+        format!(
+            "    cusp not kept: {} points, {ridge}, step-over {:.1} mm at ({x:.1}, {y:.1}, {z:.1}): {}",
+            r.points, r.step_over_mm, r.reason
+        )
+    }));
+    lines
+}
 
 /// What the program leaves to the control.
 fn assumptions(all: &[Assumption]) -> Vec<String> {

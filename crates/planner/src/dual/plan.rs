@@ -44,7 +44,7 @@ pub(crate) struct DualGround<'a> {
 
 impl<'a> DualGround<'a> {
     pub(crate) fn ground(&self, head: usize) -> Ground<'a> {
-        Ground { job: self.jobs[head], setup: self.setups[head], map: self.maps[head] }
+        Ground { job: self.jobs[head], setup: self.setups[head], map: self.maps[head], adds_passes: false }
     }
 
     pub(crate) fn cell(&self, head: usize, operation: &OperationFile) -> Workcell<'a> {
@@ -211,7 +211,7 @@ fn alone<'a>(
     let mover = mover(ground, &tests, [&settings[0], &settings[1]]);
     let (parking, from) = mover.park_other(head, *at)?;
     let mut sections = vec![section(format!("HEAD {} ALONE", head + 1), parking)];
-    let ground = Ground { job, setup, map: ground.maps[head] };
+    let ground = Ground { job, setup, map: ground.maps[head], adds_passes: true };
     let (planned, svg) = PlannedOperation::plan(&ground, (index, operation), from, picture.is_none(), stages, clock)?;
     *picture = picture.take().or(svg);
     sections.extend(alone_sections(head, &planned.moves.pieces, &planned.moves.retract));

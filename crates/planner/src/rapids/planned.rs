@@ -353,7 +353,7 @@ mod tests {
         let job = job(folder.path());
         let setup = Setup::read(&job, 0).unwrap();
         let (map, words) = (z_map(&setup).unwrap(), word_map(&job, &setup, 0).unwrap());
-        let ground = Ground { job: &job, setup: &setup, map: &map };
+        let ground = Ground { job: &job, setup: &setup, map: &map, adds_passes: true };
         let stages: &dyn Stages = &SilentStages;
         let mut operations: Vec<PlannedOperation<'_>> = Vec::new();
         for operation in job.operations_of(setup.file) {
