@@ -29,6 +29,9 @@
 //! within a tolerance: the time of each block, and where the axes are at any time. [`minimum_time_law`] is the quickest
 //! one along a smooth path. No limit is exceeded at any time; `docs/time-law.md` shows how and why.
 //!
+//! [`trapezoid_law`] is how a control runs a program that limits acceleration alone and hardly looks ahead over blocks that turn
+//! rotary axes, as LinuxCNC does.
+//!
 //! It must not know surfaces.
 
 mod block_feed;
@@ -36,6 +39,7 @@ mod pair;
 mod plan;
 mod program_law;
 mod time_law;
+mod trapezoid_law;
 mod tube;
 
 pub use block_feed::{BlockFeed, FeedError, FeedLimit, feed_for_block, g94_length};
@@ -43,7 +47,8 @@ pub use pair::{PairBlock, PairFeed, PairLimit, feed_for_pair, plan_pair_feeds};
 pub use plan::{FeedBlock, PlanFeedsError, plan_feeds, rapid_time};
 pub use program_law::{
     MissingLimit, ProgramBlock, ProgramLaw, ProgramLawError, ProgramSettings, machine_bounds, program_blocks,
-    program_law,
+    program_law, within_look_ahead,
 };
 pub use time_law::*;
+pub use trapezoid_law::{TrapezoidLaw, TrapezoidSettings, trapezoid_law};
 pub use tube::smoothest_within;

@@ -3,7 +3,10 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::{DialectFile, FeedMode, PostError, RapidRule, Template, dialect_file::DIALECT_FORMAT};
+use crate::dialect_file::DIALECT_FORMAT;
+use crate::{
+    ControlMotion, CornerRule, DialectFile, FeedMode, LimitedBy, PostError, RapidRule, RotaryBlocks, Template,
+};
 
 /// Control a program is written for or was written for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
@@ -82,6 +85,28 @@ impl Dialect {
     }
 }
 
+impl ControlMotion {
+    /// The field that is not modelled, or cannot be meant, and why.
+    fn fault(&self) -> Option<(&'static str, String)> {
+        if !(1..=1_000_000).contains(&self.look_ahead_blocks) {
+            let why = format!("is {}: it must be from 1 to 1000000 blocks", self.look_ahead_blocks);
+            return Some(("control_motion.look_ahead_blocks", why));
+        }
+        if self.cycle_us > 1_000_000 {
+            return Some(("control_motion.cycle_us", format!("is {}: it must be at most 1000000", self.cycle_us)));
+        }
+        let fits = match self.limited_by {
+            LimitedBy::Acceleration => {
+                self.corners == CornerRule::Arcs && self.rotary_blocks == RotaryBlocks::Overlapped && self.cycle_us > 0
+            }
+            LimitedBy::Jerk => self.corners == CornerRule::Spline && self.rotary_blocks != RotaryBlocks::Overlapped,
+        };
+        let why = "is modelled as acceleration with corners arcs, rotary_blocks overlapped and a cycle_us above 0, or as jerk with \
+                   corners spline and rotary_blocks looked_ahead or stopped";
+        (!fits).then(|| ("control_motion.limited_by", why.to_owned()))
+    }
+}
+
 /// Endings of what is written beside a program.
 const OTHER_FILES: [&str; 4] = ["apt", "json", "svg", "j2"];
 
@@ -125,6 +150,9 @@ impl DialectFile {
             && !rtcp.cutting.iter().any(|c| vectors.laws.contains(&c.law))
         {
             return fault("motion.rtcp.vectors.laws", "must name one of motion.rtcp.cutting".to_owned());
+        }
+        if let Some((field, why)) = self.control_motion.fault() {
+            return fault(field, why);
         }
         if self.several_heads && (self.words.spindles.is_none() || !self.numbers.numbered_axes) {
             return fault("several_heads", "needs words.spindles and numbered_axes".to_owned());

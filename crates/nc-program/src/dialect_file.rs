@@ -31,6 +31,10 @@ pub struct DialectFile {
     pub feeds: FeedRule,
     /// What the control does between two positions.
     pub motion: MotionRule,
+    /// How the control runs its queue of blocks in time; where it is absent as [`ControlMotion::default`] says. No word of a
+    /// program changes by it.
+    #[serde(default)]
+    pub control_motion: ControlMotion,
     /// Whether one program can move several heads.
     #[serde(default)]
     pub several_heads: bool,
@@ -258,4 +262,95 @@ pub struct Switch {
     pub on: Vec<String>,
     /// Off.
     pub off: Vec<String>,
+}
+
+/// How a control runs its queue of blocks in time.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ControlMotion {
+    /// Highest derivative that the control limits.
+    pub limited_by: LimitedBy,
+    /// Blocks over which the control sees to it that it can stop.
+    #[schemars(range(min = 1, max = 1_000_000))]
+    pub look_ahead_blocks: u32,
+    /// How the control runs blocks that turn a rotary axis.
+    pub rotary_blocks: RotaryBlocks,
+    /// How corners are rounded within the tolerance.
+    pub corners: CornerRule,
+    /// Least time of a block, microseconds: a cycle of the control.
+    #[schemars(range(min = 0, max = 1_000_000))]
+    #[serde(default)]
+    pub cycle_us: u32,
+    /// Where the values come from. Where it is empty they are an assumption, and reports say so.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub checked_against: String,
+}
+
+impl Default for ControlMotion {
+    /// Jerk limited, within the tolerance everywhere, with a look-ahead of 1000 blocks.
+    fn default() -> Self {
+        Self {
+            limited_by: LimitedBy::Jerk,
+            look_ahead_blocks: 1000,
+            rotary_blocks: RotaryBlocks::LookedAhead,
+            corners: CornerRule::Spline,
+            cycle_us: 0,
+            checked_against: String::new(),
+        }
+    }
+}
+
+impl ControlMotion {
+    /// What times rest on where these values have not been checked against the control; `None` where they have.
+    #[must_use]
+    pub fn assumption(&self) -> Option<String> {
+        let limited_by = match self.limited_by {
+            LimitedBy::Acceleration => "acceleration",
+            LimitedBy::Jerk => "jerk",
+        };
+        let rotary = match self.rotary_blocks {
+            RotaryBlocks::LookedAhead => "also over blocks that turn rotary axes",
+            RotaryBlocks::Overlapped => "not over blocks that turn rotary axes",
+            RotaryBlocks::Stopped => "with stops at blocks that turn rotary axes",
+        };
+        let ahead = self.look_ahead_blocks;
+        self.checked_against.is_empty().then(|| {
+            format!(
+                "times by acceleration and jerk take the control as limiting {limited_by} and looking {ahead} blocks ahead, {rotary}: \
+                 not checked against the control (control_motion of the dialect file)"
+            )
+        })
+    }
+}
+
+/// Highest derivative of position that a control limits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum LimitedBy {
+    /// Acceleration: speeds over time are trapezoids.
+    Acceleration,
+    /// Jerk.
+    Jerk,
+}
+
+/// How a control runs blocks that turn a rotary axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum RotaryBlocks {
+    /// As all others.
+    LookedAhead,
+    /// Each from rest to rest, the next one starting while it stops.
+    Overlapped,
+    /// Each from rest to rest.
+    Stopped,
+}
+
+/// How a control rounds corners within its tolerance.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum CornerRule {
+    /// By a curve over several blocks.
+    Spline,
+    /// By an arc between two lines.
+    Arcs,
 }

@@ -100,8 +100,9 @@ pub use axis_lengths::AxisLengths;
 pub use axis_words::{AxisKind, AxisLetter, AxisNameError, AxisWord, AxisWords, TooManyAxes};
 pub use dialect::Dialect;
 pub use dialect_file::{
-    BlendingRule, CommentRule, CuttingRule, DIALECT_FORMAT, DialectFile, FeedRule, LineRule, MotionRule, NumberRule,
-    Numbering, ProgramRule, RapidRule, RtcpLaw, RtcpRapids, RtcpRule, Switch, VectorRule,
+    BlendingRule, CommentRule, ControlMotion, CornerRule, CuttingRule, DIALECT_FORMAT, DialectFile, FeedRule,
+    LimitedBy, LineRule, MotionRule, NumberRule, Numbering, ProgramRule, RapidRule, RotaryBlocks, RtcpLaw, RtcpRapids,
+    RtcpRule, Switch, VectorRule,
 };
 pub use fanuc::{FanucReader, read_fanuc, read_haas, read_linuxcnc, read_mazak};
 pub use heads::{HeadError, HeadSpec, MappedHead};

@@ -104,7 +104,7 @@ pub(crate) fn run(arguments: &FeedrateArguments) -> Result<ExitCode, Failure> {
     };
     files::check_outputs(arguments.out.as_deref())?;
     let refed = refeed(&text, &settings).map_err(|why| Failure::input(&arguments.program, why))?;
-    let told = told(&refed.summary);
+    let told = told(&refed.summary, settings.dialect);
     let Some(out) = &arguments.out else {
         say_bytes(&refed.text)?;
         eprint!("{told}");
@@ -122,13 +122,15 @@ fn clock(seconds: f64) -> String {
     format!("{}:{:02}:{:02}.{tenths}", seconds / 3600, seconds / 60 % 60, seconds % 60)
 }
 
-fn told(s: &RefeedSummary) -> String {
+fn told(s: &RefeedSummary, dialect: Dialect) -> String {
+    let assumption = dialect.file().control_motion.assumption();
     let by_law = s.time_law.map_or_else(String::new, |_| format!(", acceleration and jerk {}", s.by_law));
     let timed = |law: RefeedLawTimes| {
         let [before, after, rapid] = [law.cutting_time_before_s, law.cutting_time_s, law.rapid_time_s].map(clock);
         let stops = if law.stops_at_corners { ", with a stop at every corner" } else { "" };
+        let assumed = assumption.as_ref().map_or_else(String::new, |text| format!("  assumption        {text}\n"));
         format!(
-            "  within acceleration and jerk: cutting time {before} before, {after} after; rapid time {rapid}{stops}\n"
+            "  within acceleration and jerk: cutting time {before} before, {after} after; rapid time {rapid}{stops}\n{assumed}"
         )
     };
     format!(

@@ -163,6 +163,7 @@ pub(crate) fn time_texts(job: &Job, words: &WordMap, texts: &mut Texts) -> Resul
     let written = TimedText {
         text: texts.nc.as_bytes(),
         dialect: job.post.dialect(),
+        control: &job.post.rules().control_motion,
         rapids: job.post.rtcp_rapids().unwrap_or_default(),
         block_lines: &texts.block_lines,
     };

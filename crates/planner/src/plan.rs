@@ -27,6 +27,7 @@ use crate::program::word_map;
 use crate::rapids::{LinksReport, PlannedLinks};
 use crate::report::Report;
 use crate::reporting::report;
+use crate::timing::control_assumption;
 use crate::turning::Turning;
 use crate::validate::file_stem;
 use crate::verify_stock::CutRequest;
@@ -172,6 +173,7 @@ pub(crate) fn planned_setup(
         as_cut: HeldAsCut::NOTHING,
     };
     report.assumptions = program.assumptions()?;
+    report.assumptions.extend(control_assumption(job, &texts.timed));
     report.assumptions.extend(seen.map(|text| Assumption { line: None, text }));
     report.assumptions.extend(open_stock(&setup));
     report.findings = joined(report.findings, &rapid_lines(&program.read()?));

@@ -104,9 +104,15 @@ pub fn refeed(text: &[u8], settings: &RefeedSettings<'_>) -> Result<Refed, Strin
     };
     let run = Refeeder::new(settings, &words, Law::Collecting(Moves::default()))?;
     let tolerance = blending(settings.machine, law)?;
+    let control = settings.dialect.file().control_motion;
     let Law::Collecting(moves) = read(text, run, None)?.law else { return Err("no moves were collected".to_owned()) };
-    let (peak_times, times) =
-        timed(settings.machine, settings.tool_length, tolerance, word_frame(settings.machine, &words), moves)?;
+    let (peak_times, times) = timed(
+        settings.machine,
+        settings.tool_length,
+        (tolerance, &control),
+        word_frame(settings.machine, &words),
+        moves,
+    )?;
     let mut out = Vec::with_capacity(text.len() + text.len() / 8);
     let mut summary = read(text, Refeeder::new(settings, &words, Law::Known(peak_times, 0))?, Some(&mut out))?.summary;
     summary.time_law = Some(RefeedLawTimes { lowered_blocks: summary.by_law, ..times });

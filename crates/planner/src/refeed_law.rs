@@ -3,7 +3,7 @@
 use facemill_cl_data::ControlTolerance;
 use facemill_feedrate::{BlockFeed, ProgramBlock, rapid_time};
 use facemill_inverse_kinematics::{AxisValues, BlockLaw, FeedRange, Machine};
-use facemill_nc_program::{MacroKind, ReadBlock, ReadCommand};
+use facemill_nc_program::{ControlMotion, MacroKind, ReadBlock, ReadCommand};
 use nalgebra::Isometry3;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -210,12 +210,12 @@ pub(crate) fn blending(machine: &Machine, law: &RefeedLaw) -> Result<ControlTole
 pub(crate) fn timed(
     machine: &Machine,
     tool_length: f64,
-    tolerance: ControlTolerance,
+    (tolerance, control): (ControlTolerance, &ControlMotion),
     table_from_words: Option<Isometry3<f64>>,
     mut moves: Moves,
 ) -> Result<(Vec<f64>, RefeedLawTimes), String> {
     let views = [(machine, tool_length)];
-    let timer = Timer::new(&views, tolerance).map_err(|e| e.to_string())?.without_limits();
+    let timer = Timer::new(&views, tolerance).map_err(|e| e.to_string())?.without_limits().on_control(control);
     let timer = timer.with_rounded_vectors(moves.vector_rounding(table_from_words));
     let laws: Result<Vec<_>, String> = moves.runs.par_iter().map(|run| Ok((run.is_rapid, timer.time(run)?))).collect();
     let laws = laws?;

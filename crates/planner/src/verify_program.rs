@@ -287,7 +287,8 @@ impl Run<'_> {
         };
         let at = virtual_setup(self.request.dialect, job, &setup, &words, frame);
         let mut found = self.found(&at, &setup, "")?;
-        found.times = self.times(&[(&job.machine, job.tool.gauge_length())], &words, rtcp_frame(job, &words), &found);
+        found.times =
+            self.times(job, &[(&job.machine, job.tool.gauge_length())], &words, rtcp_frame(job, &words), &mut found);
         let asked = Asked::of(job, setup.file);
         let [fast] = self.fast_blocks(asked.as_ref(), [(&job.machine, job.tool.gauge_length())], &at);
         let cut = self.request.cut.as_ref();
@@ -394,7 +395,7 @@ impl Run<'_> {
         let verification = merged_runs([first.verification, second.verification], Vec::new());
         let mut found = Found::of(verification, certificates);
         let views = [0, 1].map(|h| (&seen[h].machine, seen[h].tool.gauge_length()));
-        found.times = self.times(&views, &words, None, &found);
+        found.times = self.times(job, &views, &words, None, &mut found);
         let known = cut.map(|cut| found.take(cut)).map_or([None, None], |known| known.map(Some));
         let [first, second] = known;
         let fast = [(&fast[0][..], first, "head 1"), (&fast[1][..], second, "head 2")];
@@ -407,10 +408,11 @@ impl Run<'_> {
     /// How long the program takes: for machines as each head sees them, with the lengths of their tools.
     fn times(
         &self,
+        job: &Job,
         views: &[(&Machine, f64)],
         words: &WordMap,
         frame: Option<Isometry3<f64>>,
-        found: &Found,
+        found: &mut Found,
     ) -> ProgramTimes {
         let constant = [found.verification.cutting_time_s, found.verification.rapid_time_s];
         let Some(&(machine, tool_length)) = views.first().filter(|_| self.request.time_law) else {
@@ -419,7 +421,17 @@ impl Run<'_> {
         let _timing = self.stages.start(TIMES, 0);
         let at = Surroundings { machine, tool_length, words, frame, work_offset: None };
         let (dialect, rapids) = (self.request.dialect, self.program.rtcp_rapids);
-        times_of_text(views, at, &TimedText { text: self.text, dialect, rapids, block_lines: &[] }, constant)
+        // Another control than the job's is as its own dialect file has it.
+        let control = &if job.post.dialect() == dialect {
+            job.post.rules().control_motion.clone()
+        } else {
+            dialect.file().control_motion
+        };
+        let written = TimedText { text: self.text, dialect, control, rapids, block_lines: &[] };
+        let times = times_of_text(views, at, &written, constant);
+        let text = control.assumption().filter(|_| times.no_law_because.is_empty());
+        found.assumptions.extend(text.map(|text| Assumption { line: None, text }));
+        times
     }
 
     /// The blocks that are faster than the job's cuts, seen by machines with the lengths of their tools.

@@ -237,7 +237,7 @@ fn grain(axes: &[AxisBounds], resolution: f64) -> Grain {
 }
 
 /// Length of a line, s: axes by the time that they take at their largest speeds.
-fn length(from: &AxisValues, to: &AxisValues, axes: &[AxisBounds]) -> f64 {
+pub(crate) fn length(from: &AxisValues, to: &AxisValues, axes: &[AxisBounds]) -> f64 {
     axes.iter().enumerate().map(|(k, b)| (to[k] - from[k]) / b.velocity).fold(0.0, f64::hypot)
 }
 
@@ -247,17 +247,21 @@ fn check(
     bounds: usize,
     settings: &ProgramSettings,
 ) -> Result<(), ProgramLawError> {
-    if bounds == 0 || start.len() != bounds || !start.is_finite() {
-        return Err(ProgramLawError::BadStart { axes: start.len(), bounds });
-    }
-    let positive = |value: f64| value > 0.0 && value.is_finite();
-    if !positive(settings.resolution) {
+    if !(settings.resolution > 0.0 && settings.resolution.is_finite()) {
         return Err(ProgramLawError::BadResolution { value: settings.resolution });
     }
     if let Some(tolerance) = &settings.tolerance
         && let Some(axis) = (0..bounds).find(|&k| !(STRAIGHT..f64::INFINITY).contains(&tolerance.get_or_zero(k)))
     {
         return Err(ProgramLawError::BadTolerance { axis, value: tolerance.get_or_zero(axis) });
+    }
+    check_program(start, blocks, bounds)
+}
+
+/// Refuses a start or blocks that cannot be meant.
+pub(crate) fn check_program(start: &AxisValues, blocks: &[ProgramBlock], bounds: usize) -> Result<(), ProgramLawError> {
+    if bounds == 0 || start.len() != bounds || !start.is_finite() {
+        return Err(ProgramLawError::BadStart { axes: start.len(), bounds });
     }
     for (block, b) in blocks.iter().enumerate() {
         if b.end.len() != bounds {

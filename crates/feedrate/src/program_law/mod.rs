@@ -4,6 +4,7 @@ mod blocks;
 mod corner;
 mod knots;
 mod law;
+mod look_ahead;
 mod machine;
 mod polyline;
 mod s_curve;
@@ -11,6 +12,8 @@ mod section;
 mod spans;
 mod spline;
 
+pub(crate) use blocks::check_program;
 pub use blocks::{ProgramBlock, ProgramLawError, ProgramSettings, program_law};
 pub use law::ProgramLaw;
+pub use look_ahead::within_look_ahead;
 pub use machine::{MissingLimit, machine_bounds, program_blocks};

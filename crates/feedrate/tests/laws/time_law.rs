@@ -2,8 +2,10 @@
 
 mod checks;
 mod closed_form;
+mod control_programs;
 mod machine;
 mod program;
 mod refused;
 mod smooth;
 mod spline_path;
+mod trapezoid;

@@ -196,7 +196,8 @@ impl DualTexts {
         let (machine, tool_length) = views[0];
         let at = Surroundings { machine, tool_length, words, frame: None, work_offset: None };
         let (dialect, rapids) = (self.post.dialect(), RtcpRapids::default());
-        let written = TimedText { text: self.nc.as_bytes(), dialect, rapids, block_lines: &self.block_lines };
+        let control = &self.post.rules().control_motion;
+        let written = TimedText { text: self.nc.as_bytes(), dialect, control, rapids, block_lines: &self.block_lines };
         time_text(&views, at, &written, &mut self.timed)
     }
 

@@ -28,6 +28,7 @@ use crate::plan_stages::{READ, TIMES, WRITE, stages_of_heads};
 use crate::plan_stock::StockToCut;
 use crate::rapids::LinksReport;
 use crate::reporting::report;
+use crate::timing::control_assumption;
 use crate::{Failure, Stages};
 
 /// What both heads stand on.
@@ -177,6 +178,7 @@ pub(crate) fn plan_dual_setup(
     report.totals.mended_blocks = mended;
     let program = DualProgram { ground: &ground, parts: &parts, words: &words, texts: &texts };
     report.assumptions = program.assumptions()?;
+    report.assumptions.extend(control_assumption(jobs[0], &texts.timed));
     report.assumptions.extend(open_stock(setups[0]));
     report.assumptions.extend(seen.map(|text| Assumption { line: None, text }));
     report.findings = joined(report.findings, &rapid_lines(&program.read()?));

@@ -11,6 +11,7 @@ use facemill_cl_data::ClPoint;
 use facemill_feedrate::{FeedLimit, MotionLimit, ProgramBlock};
 use facemill_inverse_kinematics::{AxisValues, Machine};
 use facemill_nc_program::{AxisWords, Block, FeedMode, WordMap};
+use facemill_virtual_machine::Assumption;
 use nalgebra::{Isometry3, Unit, Vector3};
 use rayon::prelude::*;
 
@@ -38,6 +39,12 @@ const ROOM: f64 = 1.01;
 /// The time that a block's feed is to ask for instead of `time`, where the largest speed in it takes `peak_time`; `None`: it stays.
 pub(crate) fn reachable(time: f64, peak_time: f64) -> Option<f64> {
     (peak_time > BEYOND * time).then_some(peak_time / ROOM)
+}
+
+/// What the times of a program by the law rest on where nobody has checked it against the control.
+pub(crate) fn control_assumption(job: &Job, timed: &Timed) -> Option<Assumption> {
+    let text = timed.time_law.as_ref().and_then(|_| job.post.rules().control_motion.assumption())?;
+    Some(Assumption { line: None, text })
 }
 
 /// A motion block with its time at constant speeds.
@@ -142,7 +149,8 @@ pub(crate) fn time_program(views: &[View<'_>], written: &Written<'_>, timed: &mu
     let mut slower = vec![1.0; timed.moves.len()];
     let Some((machine, _)) = views.first() else { return Ok(slower) };
     let tolerance = machine.motion_law().control_tolerance;
-    let Ok(timer) = Timer::new(views, tolerance).map(Timer::without_limits) else {
+    let control = &job.post.rules().control_motion;
+    let Ok(timer) = Timer::new(views, tolerance).map(|t| t.without_limits().on_control(control)) else {
         timed.no_time_law = missing_limits(machine).iter().map(ToString::to_string).collect();
         return Ok(slower);
     };

@@ -2,11 +2,13 @@
 
 use facemill_cl_data::{ControlTolerance, RapidLaw};
 use facemill_feedrate::{
-    AxisBounds, MissingLimit, MotionLimit, ProgramBlock, ProgramSettings, machine_bounds, program_law,
+    AxisBounds, MissingLimit, MotionLimit, ProgramBlock, ProgramSettings, TrapezoidSettings, machine_bounds,
+    program_law, trapezoid_law, within_look_ahead,
 };
-use facemill_inverse_kinematics::{AxisValues, Machine};
+use facemill_inverse_kinematics::{AxisKind, AxisValues, Machine};
+use facemill_nc_program::{ControlMotion, LimitedBy, RotaryBlocks};
 
-use super::tolerance::{Levers, View, blend_tolerance};
+use super::tolerance::{Levers, View, blend_tolerance, moving};
 use super::vectors::{Evened, VectorRounding, evened};
 
 /// Moves of one kind, between which the axes need not stand.
@@ -38,6 +40,8 @@ pub(crate) struct Timer<'a> {
     views: &'a [View<'a>],
     bounds: Vec<AxisBounds>,
     tolerance: ControlTolerance,
+    /// How the control runs its blocks; `None`: jerk limited, with all of them in sight.
+    control: Option<ControlMotion>,
     rapid: RapidLaw,
     /// What texts leave open of their tool vectors; `None`: they are taken as exact.
     rounding: Option<VectorRounding>,
@@ -63,12 +67,17 @@ impl<'a> Timer<'a> {
     pub(crate) fn new(views: &'a [View<'a>], tolerance: ControlTolerance) -> Result<Self, MissingLimit> {
         let bounds = views.first().map_or_else(|| Ok(Vec::new()), |(machine, _)| machine_bounds(machine))?;
         let rapid = views.first().map_or(RapidLaw::Linear, |(machine, _)| machine.motion_law().rapid);
-        Ok(Self { views, bounds, tolerance, rapid, rounding: None, tells_limits: true })
+        Ok(Self { views, bounds, tolerance, control: None, rapid, rounding: None, tells_limits: true })
     }
 
     /// The same without what each move is held back by, which takes as long as half of the law.
     pub(crate) fn without_limits(self) -> Self {
         Self { tells_limits: false, ..self }
+    }
+
+    /// The same on a control that runs its blocks so.
+    pub(crate) fn on_control(self, control: &ControlMotion) -> Self {
+        Self { control: Some(control.clone()), ..self }
     }
 
     /// The same where vectors are evened out within their rounding.
@@ -90,12 +99,62 @@ impl<'a> Timer<'a> {
             Some((evened, blend)) => (evened, Some(*blend)),
             None => (run, self.blend(run, self.tolerance)),
         };
+        if let Some(control) = self.control.as_ref().filter(|c| c.limited_by == LimitedBy::Acceleration) {
+            return self.by_trapezoids(run, control);
+        }
         let stops_at_corners = blend.is_none();
         let settings = blend.map_or_else(ProgramSettings::stopping, ProgramSettings::blended);
-        let law = program_law(&run.start, &run.blocks, &self.bounds, &settings).map_err(|e| e.to_string())?;
+        let seen = self.seen(run);
+        let blocks = seen.as_deref().unwrap_or(&run.blocks);
+        let law = program_law(&run.start, blocks, &self.bounds, &settings).map_err(|e| e.to_string())?;
         let limits = if run.is_rapid || !self.tells_limits { Vec::new() } else { law.block_limits(&self.bounds) };
         let limits = limits.into_iter().map(|held| held.map(|(limit, _)| limit)).collect();
         Ok(RunLaw { times: law.block_times(), peak_times: law.block_peak_times().to_vec(), limits, stops_at_corners })
+    }
+
+    /// The blocks with what the control's look-ahead and its stops at rotary blocks make of them; `None`: as they are.
+    fn seen(&self, run: &Run) -> Option<Vec<ProgramBlock>> {
+        let control = self.control.as_ref()?;
+        let look_ahead = control.look_ahead_blocks as usize;
+        let stops = control.rotary_blocks == RotaryBlocks::Stopped;
+        if !stops && run.blocks.len() <= look_ahead {
+            return None;
+        }
+        let mut blocks = within_look_ahead(&run.start, &run.blocks, &self.bounds, look_ahead);
+        let linear = self.linear_axes();
+        let turns = |from: &AxisValues, to: &AxisValues| (0..to.len()).any(|k| !linear[k] && from[k] != to[k]);
+        if stops {
+            let mut from = run.start;
+            for k in 0..blocks.len() {
+                let turned = turns(&from, &blocks[k].end);
+                from = blocks[k].end;
+                blocks[k].exact_stop |= turned;
+                if turned && k > 0 {
+                    blocks[k - 1].exact_stop = true;
+                }
+            }
+        }
+        Some(blocks)
+    }
+
+    /// The law of a control that limits acceleration alone.
+    fn by_trapezoids(&self, run: &Run, control: &ControlMotion) -> Result<RunLaw, String> {
+        let settings = TrapezoidSettings {
+            tolerance: self.tolerance.path,
+            look_ahead: control.look_ahead_blocks as usize,
+            cycle: f64::from(control.cycle_us) * 1e-6,
+        };
+        let axes = (self.bounds.as_slice(), self.linear_axes());
+        let law = trapezoid_law(&run.start, &run.blocks, (axes.0, &axes.1), &settings).map_err(|e| e.to_string())?;
+        let limits = if run.is_rapid || !self.tells_limits { Vec::new() } else { law.limits };
+        let stops_at_corners = self.tolerance.path <= 0.0;
+        Ok(RunLaw { times: law.times, peak_times: law.peak_times, limits, stops_at_corners })
+    }
+
+    /// Which axes are linear.
+    fn linear_axes(&self) -> Vec<bool> {
+        let axes = self.views.first().map_or(&[][..], |(machine, _)| machine.axes());
+        axes.iter().map(|axis| axis.kind == AxisKind::Linear).collect()
     }
 
     /// The run without the steps that rounding makes in its vectors; `None` where it stays as it is.
@@ -108,7 +167,8 @@ impl<'a> Timer<'a> {
     /// What every axis may leave the lines of a run by; `None`: nothing.
     fn blend(&self, run: &Run, tolerance: ControlTolerance) -> Option<AxisValues> {
         let levers: Vec<Levers> = self.views.iter().map(|view| Levers::over(*view, run)).collect();
-        blend_tolerance(tolerance, self.views, &levers)
+        let moving = self.views.first().map(|(machine, _)| moving(machine, run))?;
+        blend_tolerance(tolerance, self.views, &levers, &moving)
     }
 
     /// Rapids in which every axis goes from stop to stop as fast as it can; the slowest one's time counts.

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use facemill_feedrate::{FeedLimit, rapid_time};
 use facemill_inverse_kinematics::Machine;
-use facemill_nc_program::{Dialect, MotionKind, ProgramReader, RtcpRapids};
+use facemill_nc_program::{ControlMotion, Dialect, MotionKind, ProgramReader, RtcpRapids};
 use nalgebra::Isometry3;
 use rayon::prelude::*;
 
@@ -22,6 +22,8 @@ use crate::refeed_law::{Moves, stands};
 pub(crate) struct TimedText<'a> {
     pub text: &'a [u8],
     pub dialect: Dialect,
+    /// How the control runs its blocks.
+    pub control: &'a ControlMotion,
     /// What the control does at rapid rate under RTCP.
     pub rapids: RtcpRapids,
     /// Line of the text of every block of the program.
@@ -52,7 +54,7 @@ pub(crate) fn time_text(
     let motions = motions(at, written, &planned).map_err(internal)?;
     timed.rapid_time = motions.rapid_time;
     let Some(told) = timed.time_law.take() else { return Ok(()) };
-    let laws = motions.laws(views, machine).map_err(internal)?;
+    let laws = motions.laws(views, machine, written.control).map_err(internal)?;
     let meant = motions.meant;
     let mut tally = Tally { told, ..Tally::default() };
     let each = laws.iter().flat_map(|law| (0..law.times.len()).map(move |k| (law, k)));
@@ -78,7 +80,7 @@ pub(crate) fn times_of_text(
     }
     let laws = motions(at, written, &BTreeMap::new()).and_then(|motions| match motions.not_followed {
         Some(why) => Err(why),
-        None => Ok((motions.laws(views, machine)?, motions.meant)),
+        None => Ok((motions.laws(views, machine, written.control)?, motions.meant)),
     });
     let (laws, meant) = match laws {
         Ok(known) => known,
@@ -113,9 +115,9 @@ struct Motions {
 
 impl Motions {
     /// The times of each run.
-    fn laws(&self, views: &[View<'_>], machine: &Machine) -> Result<Vec<RunLaw>, String> {
+    fn laws(&self, views: &[View<'_>], machine: &Machine, control: &ControlMotion) -> Result<Vec<RunLaw>, String> {
         let timer = Timer::new(views, machine.motion_law().control_tolerance).map_err(|e| e.to_string())?;
-        let timer = timer.with_rounded_vectors(self.moves.vector_rounding(self.frame));
+        let timer = timer.on_control(control).with_rounded_vectors(self.moves.vector_rounding(self.frame));
         self.moves.runs().par_iter().map(|run| timer.time(run)).collect()
     }
 }

@@ -108,29 +108,41 @@ pub(crate) fn stops_at_corners(tolerance: ControlTolerance) -> bool {
     tolerance.path <= 0.0 || tolerance.orientation <= 0.0
 }
 
+/// Which axes may stray in a run: those that move where no rotary axis does, else all.
+pub(crate) fn moving(machine: &Machine, run: &Run) -> Vec<bool> {
+    let moves = |k: usize| run.blocks.iter().any(|block| block.end[k] != run.start[k]);
+    let moving: Vec<bool> = (0..run.start.len()).map(moves).collect();
+    let turns = machine.axes().iter().zip(&moving).any(|(axis, moves)| *moves && axis.kind == AxisKind::Rotary);
+    if turns || !moving.contains(&true) { vec![true; moving.len()] } else { moving }
+}
+
 /// What every axis may leave its lines by, mm or rad, so that no head's tip strays by more than `path` and no tool axis turns by
-/// more than `orientation`: half of the path for the linear axes together, half for the rotary ones by their levers.
-/// `None` where that is nothing: the axes then stop at every corner.
+/// more than `orientation`: half of the path for the linear axes together, half for the rotary ones by their levers; all of it for the
+/// linear ones where no rotary axis moves. `None` where that is nothing: the axes then stop at every corner.
 ///
-/// `levers` are those of each view over the program.
+/// `levers` are those of each view over the program. Axes that are not `moving` stay, and stray by nothing.
 pub(crate) fn blend_tolerance(
     tolerance: ControlTolerance,
     views: &[View<'_>],
     levers: &[Levers],
+    moving: &[bool],
 ) -> Option<AxisValues> {
+    if stops_at_corners(tolerance) {
+        return None;
+    }
     let axes = views.first()?.0.axes();
     let mut all = AxisValues::from_fn(axes.len(), |_| f64::INFINITY);
     for ((machine, _), Levers(levers)) in views.iter().zip(levers) {
-        let of = |kind: AxisKind| (0..axes.len()).filter(move |&k| axes[k].kind == kind && machine.moves_tool(k));
-        let half = 0.5 * tolerance.path;
-        let linears: Vec<usize> = of(AxisKind::Linear).collect();
+        let strays = |k: &usize| moving[*k] && machine.moves_tool(*k);
+        let of = |kind: AxisKind| (0..axes.len()).filter(move |&k| axes[k].kind == kind).filter(strays);
+        let (linears, n) = (of(AxisKind::Linear).collect::<Vec<_>>(), of(AxisKind::Rotary).count() as f64);
+        let share = if n > 0.0 { 0.5 } else { 1.0 } * tolerance.path;
         for &k in &linears {
-            all[k] = all[k].min(half / linear_reach(machine, &linears));
+            all[k] = all[k].min(share / linear_reach(machine, &linears));
         }
-        let n = of(AxisKind::Rotary).count() as f64;
         for k in of(AxisKind::Rotary) {
             // The lever itself may be longer by what the tip has strayed.
-            let by_path = half / (n * (levers[k] + tolerance.path));
+            let by_path = share / (n * (levers[k] + tolerance.path));
             all[k] = all[k].min(by_path).min(tolerance.orientation / n);
         }
     }
@@ -217,7 +229,7 @@ mod tests {
             let views: Vec<View<'_>> = heads.iter().map(|m| (m, 180.0)).collect();
             let positions: Vec<AxisValues> = (0..4).map(|_| position(&mut random, axes)).collect();
             let levers: Vec<Levers> = views.iter().map(|view| Levers::over(*view, &run(&positions))).collect();
-            let most = blend_tolerance(given, &views, &levers).unwrap();
+            let most = blend_tolerance(given, &views, &levers, &vec![true; axes.len()]).unwrap();
             let mut worst = [0.0_f64; 2];
             for _ in 0..4000 {
                 let move_index = (random.within(0.0, 3.0) as usize).min(2);
@@ -235,6 +247,30 @@ mod tests {
             // Not far from it either: signs and levers are seldom the worst at once.
             assert!(worst[0] > 0.5, "{}: {worst:?}", heads[0].name());
         }
+    }
+
+    /// The tip reaches the whole tolerance where two linear axes move, at a corner of what both may stray by.
+    #[test]
+    fn linear_axes_have_the_whole_tolerance_where_no_rotary_axis_moves() {
+        let given = ControlTolerance { path: 0.02, orientation: 3e-4 };
+        let machine = Machine::head_b_table_c().unwrap();
+        let (home, views) = (machine.home(), [(&machine, 100.0)]);
+        let mut end = home;
+        let straying: Vec<usize> = (0..5).filter(|&k| machine.axes()[k].kind == AxisKind::Linear).take(2).collect();
+        straying.iter().for_each(|&k| end[k] += 10.0);
+        let run = run(&[home, end]);
+        let levers = [Levers::over(views[0], &run)];
+        let most = blend_tolerance(given, &views, &levers, &moving(&machine, &run)).unwrap();
+        let mut strayed = home;
+        straying.iter().for_each(|&k| strayed[k] += most[k]);
+        let tip = |at: &AxisValues| machine.cl_point(at, 100.0).tip;
+        assert!(((tip(&strayed) - tip(&home)).norm() - given.path).abs() < 1e-12);
+        // The least turn of a rotary axis takes half of it.
+        end[3] += 1e-9;
+        end[4] += 1e-9;
+        let turning = super::tests::run(&[home, end]);
+        let half = blend_tolerance(given, &views, &levers, &moving(&machine, &turning)).unwrap();
+        assert!(straying.iter().all(|&k| (half[k] - 0.01 / 3f64.sqrt()).abs() < 1e-12));
     }
 
     #[test]
@@ -259,7 +295,7 @@ mod tests {
         let views = [(&machine, 100.0)];
         let levers = [Levers::over(views[0], &run(&[machine.home(), machine.home()]))];
         for (path, orientation) in [(0.0, 0.0), (0.01, 0.0), (0.0, 1e-3)] {
-            assert!(blend_tolerance(ControlTolerance { path, orientation }, &views, &levers).is_none());
+            assert!(blend_tolerance(ControlTolerance { path, orientation }, &views, &levers, &[true; 5]).is_none());
         }
     }
 }

@@ -40,10 +40,11 @@ fn what_a_template_leaves_to_the_control_is_in_report_and_summary() {
         (plan(&folder.path().join("job.json")), machine)
     };
     let (built_in, _) = job(Value::Null);
-    // The patch is no solid: the stock on it is on both sides. Nothing else is left unsaid.
-    let [layer] = &built_in.report.assumptions[..] else { panic!("{:?}", built_in.report.assumptions) };
+    // The patch is no solid: the stock on it is on both sides; and nobody has timed the control. Nothing else is left unsaid.
+    let [control, layer] = &built_in.report.assumptions[..] else { panic!("{:?}", built_in.report.assumptions) };
     assert!(layer.text.contains("not closed") && layer.text.contains("both sides"), "{layer}");
-    assert!(summary(&built_in.report).contains("  assumptions       1"));
+    assert!(control.text.contains("looking 1000 blocks ahead") && control.text.contains("not checked"), "{control}");
+    assert!(summary(&built_in.report).contains("  assumptions       2"));
     let (planned, machine) = job(json!("shop.j2"));
     let file = |ending: &str| {
         let (_, bytes) = planned.files.iter().find(|(name, _)| name.ends_with(ending)).unwrap();
@@ -52,6 +53,8 @@ fn what_a_template_leaves_to_the_control_is_in_report_and_summary() {
     let told = &planned.report.assumptions;
     let (last, of_text) = told.split_last().unwrap();
     assert_eq!(last, layer);
+    let (last, of_text) = of_text.split_last().unwrap();
+    assert_eq!(last, control);
     // As whoever reads the text finds them.
     let program = read_program(file(".mpf"), Dialect::Siemens840d).unwrap();
     let machine = Machine::from_json(&machine).unwrap();

@@ -1,0 +1,75 @@
+use facemill_inverse_kinematics::AxisValues;
+
+use crate::{AxisBounds, MotionLimit, ProgramBlock};
+
+/// Segments shorter than this are left out, s at the axes' largest speeds.
+const SHORTEST: f64 = 1e-10;
+
+/// Way of all linear axes below which the rotary axes alone move, mm.
+const STANDS: f64 = 1e-9;
+
+/// Share of a cycle beyond 1 that a control spends in a segment at least.
+pub(crate) const LEAST_CYCLES: f64 = 1.02;
+
+/// A block as a control's queue holds it. Lengths are those of the linear axes, mm; of the rotary ones, deg, where these stand.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Segment {
+    /// Index of its block.
+    pub block: usize,
+    /// Length between its ends.
+    pub whole: f64,
+    /// Largest speed by feed, axes and cycle.
+    pub speed: f64,
+    /// The axis or feed that gives it.
+    pub speed_limit: MotionLimit,
+    /// Acceleration along it by the slowest axis, and that axis.
+    pub acceleration: (f64, usize),
+    /// Whether a rotary axis moves.
+    pub turns: bool,
+    /// Unit vector of the linear axes; 0 where they stand.
+    pub direction: AxisValues,
+    /// Whether the axes stand at its end.
+    pub exact_stop: bool,
+}
+
+impl Segment {
+    /// The block from one position to the other; `None` without motion.
+    pub(crate) fn new(
+        block: usize,
+        from: &AxisValues,
+        to: &ProgramBlock,
+        (axes, is_linear): (&[AxisBounds], &[bool]),
+        cycle: f64,
+    ) -> Option<Self> {
+        let way = |k: usize| (to.end[k] - from[k]).abs();
+        let norm = |linear: bool| {
+            let of_kind = (0..axes.len()).filter(|&k| is_linear[k] == linear);
+            of_kind.map(way).fold(0.0, f64::hypot)
+        };
+        let slowest = |limit: fn(&AxisBounds) -> f64| {
+            let of_axis = (0..axes.len()).map(|k| (way(k) / limit(&axes[k]), k));
+            of_axis.fold((0.0, 0), |most, next| if next.0 > most.0 { next } else { most })
+        };
+        let (time, slow) = slowest(|b| b.velocity);
+        if time <= SHORTEST {
+            return None;
+        }
+        let (linear, rotary) = (norm(true), norm(false));
+        let whole = if linear > STANDS { linear } else { rotary.to_degrees() };
+        let (square_time, weak) = slowest(|b| b.acceleration);
+        let is_fed = to.tip_time > time;
+        let direction = AxisValues::from_fn(axes.len(), |k| {
+            if is_linear[k] && linear > STANDS { (to.end[k] - from[k]) / linear } else { 0.0 }
+        });
+        Some(Self {
+            block,
+            whole,
+            speed: whole / time.max(to.tip_time).max(LEAST_CYCLES * cycle),
+            speed_limit: if is_fed { MotionLimit::TipFeed } else { MotionLimit::Velocity(slow) },
+            acceleration: (whole / square_time, weak),
+            turns: rotary > 0.0,
+            direction,
+            exact_stop: to.exact_stop,
+        })
+    }
+}
