@@ -17,6 +17,12 @@ use crate::{
 /// Stands for the motions while the template is rendered, because they can be longer than all the rest together.
 pub(super) const BODY: &str = "\u{1}body\u{1}";
 
+/// Steps that a template may take: a thousand times what those that are shipped take, and less than a second.
+const FUEL: u64 = 1_000_000;
+
+/// Bytes that a template may write besides the motions.
+const MOST_TEXT: usize = 4 << 20;
+
 /// The template's lines, trimmed, without empty ones; exactly one is [`BODY`].
 pub(super) fn render(
     spec: &ProgramSpec,
@@ -25,26 +31,55 @@ pub(super) fn render(
 ) -> Result<Vec<String>, WriteError> {
     let context = context(spec, heads, settings)?;
     let template = &settings.template;
-    let fault = |e: Error| WriteError::Template {
-        name: template.name.clone(),
-        line: e.line(),
-        message: e.detail().map_or_else(|| e.kind().to_string(), |d| format!("{}: {d}", e.kind())),
-    };
+    let fault = |e: Error| WriteError::Template { name: template.name.clone(), line: e.line(), message: message(&e) };
     let mut environment = Environment::new();
     // A misspelt variable must not write an empty word.
     environment.set_undefined_behavior(UndefinedBehavior::Strict);
+    environment.set_fuel(Some(FUEL));
     environment.set_syntax(SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build().map_err(fault)?);
     environment.set_auto_escape_callback(|_| minijinja::AutoEscape::None);
     environment.add_filter("fixed", fixed);
+    // It has no bound, and no use: lines are trimmed.
+    environment.remove_filter("indent");
     environment.add_template(&template.name, &template.text).map_err(fault)?;
     let rendered = environment.get_template(&template.name).map_err(fault)?;
-    let text = rendered.render(Serde(&context)).map_err(fault)?;
+    let mut text = Bounded(Vec::new());
+    rendered.render_captured_to(Serde(&context), &mut text).map_err(fault)?;
+    let text = String::from_utf8_lossy(&text.0).into_owned();
     let lines: Vec<String> = text.lines().map(|l| l.trim().to_owned()).filter(|l| !l.is_empty()).collect();
     let count = lines.iter().filter(|l| l.contains(BODY)).count();
     if count == 1 && lines.iter().any(|l| l == BODY) {
         Ok(lines)
     } else {
         Err(WriteError::TemplateBody { name: template.name.clone(), count })
+    }
+}
+
+/// A fault of a template in words.
+fn message(e: &Error) -> String {
+    match (e.kind(), std::error::Error::source(e)) {
+        (ErrorKind::OutOfFuel, _) => {
+            format!("takes more than {FUEL} steps and may have no end; give its loops fewer rounds")
+        }
+        (ErrorKind::WriteFailure, Some(why)) => format!("{}: {why}", e.kind()),
+        (kind, _) => e.detail().map_or_else(|| kind.to_string(), |d| format!("{kind}: {d}")),
+    }
+}
+
+/// Text of a template, to a bound.
+struct Bounded(Vec<u8>);
+
+impl std::io::Write for Bounded {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        if self.0.len() + bytes.len() > MOST_TEXT {
+            return Err(std::io::Error::other(format!("it writes more than {MOST_TEXT} bytes")));
+        }
+        self.0.extend_from_slice(bytes);
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        Ok(())
     }
 }
 

@@ -321,6 +321,20 @@ fn block_numbers_start_again_and_leave_labels_out() {
 }
 
 #[test]
+fn a_template_has_an_end_of_its_steps_and_of_its_text() {
+    let first = Block::Rapid { words: words(&AXES.map(|l| (l, 0.0))) };
+    let message = |text: &str| {
+        let template = Template { name: "mine.j2".to_owned(), text: text.to_owned() };
+        let post = post_file().settings(Some(template)).unwrap();
+        write_program(&spec(vec![first.clone()]), &post).unwrap_err().to_string()
+    };
+    let nested = "%\n{% for a in range(90000) %}{% for b in range(90000) %}{% endfor %}{% endfor %}\n{{ body }}";
+    assert!(message(nested).contains("1000000 steps"), "{}", message(nested));
+    let long = "%\n{% for a in range(9000) %}{{ 'G' * 10000 }}{% endfor %}\n{{ body }}";
+    assert!(message(long).contains("4194304 bytes"), "{}", message(long));
+}
+
+#[test]
 fn template_faults_name_their_line() {
     let first = Block::Rapid { words: words(&AXES.map(|l| (l, 0.0))) };
     let render = |text: &str| {
