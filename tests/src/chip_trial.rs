@@ -113,7 +113,7 @@ pub fn request(cell: f64, tolerance: f64, region: StockRegion) -> CutRequest {
 /// # Panics
 /// When the table is none, or has no lines of the program.
 pub fn trial(table: &str, cuts: &[BlockCut]) -> Vec<PieceTrial> {
-    let mut rows = table.lines().map(|line| line.split(',').collect::<Vec<_>>());
+    let mut rows = table.lines().filter(|line| !line.starts_with('#')).map(|line| line.split(',').collect::<Vec<_>>());
     let head = rows.next().expect("a head");
     let column = |name: &str| head.iter().position(|n| *n == name).unwrap_or_else(|| panic!("no column {name}"));
     let number = |row: &[&str], name: &str| {

@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use crate::ProgramStamp;
 use crate::chip_points::{ChipPoint, chip_points};
 use crate::chips_svg::{Row, chips_svg};
 use crate::load::Job;
@@ -43,6 +44,16 @@ impl ChipFiles {
             points.iter().for_each(|point| line(&mut csv, &o.operation.name, point, per_minute));
         }
         Self { svg: chips_svg(&title, &rows), csv }
+    }
+
+    /// The same files, which now name the programs that they speak of: in comments, since neither format has a place for it.
+    pub(crate) fn of(self, programs: &[ProgramStamp]) -> Self {
+        let mut csv: String = programs.iter().map(|program| format!("# {}\n", program.text())).collect();
+        csv += &self.csv;
+        // A comment ends with two hyphens, which file names may hold.
+        let comment = |program: &ProgramStamp| format!("<!-- {} -->\n", program.text().replace("--", "- -"));
+        let svg = self.svg + &programs.iter().map(comment).collect::<String>();
+        Self { svg, csv }
     }
 }
 

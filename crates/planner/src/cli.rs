@@ -24,6 +24,9 @@ use crate::verify_command::{self, VerifyArguments};
 #[derive(Parser)]
 #[command(name = "facemill", version, about, max_term_width = 100)]
 pub(crate) struct Arguments {
+    /// Let files that a job names be in this folder, too, and not only in the job's own; can be given several times
+    #[arg(long, global = true, value_name = "DIR")]
+    allow: Vec<PathBuf>,
     #[command(subcommand)]
     command: Command,
 }
@@ -112,6 +115,7 @@ enum Format {
 /// # Errors
 /// When it cannot be done; what was done with findings is exit code 1 and no error.
 pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
+    files::confine_jobs(arguments.allow);
     match arguments.command {
         Command::Plan(arguments) => plan_command::run(&arguments),
         Command::Check { job, settings } => check(&job, &settings),

@@ -19,7 +19,7 @@ use crate::deviation_report::{
 use crate::load::{Job, Setup};
 use crate::obstacle_meshes::ObstacleRole;
 use crate::stock_places::StockPlaces;
-use crate::{Failure, Stages};
+use crate::{Failure, ProgramStamp, Stages};
 
 /// What is asked of the deviation.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -37,6 +37,8 @@ const MAX_PATCHES: usize = 2_000_000;
 /// Stock before and after a program, and how well it was cut.
 pub(crate) struct CutStock<'a> {
     pub program: &'a ReadProgram,
+    /// The program, as the painted file names it.
+    pub stamp: &'a ProgramStamp,
     /// What it was run on, for each head.
     pub heads: &'a [&'a VirtualSetup<'a>],
     /// Before and behind the program, on the lines of each direction; all with the same distance between them, `cell` mm.
@@ -104,7 +106,8 @@ pub(crate) fn deviation_of(
     };
     let painted = request.painted.then(|| {
         let colours = colours(&fine, &patches, tolerance_mm);
-        write_painted_glb("deviation", &fine.mesh, &colours).map_err(|e| Failure::Internal(format!("deviation: {e}")))
+        let name = format!("deviation of {}", stock.stamp.text());
+        write_painted_glb(&name, &fine.mesh, &colours).map_err(|e| Failure::Internal(format!("deviation: {e}")))
     });
     Ok((report, painted.transpose()?))
 }

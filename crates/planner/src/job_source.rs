@@ -24,7 +24,7 @@ pub fn job_path(path: &Path) -> PathBuf {
 /// # Errors
 /// When it cannot be read, is no job, or says what cannot be meant; a message about a value that was set names the setting.
 pub(crate) fn read_job_file(path: &Path, settings: &[JobSetting]) -> Result<JobFile, Failure> {
-    let text = files::read(path)?;
+    let text = files::read_text(path)?;
     if let Some(other) = other_format(path, &text) {
         return Err(Failure::input(path, other));
     }

@@ -131,7 +131,7 @@ fn look_at_earlier(arguments: &LengthsArguments, dialect: Dialect) -> Result<(),
 /// Refuses a file that is there and is not `what` it is to be; an empty one is nothing.
 fn refuse_other(out: Option<&Path>, what: &str, is_ours: impl Fn(&[u8]) -> bool) -> Result<(), Failure> {
     // What cannot be read is told by writing to it.
-    let Some((out, bytes)) = out.and_then(|out| Some((out, std::fs::read(out).ok()?))) else { return Ok(()) };
+    let Some((out, bytes)) = out.and_then(|out| Some((out, files::read(out).ok()?))) else { return Ok(()) };
     if bytes.is_empty() || is_ours(&bytes) {
         return Ok(());
     }

@@ -82,6 +82,7 @@ impl Job {
     pub fn read_with(path: &Path, settings: &[JobSetting]) -> Result<Self, Failure> {
         let path = &job_path(path);
         let file = read_job_file(path, settings)?;
+        files::enter_job(path);
         let job = Self::of(path, file).map_err(|e| blamed(settings, path, e))?;
         Ok(Self { settings: settings.to_vec(), ..job })
     }
@@ -94,7 +95,8 @@ impl Job {
         let beside = |name: &str| path.parent().unwrap_or(Path::new("")).join(name);
         mesh_names(&file).for_each(|name| files::note_input(&beside(name)));
         let tool_path = beside(&file.tool);
-        let tool = ToolAssembly::from_json(&files::read(&tool_path)?).map_err(|e| Failure::input(&tool_path, e))?;
+        let tool =
+            ToolAssembly::from_json(&files::read_named_text(&tool_path)?).map_err(|e| Failure::input(&tool_path, e))?;
         check_gouge_tolerances(&file, 1, tool.cutter().radius()).map_err(|e| Failure::input(path, e))?;
         let machine_path = beside(&file.machine);
         let mut heads = read_machine(&machine_path)?.heads;
@@ -102,7 +104,8 @@ impl Job {
         let mut second = None;
         if let (2, Some(name)) = (heads.len(), &file.second_tool) {
             let tool_path = beside(name);
-            let tool = ToolAssembly::from_json(&files::read(&tool_path)?).map_err(|e| Failure::input(&tool_path, e))?;
+            let tool = ToolAssembly::from_json(&files::read_named_text(&tool_path)?)
+                .map_err(|e| Failure::input(&tool_path, e))?;
             check_gouge_tolerances(&file, 2, tool.cutter().radius()).map_err(|e| Failure::input(path, e))?;
             second = Some(SecondHead { tool, machine: heads.swap_remove(1) });
         }

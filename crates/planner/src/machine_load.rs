@@ -42,7 +42,7 @@ pub struct BodyHull {
 /// When a file cannot be read or is wrong; the message names the machine file, its field and the mesh file.
 pub fn read_machine(path: &Path) -> Result<ReadMachine, Failure> {
     let file: MachineFile =
-        facemill_file_format::from_json(&files::read(path)?).map_err(|e| Failure::input(path, e))?;
+        facemill_file_format::from_json(&files::read_named_text(path)?).map_err(|e| Failure::input(path, e))?;
     let mut hulls = Vec::new();
     let file = file.with_hulls(|wanted| {
         let mesh = mesh_of(path, wanted).map_err(|problem| Failure::input(path, problem))?;

@@ -91,7 +91,7 @@ pub fn read_mesh(path: &Path, unit: Option<UnitFile>, up: Option<UpAxisFile>) ->
         .ok_or_else(|| Failure::input(path, "unknown kind of mesh file; known are .obj, .stl, .gltf and .glb"))?;
     let settings = import_settings(format, unit, up);
     let folder = path.parent().unwrap_or(Path::new("")).to_owned();
-    let bytes = files::read(path)?;
+    let bytes = files::read_named(path)?;
     let imported = import_mesh(&path.display().to_string(), &bytes, format, &settings, &|name| {
         files::read_beside(&folder.join(name))
     })

@@ -32,7 +32,7 @@ use crate::tip_feed::programmed_feed;
 use crate::verify_feeds::Asked;
 use crate::verify_program::removal_of;
 use crate::verify_stock::{CutDone, CutRequest, Stand, StockReport, cut_stock};
-use crate::{Failure, Stages};
+use crate::{Failure, ProgramStamp, Stages};
 
 /// What a program says of itself that was not run on the virtual machine.
 pub(crate) const NOT_VERIFIED: &str = "NOT VERIFIED";
@@ -346,8 +346,9 @@ pub(crate) fn check_feeds(job: &Job, timed: &Timed, run: Option<&Verification>) 
 }
 
 /// The file of the certificates.
-pub(crate) fn certificates_json(certificates: Certificates) -> Vec<u8> {
-    facemill_file_format::to_json(&CertificatesFile { format: CERTIFICATES_FORMAT, certificates }).into_bytes()
+pub(crate) fn certificates_json(programs: Vec<ProgramStamp>, certificates: Certificates) -> Vec<u8> {
+    facemill_file_format::to_json(&CertificatesFile { format: CERTIFICATES_FORMAT, programs, certificates })
+        .into_bytes()
 }
 
 /// Why a program was not run.

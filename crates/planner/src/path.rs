@@ -65,7 +65,7 @@ fn from_file(
     file: &PathFromFile,
 ) -> Result<Vec<SidedPass>, Failure> {
     let path = job.beside(&file.file);
-    let read = read_path_file(&files::read(&path)?).map_err(|e| Failure::input(&path, e))?;
+    let read = read_path_file(&files::read_named(&path)?).map_err(|e| Failure::input(&path, e))?;
     let settings = ProjectSettings {
         max_distance: file.max_distance_mm,
         work_from_mesh: crate::load::pose(&setup.file.work_from_part),

@@ -24,6 +24,7 @@ use crate::output::{
 use crate::plan_stages::{READ, TIMES, WRITE, stages_of};
 use crate::plan_stock::{CutByPlan, PlannedStockReport, StockBefore, StockToCut, cut_by_plan, not_asked};
 use crate::program::word_map;
+use crate::program_stamp::programs_among;
 use crate::rapids::{LinksReport, PlannedLinks};
 use crate::report::Report;
 use crate::reporting::report;
@@ -179,12 +180,11 @@ pub(crate) fn planned_setup(
     report.findings = joined(report.findings, &rapid_lines(&program.read()?));
     let chips = ChipFiles::new(&jobs, &setup.file.name, &operations, (&texts.timed, &texts.cut_lines()));
     let (suffix, state) = name_parts(job, &setup, &report);
-    let mut files = vec![
+    let files = vec![
         (format!("program{suffix}{state}.{}", job.post.extension()), texts.nc.into_bytes()),
         (format!("program{suffix}{state}.apt"), texts.apt.into_bytes()),
     ];
-    files.extend(certificates.map(|c| (format!("certificates{suffix}.json"), certificates_json(c))));
-    Ok(Planned { rest, ..planned_files(&suffix, report, files, picture, chips, clock) })
+    Ok(Planned { rest, ..planned_files(&suffix, (report, certificates), files, picture, chips, clock) })
 }
 
 /// What stands in the names of a setup's files: of all of them its name, where there are several setups, and of programs
@@ -195,15 +195,20 @@ pub(crate) fn name_parts(job: &Job, setup: &Setup<'_>, report: &Report) -> (Stri
     (suffix, state)
 }
 
-/// A planned setup: its programs with the report and the pictures.
+/// A planned setup: its programs with what speaks of them: certificates, report and pictures.
 pub(crate) fn planned_files(
     suffix: &str,
-    report: Report,
+    (mut report, certificates): (Report, Option<Certificates>),
     mut files: Vec<(String, Vec<u8>)>,
     picture: Option<String>,
     chips: ChipFiles,
     clock: Clock,
 ) -> Planned {
+    let programs = programs_among(&files);
+    let certificates = certificates.map(|c| certificates_json(programs.clone(), c));
+    files.extend(certificates.map(|json| (format!("certificates{suffix}.json"), json)));
+    let chips = chips.of(&programs);
+    report.programs = programs;
     files.push((format!("report{suffix}.json"), facemill_file_format::to_json(&report).into_bytes()));
     files.extend(picture.map(|svg| (format!("solution-space{suffix}.svg"), svg.into_bytes())));
     files.push((format!("chips{suffix}.svg"), chips.svg.into_bytes()));

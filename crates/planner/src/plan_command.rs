@@ -68,11 +68,12 @@ pub(crate) fn run(arguments: &PlanArguments) -> Result<ExitCode, Failure> {
         pool.map_err(|e| Failure::Internal(e.to_string()))?;
     }
     let out = arguments.out.clone().unwrap_or_else(|| default_out(&arguments.job));
-    plan(arguments, &out).inspect_err(|_| tell_stale(&out))
+    crate::progress::watch_interrupts().map_err(Failure::Internal)?;
+    let earlier = files::set_aside_earlier(&out)?;
+    plan(arguments, &out).inspect_err(|_| tell_earlier(&out, &earlier))
 }
 
 fn plan(arguments: &PlanArguments, out: &Path) -> Result<ExitCode, Failure> {
-    crate::progress::watch_interrupts().map_err(Failure::Internal)?;
     let job = Job::read_with(&arguments.job, &arguments.settings)?;
     let settings = PlanSettings { verify: !arguments.no_verify, certificates: arguments.certificates };
     let mut outcome = Outcome::Done;
@@ -96,8 +97,7 @@ fn plan(arguments: &PlanArguments, out: &Path) -> Result<ExitCode, Failure> {
     if !crate::progress::start_writing() {
         return Err(Failure::Interrupted);
     }
-    files::write_all(out, &all_files)?;
-    files::remove_counterparts(out, &all_files)?;
+    files::write_plan(out, &all_files)?;
     let names: Vec<String> = all_files.into_iter().map(|(name, _)| name).collect();
     let told = match (arguments.json, arguments.quiet) {
         (true, _) => json(outcome, out, names, setups),
@@ -114,10 +114,10 @@ fn json(outcome: Outcome, out: &Path, files: Vec<String>, setups: Vec<SetupSumma
     facemill::file_format::to_json(&SummaryFile { format: SUMMARY_FORMAT, outcome, exit_code, out, files, setups })
 }
 
-/// Names the programs of earlier plans that a plan that failed leaves where they are.
-fn tell_stale(out: &Path) {
-    let left = files::programs_in(out);
-    if !left.is_empty() {
-        eprintln!("facemill: {} in {} is of an earlier plan", left.join(", "), out.display());
+/// Says which files of an earlier plan were set aside for a plan that failed.
+fn tell_earlier(out: &Path, names: &[String]) {
+    if !names.is_empty() {
+        let (names, out) = (names.join(", "), out.display());
+        eprintln!("facemill: {names} in {out} are of an earlier plan and have .earlier in their names now");
     }
 }

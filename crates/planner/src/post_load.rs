@@ -22,7 +22,7 @@ pub(crate) fn read_post(job_path: &Path, file: &JobFile) -> Result<PostSettings,
         None => None,
         Some(name) => {
             let path = beside(name);
-            let text = String::from_utf8(files::read(&path)?)
+            let text = String::from_utf8(files::read_named_text(&path)?)
                 .map_err(|e| Failure::input(&path, format!("not UTF-8 text: {e}")))?;
             Some(Template { name: name.clone(), text })
         }
@@ -32,7 +32,7 @@ pub(crate) fn read_post(job_path: &Path, file: &JobFile) -> Result<PostSettings,
     };
     let path = beside(name);
     let rules: DialectFile =
-        facemill_file_format::from_json(&files::read(&path)?).map_err(|e| Failure::input(&path, e))?;
+        facemill_file_format::from_json(&files::read_named_text(&path)?).map_err(|e| Failure::input(&path, e))?;
     if let Some(other) = control_of(&rules, post.dialect) {
         let (own, other) = (post.dialect.name(), other.name());
         let what = format!(

@@ -17,7 +17,7 @@ use crate::program_times::ProgramTimes;
 use crate::rapids::LinksReport;
 pub use crate::report_chips::{ChipsReport, FeedsSetByReport, SpreadReport};
 pub use crate::report_turning::{RewindReport, RewindsReport, SingularBlocks};
-use crate::{PairReport, PassOrderReport, PlannedStockReport};
+use crate::{PairReport, PassOrderReport, PlannedStockReport, ProgramStamp};
 
 /// Value of the key `format` in a report.
 pub const REPORT_FORMAT: &str = "facemill-report/1";
@@ -30,6 +30,8 @@ pub const CERTIFICATES_FORMAT: &str = "facemill-certificates/1";
 pub struct CertificatesFile {
     /// Always "facemill-certificates/1".
     pub format: &'static str,
+    /// The program that this speaks of; of a control with two channels, those that are written besides have the same motions.
+    pub programs: Vec<ProgramStamp>,
     /// Sums, and one certificate for each block.
     #[serde(flatten)]
     pub certificates: Certificates,
@@ -48,6 +50,8 @@ pub struct Report {
     pub made_from: MadeFrom,
     /// Values that were put in place of those of the job file.
     pub settings: Vec<JobSetting>,
+    /// The program that this speaks of; with channel programs for a control with two channels, these, too.
+    pub programs: Vec<ProgramStamp>,
     /// Whether the program was run on the virtual machine after it was written.
     pub verified: bool,
     /// What it cuts of the stock, as it was run.

@@ -100,6 +100,7 @@ pub(crate) fn report(
         // As the files were when planning began.
         made_from: MadeFrom::default(),
         settings: jobs.first().map_or_else(Vec::new, |job| job.settings.clone()),
+        programs: Vec::new(),
         verified: verification.is_some(),
         stock: PlannedStockReport::not_asked(verification.is_some()),
         links: LinksReport::not_shortened(not_asked(verification.is_some())),

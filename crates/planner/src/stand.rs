@@ -78,7 +78,8 @@ impl Job {
 
 /// The tool of a file with its length in this register.
 fn tool_with(path: &Path, register: u32) -> Result<ToolAssembly, Failure> {
-    let file: ToolFile = facemill_file_format::from_json(&files::read(path)?).map_err(|e| Failure::input(path, e))?;
+    let file: ToolFile =
+        facemill_file_format::from_json(&files::read_named_text(path)?).map_err(|e| Failure::input(path, e))?;
     let file = ToolFile { length_register: Some(register), ..file };
     ToolAssembly::new(file).map_err(|e| Failure::input(path, e))
 }

@@ -35,7 +35,7 @@ use crate::verify_feeds::{Asked, FastBlock, KnownCuts};
 use crate::verify_stock::{
     CutRequest, LARGEST_STOCK_TOLERANCE, Stand, StockReport, blocks_of_heads, cut_stock, is_stock_tolerance,
 };
-use crate::{Failure, Stages};
+use crate::{Failure, ProgramStamp, Stages};
 
 /// Value of the key `format` in the file of a verification.
 pub const VERIFICATION_FORMAT: &str = "facemill-verification/1";
@@ -106,6 +106,8 @@ pub struct VerificationFile {
     pub job: String,
     /// Name of the setup.
     pub setup: String,
+    /// The program that this speaks of.
+    pub program: ProgramStamp,
     /// Control that the program was read for.
     pub dialect: String,
     /// Depth of the cutter beyond which it is a finding, mm.
@@ -177,7 +179,8 @@ pub fn verify_program(
         Some(cut) => held_as_cut(job, cut),
         None => HeldAsCut::NOTHING,
     };
-    let run = Run { program: &program, text, request, gouge_limit, as_cut, stages };
+    let stamp = ProgramStamp::new(request.program, text);
+    let run = Run { program: &program, text, stamp, request, gouge_limit, as_cut, stages };
     let mut found = if job.second.is_some() { run.two_heads(job)? } else { run.one_head(job)? };
     found.verification.findings.sort_by_key(|f| (f.first_line, f.kind));
     let machine = match &job.second {
@@ -189,6 +192,7 @@ pub fn verify_program(
         format: VERIFICATION_FORMAT,
         job: job.file.name.clone(),
         setup: setup.name.clone(),
+        program: run.stamp.clone(),
         dialect: request.dialect.name().to_owned(),
         gouge_limit_mm: gouge_limit,
         times: found.times,
@@ -206,6 +210,7 @@ pub fn verify_program(
 struct Run<'a> {
     program: &'a ReadProgram,
     text: &'a [u8],
+    stamp: ProgramStamp,
     request: &'a VerifyRequest<'a>,
     gouge_limit: f64,
     as_cut: HeldAsCut,
@@ -323,6 +328,7 @@ impl Run<'_> {
             let lines: Vec<[&DexelMap; 2]> = done.before.iter().zip(now).map(|(before, now)| [before, now]).collect();
             let held = CutStock {
                 program: self.program,
+                stamp: &self.stamp,
                 heads: &heads.map(|(on, _)| on.at),
                 lines: &lines,
                 cell: done.report.cell_mm,

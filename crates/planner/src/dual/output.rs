@@ -21,7 +21,7 @@ use crate::follow::Surroundings;
 use crate::job_file::OperationFile;
 use crate::moves::MoveKind;
 use crate::operation::PlannedOperation;
-use crate::output::{NOT_VERIFIED, certificates_json, name_obstacles, not_verified, virtual_obstacles};
+use crate::output::{NOT_VERIFIED, name_obstacles, not_verified, virtual_obstacles};
 use crate::program::Timed;
 use crate::timing::{TimedText, View, Written, time_program, time_text};
 use crate::tip_feed::programmed_feed;
@@ -205,12 +205,7 @@ impl DualTexts {
     ///
     /// # Errors
     /// When a control of two channels cannot be programmed so.
-    pub(crate) fn files(
-        self,
-        suffix: &str,
-        state: &str,
-        certificates: Option<Certificates>,
-    ) -> Result<Vec<(String, Vec<u8>)>, Failure> {
+    pub(crate) fn files(self, suffix: &str, state: &str) -> Result<Vec<(String, Vec<u8>)>, Failure> {
         let channels = channel_files(&self.spec, &self.heads, &self.post, suffix, state)?;
         let [first, second] = self.apts;
         let mut files = vec![
@@ -219,7 +214,6 @@ impl DualTexts {
             (format!("program{suffix}-head-2{state}.apt"), second.into_bytes()),
         ];
         files.extend(channels);
-        files.extend(certificates.map(|c| (format!("certificates{suffix}.json"), certificates_json(c))));
         Ok(files)
     }
 }

@@ -188,8 +188,8 @@ pub(crate) fn plan_dual_setup(
     }
     let (suffix, state) = name_parts(job, setups[0], &report);
     let chips = ChipFiles::new(&jobs_of, &setups[0].file.name, &planned, (&texts.timed, &[]));
-    let files = texts.files(&suffix, state, certificates)?;
-    Ok(Planned { rest, ..planned_files(&suffix, report, files, picture, chips, clock) })
+    let files = texts.files(&suffix, state)?;
+    Ok(Planned { rest, ..planned_files(&suffix, (report, certificates), files, picture, chips, clock) })
 }
 
 /// An operation that one head machines with the other at home.

@@ -12,36 +12,136 @@ fn files_are_written_whole_and_replace_older_ones() {
     assert_eq!(std::fs::read_dir(&inner).unwrap().count(), 2);
 }
 
-#[test]
-fn of_a_program_and_its_rejected_form_the_last_written_stays() {
-    let folder = tempfile::tempdir().unwrap();
-    let clean = vec![("program.nc".to_owned(), vec![1]), ("report.json".to_owned(), vec![1])];
-    let rejected = vec![("program.rejected.nc".to_owned(), vec![2]), ("report.json".to_owned(), vec![2])];
-    for (files, name) in [(&clean, "program.nc"), (&rejected, "program.rejected.nc"), (&clean, "program.nc")] {
-        write_all(folder.path(), files).unwrap();
-        remove_counterparts(folder.path(), files).unwrap();
-        assert_eq!(programs_in(folder.path()), [name]);
-        assert!(folder.path().join("report.json").exists());
-    }
-    assert!(programs_in(&folder.path().join("none")).is_empty());
+/// Names in a folder, in order.
+fn names(folder: &Path) -> Vec<String> {
+    let mut names: Vec<String> =
+        std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    names
+}
+
+fn of(names: &[&str]) -> Vec<(String, Vec<u8>)> {
+    names.iter().map(|name| ((*name).to_owned(), vec![1])).collect()
 }
 
 #[test]
-fn of_programs_for_several_controls_the_last_written_stays() {
+fn nothing_that_speaks_of_another_program_stays_beside_a_new_one() {
     let folder = tempfile::tempdir().unwrap();
-    let of = |names: &[&str]| names.iter().map(|n| ((*n).to_owned(), vec![1])).collect::<Vec<_>>();
-    let channels = ["program-channel-1.mpf", "program.apt", "program.nc"];
-    for names in [&["program.apt", "program.rejected.h"][..], &["program.apt", "program.ngc"], &channels] {
-        write_all(folder.path(), &of(names)).unwrap();
-        remove_counterparts(folder.path(), &of(names)).unwrap();
-        let programs: Vec<&str> = names.iter().copied().filter(|n| !n.ends_with(".apt")).collect();
-        assert_eq!(programs_in(folder.path()), programs);
-        assert!(folder.path().join("program.apt").exists());
+    std::fs::write(folder.path().join("notes.csv"), "mine").unwrap();
+    let channels = ["program-channel-1.mpf", "program.apt", "program.nc", "report.json"];
+    let full =
+        ["certificates.json", "chips.csv", "chips.svg", "program.apt", "program.nc", "report.json", "timings.json"];
+    let rejected = ["program.rejected.apt", "program.rejected.h", "report.json"];
+    for written in [&channels[..], &full, &rejected, &["program.apt", "program.ngc"], &full] {
+        write_plan(folder.path(), &of(written)).unwrap();
+        let mut expected = vec!["notes.csv"];
+        expected.extend(written);
+        expected.sort();
+        assert_eq!(names(folder.path()), expected);
     }
-    let own = of(&["program.cnc"]);
-    write_all(folder.path(), &own).unwrap();
-    remove_counterparts(folder.path(), &own).unwrap();
-    assert_eq!(programs_in(folder.path()), ["program-channel-1.mpf", "program.cnc"]);
+}
+
+#[test]
+fn files_of_setups_go_where_a_report_of_ours_speaks_of_them_and_no_others() {
+    let folder = tempfile::tempdir().unwrap();
+    let report = br#"{"format": "facemill-report/1", "programs": [{"file": "program-top.cnc", "blake3": ""}]}"#;
+    let mut top = of(&["certificates-top.json", "program-top.cnc"]);
+    top.push(("report-top.json".to_owned(), report.to_vec()));
+    write_all(folder.path(), &top).unwrap();
+    let strange = of(&["program-of-mine.nc", "report-of-mine.json", "certificates-mine.json"]);
+    write_all(folder.path(), &strange).unwrap();
+    write_plan(folder.path(), &of(&["program.nc", "report.json"])).unwrap();
+    let left = ["certificates-mine.json", "program-of-mine.nc", "program.nc", "report-of-mine.json", "report.json"];
+    assert_eq!(names(folder.path()), left);
+}
+
+#[test]
+fn what_is_set_aside_looks_like_no_program_of_now_and_goes_with_the_next_plan() {
+    let folder = tempfile::tempdir().unwrap();
+    let plan = of(&["certificates.json", "program.nc", "report.json"]);
+    assert!(set_aside_earlier(&folder.path().join("none")).unwrap().is_empty());
+    for _ in 0..2 {
+        write_plan(folder.path(), &plan).unwrap();
+        assert_eq!(set_aside_earlier(folder.path()).unwrap(), ["certificates.json", "program.nc", "report.json"]);
+        let aside = ["certificates.earlier.json", "program.earlier.nc", "report.earlier.json"];
+        assert_eq!(names(folder.path()), aside);
+        // A second failure leaves it as it is.
+        assert!(set_aside_earlier(folder.path()).unwrap().is_empty());
+        assert_eq!(names(folder.path()), aside);
+    }
+    write_plan(folder.path(), &plan).unwrap();
+    assert_eq!(names(folder.path()), ["certificates.json", "program.nc", "report.json"]);
+}
+
+#[test]
+fn temporary_files_of_a_killed_run_are_cleared_and_no_others() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    for name in [".facemill-999999999-0.tmp", ".tmpAbC123", ".facemill-mine.tmp", "x.tmp"] {
+        std::fs::write(at(name), "left").unwrap();
+    }
+    let alive = Temporary::write_in(folder.path(), b"half").unwrap();
+    write_one(&at("a.nc"), b"1".to_vec()).unwrap();
+    let left = names(folder.path());
+    let own = format!(".facemill-{}-", std::process::id());
+    assert!(left.iter().any(|name| name.starts_with(&own)), "{left:?}");
+    assert!(!left.iter().any(|name| name.contains("999999999")), "{left:?}");
+    for name in [".tmpAbC123", ".facemill-mine.tmp", "x.tmp", "a.nc"] {
+        assert!(at(name).exists(), "{name}");
+    }
+    alive.rename_to(&at("b.nc")).unwrap();
+    assert_eq!(std::fs::read(at("b.nc")).unwrap(), b"half");
+    assert_eq!(names(folder.path()), [".facemill-mine.tmp", ".tmpAbC123", "a.nc", "b.nc", "x.tmp"]);
+}
+
+#[test]
+fn an_input_is_read_to_its_bound_and_no_further() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("a");
+    std::fs::write(&file, [7; 100]).unwrap();
+    assert_eq!(input::read_at_most(&file, 100).unwrap().len(), 100);
+    let why = input::read_at_most(&file, 99).unwrap_err().to_string();
+    assert!(why.contains("more than") && why.contains("99"), "{why}");
+}
+
+/// A device without end, and a pipe that nobody writes to, both also behind a link: none is waited for.
+#[cfg(unix)]
+#[test]
+fn what_is_no_regular_file_is_not_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let made = std::process::Command::new("mkfifo").arg(at("pipe")).status().unwrap();
+    assert!(made.success());
+    std::os::unix::fs::symlink("/dev/zero", at("zero.stl")).unwrap();
+    std::os::unix::fs::symlink("pipe", at("job.json")).unwrap();
+    for file in [Path::new("/dev/zero"), &at("pipe"), &at("zero.stl"), &at("job.json"), folder.path()] {
+        let why = read(file).unwrap_err().to_string();
+        assert!(why.contains("no regular file") && why.contains(file.to_str().unwrap()), "{why}");
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn files_that_a_job_names_outside_its_folder_need_leave() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    for name in ["job/inner", "shop", "shop-2"] {
+        std::fs::create_dir_all(at(name)).unwrap();
+    }
+    for name in ["job/a.json", "job/inner/b.json", "shop/c.json", "shop-2/d.json"] {
+        std::fs::write(at(name), "{}").unwrap();
+    }
+    std::os::unix::fs::symlink("../shop/c.json", at("job/link.json")).unwrap();
+    let leave = |allowed: &[&str]| input::Places::new(&at("job"), allowed.iter().map(|name| at(name)));
+    for inside in ["job/a.json", "job/inner/b.json", "job/inner/../a.json", "job/../job/a.json", "job/missing.json"] {
+        leave(&[]).check(&at(inside)).unwrap();
+    }
+    for outside in ["shop/c.json", "job/../shop/c.json", "job/link.json"] {
+        let why = leave(&[]).check(&at(outside)).unwrap_err().to_string();
+        assert!(why.contains("--allow") && why.contains("shop"), "{why}");
+        leave(&["shop-2", "shop"]).check(&at(outside)).unwrap();
+    }
+    assert!(leave(&["shop"]).check(&at("shop-2/d.json")).is_err(), "a name that begins alike is another folder");
 }
 
 #[test]
@@ -85,25 +185,21 @@ fn a_folder_that_cannot_be_made_is_named() {
 
 #[cfg(unix)]
 #[test]
-fn a_link_stays_one_and_its_target_is_written() {
+fn a_link_is_replaced_and_what_it_leads_to_stays() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
     std::fs::create_dir(at("far")).unwrap();
     std::fs::write(at("far/there.nc"), "old").unwrap();
-    for (target, link) in [("far/there.nc", "a"), ("a", "b"), ("far/new.nc", "c")] {
+    for (target, link) in [("far/there.nc", "a"), ("a", "b"), ("far/new.nc", "c"), ("y", "x"), ("x", "y")] {
         std::os::unix::fs::symlink(target, at(link)).unwrap();
     }
-    write_each(&[(&at("b"), b"1".to_vec()), (&at("c"), b"2".to_vec())]).unwrap();
-    for (link, target, bytes) in [("a", "far/there.nc", b"1"), ("b", "far/there.nc", b"1"), ("c", "far/new.nc", b"2")] {
-        assert!(at(link).is_symlink() && !at(target).is_symlink(), "{link}");
-        assert_eq!(std::fs::read(at(target)).unwrap(), bytes, "{target}");
+    for name in ["b", "a", "c", "x"] {
+        write_one(&at(name), b"new".to_vec()).unwrap();
+        assert!(!at(name).is_symlink(), "{name}");
+        assert_eq!(std::fs::read(at(name)).unwrap(), b"new", "{name}");
     }
-    let why = write_each(&[(&at("a"), vec![]), (&at("far/there.nc"), vec![])]).unwrap_err().to_string();
-    assert!(why.contains("two files"), "{why}");
-    for (target, link) in [("y", "x"), ("x", "y")] {
-        std::os::unix::fs::symlink(target, at(link)).unwrap();
-    }
-    assert!(matches!(write_one(&at("x"), vec![]), Err(Failure::Write { .. })));
+    assert_eq!(std::fs::read(at("far/there.nc")).unwrap(), b"old");
+    assert!(!at("far/new.nc").exists());
 }
 
 /// A socket stands for all that is there and no regular file.
@@ -141,15 +237,4 @@ fn what_was_read_is_refused_under_every_name_of_it() {
     for output in ["other.json", "missing.json", "new.json"] {
         inputs.refuse(Path::new("named.json"), &at(output)).unwrap();
     }
-}
-
-#[test]
-fn a_fault_of_a_temporary_file_is_told_without_its_name() {
-    let folder = tempfile::tempdir().unwrap();
-    let missing = folder.path().join("missing");
-    let said = tempfile::NamedTempFile::new_in(&missing).unwrap_err();
-    assert!(said.to_string().contains("missing"), "the temporary name is told: {said}");
-    let told = without_temporary(said);
-    assert_eq!(told.kind(), std::io::ErrorKind::NotFound);
-    assert!(!told.to_string().contains("missing"), "{told}");
 }

@@ -1,4 +1,4 @@
-//! Where an output goes: no device, no link, and nothing that was read.
+//! Where an output goes: no device, and nothing that was read.
 
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -51,43 +51,33 @@ pub(crate) fn note_input(file: &Path) {
     }
 }
 
-/// Where the bytes of an output go: behind all symbolic links.
+/// Refuses an output that cannot be one. A symbolic link is one: it is replaced.
 ///
 /// # Errors
-/// [`Failure::Write`] where a folder has the name, or links go round in circles; [`Failure::Input`] where something else that is
-/// no regular file has it, or it is an input.
-pub(super) fn place_of(file: &Path) -> Result<PathBuf, Failure> {
+/// [`Failure::Write`] where a folder has the name; [`Failure::Input`] where something else that is no regular file has it, also behind a
+/// link, or a link of the system, or it is an input.
+pub(super) fn check_place(file: &Path) -> Result<(), Failure> {
     let failed = |source: std::io::Error| Failure::Write { file: file.to_owned(), source };
+    let no_file = || Failure::input(file, "is no regular file; give the name of a file to write to");
     match std::fs::metadata(file) {
         Ok(there) if there.is_dir() => return Err(failed(ErrorKind::IsADirectory.into())),
-        Ok(there) if !there.is_file() => {
-            return Err(Failure::input(file, "is no regular file; give the name of a file to write to"));
+        Ok(there) if !there.is_file() || is_of_system(file) => return Err(no_file()),
+        // What may not be looked at is told here. A link that leads nowhere, or round in circles, is replaced.
+        Err(e) if !file.is_symlink() && !matches!(e.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) => {
+            return Err(failed(e));
         }
-        // A link that goes round in circles is told here, and what may not be looked at.
-        Err(e) if !matches!(e.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) => return Err(failed(e)),
         _ => {}
     }
-    let place = behind_links(file).map_err(failed)?;
-    if let Some(inputs) = INPUTS.get() {
-        inputs.lock().unwrap_or_else(PoisonError::into_inner).refuse(file, &place)?;
+    match INPUTS.get() {
+        Some(inputs) => inputs.lock().unwrap_or_else(PoisonError::into_inner).refuse(file, file),
+        None => Ok(()),
     }
-    Ok(place)
 }
 
-/// Links that are followed at most, as many as Linux follows.
-const LINKS: usize = 40;
-
-/// What a path leads to, which need not be there.
-fn behind_links(file: &Path) -> std::io::Result<PathBuf> {
-    let mut place = file.to_owned();
-    for _ in 0..LINKS {
-        if !place.is_symlink() {
-            return Ok(place);
-        }
-        // An absolute target replaces the folder.
-        place = folder_of(&place).join(std::fs::read_link(&place)?);
-    }
-    Err(std::io::Error::other("too many symbolic links"))
+/// Whether a file is among the system's own: its links (`/dev/stdout`) are no files of the user, even where they lead to one.
+fn is_of_system(file: &Path) -> bool {
+    let folder = folder_of(file).canonicalize().unwrap_or_default();
+    ["/dev", "/proc", "/sys"].iter().any(|system| folder.starts_with(system))
 }
 
 /// Whether two paths are of one file, by their folders as the system knows them and their names without case.

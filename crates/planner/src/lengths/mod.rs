@@ -12,7 +12,7 @@ use facemill_nc_program::{Dialect, ReadProgram};
 use facemill_tool_model::{HolderLibrary, OpenAssembly, ToolFile};
 
 use crate::load::{Job, Setup};
-use crate::{CutRequest, Failure, Stages};
+use crate::{CutRequest, Failure, ProgramStamp, Stages};
 use stage::Stage;
 
 pub use replan::ReplanTry;
@@ -80,7 +80,7 @@ pub fn lengths_of_program(
     let program: ReadProgram =
         job.read_program(text, request.dialect).map_err(|e| Failure::input(request.program, e))?;
     let setup = Setup::read(job, request.setup)?;
-    let stage = Stage::new(job, &setup, &program, request, stages)?;
+    let stage = Stage::new(job, &setup, (&program, ProgramStamp::new(request.program, text)), request, stages)?;
     let Some(library) = request.holders else {
         let open = OpenAssembly::open(&job.tool);
         let found = stage.lengths(&open, request.longest)?;

@@ -150,6 +150,7 @@ fn take(told: &mut FoundLengths, tool: ToolAssembly, made: Planned) {
         retold(length, &tool);
     }
     told.tool = Some(file);
+    told.file.replanned_blake3 = made.report.programs.first().map(|program| program.blake3.clone());
     told.replanned = made.files.into_iter().find(|(name, _)| name.starts_with("program") && !name.ends_with(".apt"));
 }
 

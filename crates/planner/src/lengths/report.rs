@@ -6,6 +6,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::replan::ReplanTry;
+use crate::ProgramStamp;
 
 /// Value of the key `format` in the file.
 pub const LENGTHS_FORMAT: &str = "facemill-lengths/1";
@@ -19,6 +20,11 @@ pub struct LengthsFile {
     pub job: String,
     /// Name of the setup.
     pub setup: String,
+    /// The program that was run; lengths for which the job was planned again are of another one.
+    pub program: ProgramStamp,
+    /// BLAKE3 checksum of the program that the job was planned again to; absent where it was not.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub replanned_blake3: Option<String>,
     /// Control that the program was read for.
     pub dialect: String,
     /// Name of the tool.

@@ -17,12 +17,13 @@ use crate::output::{name_obstacle, name_obstacles_of, not_verified};
 use crate::program::{rtcp_frame, word_map};
 use crate::stock_map::StockMeshes;
 use crate::verify_program::virtual_setup;
-use crate::{Failure, Stages};
+use crate::{Failure, ProgramStamp, Stages};
 
 pub(super) struct Stage<'a> {
     pub(super) job: &'a Job,
     pub(super) setup: &'a Setup<'a>,
     pub(super) program: &'a ReadProgram,
+    stamp: ProgramStamp,
     pub(super) request: &'a LengthsRequest<'a>,
     pub(super) stages: &'a dyn Stages,
     words: WordMap,
@@ -35,7 +36,7 @@ impl<'a> Stage<'a> {
     pub(super) fn new(
         job: &'a Job,
         setup: &'a Setup<'a>,
-        program: &'a ReadProgram,
+        (program, stamp): (&'a ReadProgram, ProgramStamp),
         request: &'a LengthsRequest<'a>,
         stages: &'a dyn Stages,
     ) -> Result<Self, Failure> {
@@ -52,7 +53,7 @@ impl<'a> Stage<'a> {
         let gouge_limit = limits.reduce(f64::min).unwrap_or(0.0);
         let as_cut = HeldAsCut { tool: stock.is_some(), machine: false };
         let verify = VerifySettings { gouge_limit, as_cut, is_whole: true, ..VerifySettings::default() };
-        Ok(Self { job, setup, program, request, stages, words, frame, stock, verify })
+        Ok(Self { job, setup, program, stamp, request, stages, words, frame, stock, verify })
     }
 
     fn at(&self) -> VirtualSetup<'_> {
@@ -108,6 +109,8 @@ impl<'a> Stage<'a> {
             format: LENGTHS_FORMAT,
             job: self.job.file.name.clone(),
             setup: self.setup.file.name.clone(),
+            program: self.stamp.clone(),
+            replanned_blake3: None,
             dialect: self.request.dialect.name().to_owned(),
             tool: self.job.tool.name().to_owned(),
             margin_mm: self.request.margin,

@@ -129,6 +129,8 @@ fn report(stage: &Stage<'_>, links: &[Found], places: &[[u32; 2]], verified: [&V
         format: RAPIDS_FORMAT,
         job: stage.job.file.name.clone(),
         setup: stage.setup.file.name.clone(),
+        program: verified[0].file.program.clone(),
+        new_program_blake3: verified[1].file.program.blake3.clone(),
         dialect: stage.request.dialect.name().to_owned(),
         clearance_mm: stage.clearance,
         by_acceleration_and_jerk: LinkClock::new(&views).is_by_law(),

@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::ways::WayKind;
-use crate::clock;
+use crate::{ProgramStamp, clock};
 
 /// Value of the key `format` in the file.
 pub const RAPIDS_FORMAT: &str = "facemill-rapids/1";
@@ -18,6 +18,10 @@ pub struct RapidsFile {
     pub job: String,
     /// Name of the setup.
     pub setup: String,
+    /// The program as it was.
+    pub program: ProgramStamp,
+    /// BLAKE3 checksum of the program as it is now.
+    pub new_program_blake3: String,
     /// Control that the program was read for.
     pub dialect: String,
     /// Distance that was kept from stock and fixtures, mm.

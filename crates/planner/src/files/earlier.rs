@@ -1,0 +1,128 @@
+//! Files of an earlier plan in the folder that a plan writes to.
+
+use std::path::{Path, PathBuf};
+
+use facemill_nc_program::Dialect;
+
+use crate::{Failure, REJECTED};
+
+/// Stands in the names of files that an earlier plan wrote, from the beginning of the next plan on.
+const EARLIER: &str = ".earlier";
+
+/// Ending of APT files, which a plan writes whatever the control is.
+const APT: &str = "apt";
+
+/// What stands in the names of programs behind the setup: nothing, or which head or channel they are for.
+const PROGRAMS: [&str; 5] = ["", "-head-1", "-head-2", "-channel-1", "-channel-2"];
+
+/// Gives the files that an earlier plan wrote to a folder names with `.earlier`, so that no program looks current while a plan runs,
+/// or after one that failed. Returns the names they had, in order; none where the folder is not there.
+///
+/// # Errors
+/// [`Failure::Write`], naming the file.
+pub fn set_aside_earlier(folder: &Path) -> Result<Vec<String>, Failure> {
+    let mut moved: Vec<String> = Vec::new();
+    for name in of_plans(folder, &[]).into_iter().filter(|name| !name.contains(EARLIER)) {
+        let from = folder.join(&name);
+        let Some((stem, extension)) = name.rsplit_once('.') else { continue };
+        std::fs::rename(&from, folder.join(format!("{stem}{EARLIER}.{extension}")))
+            .map_err(|source| Failure::Write { file: from, source })?;
+        moved.push(name);
+    }
+    Ok(moved)
+}
+
+/// Files of earlier plans in a folder that the ones now written stand for.
+pub(super) fn replaced_by(folder: &Path, written: &[(String, Vec<u8>)]) -> Vec<PathBuf> {
+    let names = of_plans(folder, written).into_iter();
+    names.filter(|name| written.iter().all(|(new, _)| new != name)).map(|name| folder.join(name)).collect()
+}
+
+/// Names of the files in a folder that a plan writes: of a job with one setup, of those that reports of ours in the folder speak of,
+/// and of those that are now written. Names alone decide, so that a program of another name is nobody's.
+fn of_plans(folder: &Path, written: &[(String, Vec<u8>)]) -> Vec<String> {
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let is_file = |e: &std::fs::DirEntry| e.file_type().is_ok_and(|t| t.is_file() || t.is_symlink());
+    let mut there: Vec<String> = entries.filter(is_file).filter_map(|e| e.file_name().into_string().ok()).collect();
+    there.sort();
+    let mut kin = Kin::default();
+    written.iter().for_each(|(name, _)| kin.learn(name));
+    for (name, report) in there.iter().filter_map(|name| Some((name, our_report(&folder.join(name))?))) {
+        kin.learn(name);
+        programs_of(&report).for_each(|program| kin.learn(program));
+    }
+    there.retain(|name| kin.has(name));
+    there
+}
+
+/// What names of a plan's files may hold.
+struct Kin {
+    /// What stands for the setup.
+    suffixes: Vec<String>,
+    /// Endings of programs.
+    endings: Vec<String>,
+}
+
+impl Default for Kin {
+    fn default() -> Self {
+        let endings = Dialect::ALL.map(|d| d.file().program.extension).into_iter().chain([APT.to_owned()]).collect();
+        Self { suffixes: vec![String::new()], endings }
+    }
+}
+
+impl Kin {
+    /// Learns from the name of a file of ours.
+    fn learn(&mut self, name: &str) {
+        let Some((stem, ending)) = name.rsplit_once('.') else { return };
+        let stem = clean(stem);
+        if let Some(suffix) = stem.strip_prefix("report").filter(|_| ending == "json") {
+            self.suffixes.push(suffix.to_owned());
+        }
+        if stem.starts_with("program") && !["json", "svg", "csv"].contains(&ending) {
+            self.endings.push(ending.to_owned());
+        }
+    }
+
+    fn has(&self, name: &str) -> bool {
+        let Some((stem, ending)) = name.rsplit_once('.') else { return false };
+        let stem = clean(stem);
+        let is_of = |what: &str| stem.strip_prefix(what).is_some_and(|s| self.suffixes.iter().any(|known| known == s));
+        let is_program = || {
+            let of_setup = |known: &String| PROGRAMS.iter().any(|which| stem == format!("program{known}{which}"));
+            self.endings.iter().any(|known| known == ending) && self.suffixes.iter().any(of_setup)
+        };
+        match ending {
+            "json" => is_of("report") || is_of("certificates") || stem == "timings",
+            "csv" => is_of("chips"),
+            "svg" => is_of("chips") || is_of("solution-space"),
+            _ => is_program(),
+        }
+    }
+}
+
+/// A name without what says that it is of an earlier plan, or has faults.
+fn clean(stem: &str) -> &str {
+    let stem = stem.strip_suffix(EARLIER).unwrap_or(stem);
+    stem.strip_suffix(REJECTED).unwrap_or(stem)
+}
+
+/// Largest report that is looked into, bytes.
+const LARGEST_REPORT: u64 = 1 << 28;
+
+/// A report of a plan of this program, whatever its version.
+fn our_report(file: &Path) -> Option<serde_json::Value> {
+    let name = file.file_name()?.to_str()?;
+    if !name.starts_with("report") || !name.ends_with(".json") {
+        return None;
+    }
+    let report: serde_json::Value =
+        serde_json::from_slice(&super::input::read_at_most(file, LARGEST_REPORT).ok()?).ok()?;
+    let is_ours = report.get("format")?.as_str()?.starts_with("facemill-report/");
+    is_ours.then_some(report)
+}
+
+/// Names of the programs that a report speaks of; none of an earlier version's.
+fn programs_of(report: &serde_json::Value) -> impl Iterator<Item = &str> {
+    let programs = report.get("programs").and_then(serde_json::Value::as_array).into_iter().flatten();
+    programs.filter_map(|program| program.get("file")?.as_str())
+}

@@ -1,0 +1,43 @@
+//! Which program a file speaks of.
+
+use std::path::Path;
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+/// The program that a file speaks of, by name and content: a file beside another program speaks of it only where both are the same.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+pub struct ProgramStamp {
+    /// Name of its file, without the folder.
+    pub file: String,
+    /// BLAKE3 checksum of the file's bytes, 64 hexadecimal digits.
+    pub blake3: String,
+}
+
+impl ProgramStamp {
+    /// The stamp of a program with this file name (folders are left out) and these bytes.
+    pub fn new(file: &Path, bytes: &[u8]) -> Self {
+        let name = file.file_name().unwrap_or(file.as_os_str());
+        Self { file: name.to_string_lossy().into_owned(), blake3: checksum(bytes) }
+    }
+
+    /// Stamp as text in files that are no JSON: `program.nc blake3 6f…`.
+    pub fn text(&self) -> String {
+        format!("{} blake3 {}", self.file, self.blake3)
+    }
+}
+
+/// BLAKE3 checksum of bytes, 64 hexadecimal digits: how files name the content of others.
+pub fn checksum(bytes: &[u8]) -> String {
+    blake3::hash(bytes).to_hex().to_string()
+}
+
+/// Stamps of the NC programs among the files of a plan; APT files are no programs.
+pub(crate) fn programs_among(files: &[(String, Vec<u8>)]) -> Vec<ProgramStamp> {
+    let is_program = |name: &str| name.starts_with("program") && !name.ends_with(".apt");
+    files
+        .iter()
+        .filter(|(name, _)| is_program(name))
+        .map(|(name, bytes)| ProgramStamp::new(Path::new(name), bytes))
+        .collect()
+}
