@@ -35,7 +35,8 @@
 //! It must not know holders or machines; what it needs to know of the tool comes in as the strip width.
 //!
 //! Inside: `region` chooses triangles, `patch` cuts them at the box and refines them, `widths` asks for strip widths,
-//! `levels` chooses levels, `trace` finds their curves, `resample` puts points on them, `order` puts them in order.
+//! `levels` chooses levels, `trace` finds their curves, `resample` puts points on them, `order` puts them in order; `samples` spreads
+//! points over a region, whatever is laid on it.
 
 mod error;
 #[cfg(test)]
@@ -48,6 +49,7 @@ mod path_file;
 mod project;
 mod region;
 mod resample;
+mod samples;
 mod settings;
 mod strategy;
 mod strategy_file;
@@ -61,6 +63,7 @@ pub use lay::{Laid, LaidPass, lay_passes};
 pub use path_file::{PassFile, PathFile, PathFileError, PathFormat, PathFrame, read_path_file, write_path_file};
 pub use project::{ProjectSettings, project};
 pub use region::{NormalCone, Region};
+pub use samples::{AskedRegion, RegionSample};
 pub use settings::{Direction, LaySettings, LevelOrder, Pattern, UncutSide};
 pub use strategy::{CylindricalSections, ParallelPlanes, Strategy};
 pub use strategy_file::{

@@ -50,6 +50,9 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
+//! A [`SweptCutter`] is asked the other way round: how high the material is that a cutter's motions leave on places of a surface,
+//! along the surface's normal and without a grid.
+//!
 //! A Z-map's frame is the caller's choice, z pointing away from the material; everything below the topmost surface
 //! counts as material there, so under an overhang nothing is ever proven free. Lengths are mm. It must not know
 //! machines.
@@ -59,6 +62,7 @@ mod dexel;
 mod estimate;
 mod heights;
 mod lattice;
+mod left;
 mod map;
 mod pyramid;
 mod raster;
@@ -72,4 +76,5 @@ pub use dexel::{
 };
 pub use estimate::{PointClearance, Ring, corners_estimate, gouge_estimate, ring_estimate};
 pub use heights::NodeHeights;
+pub use left::{CutterMotion, LeftHeight, SurfacePlace, SweptCutter, left_heights};
 pub use map::{ZMap, ZMapError, ZMapSettings};

@@ -11,4 +11,5 @@ mod dexel_sweeps;
 mod dexel_volumes;
 mod heights;
 mod kit;
+mod left;
 mod poses;
