@@ -130,8 +130,9 @@ fn look_at_earlier(arguments: &LengthsArguments, dialect: Dialect) -> Result<(),
 
 /// Refuses a file that is there and is not `what` it is to be; an empty one is nothing.
 fn refuse_other(out: Option<&Path>, what: &str, is_ours: impl Fn(&[u8]) -> bool) -> Result<(), Failure> {
-    // What cannot be read is told by writing to it.
-    let Some((out, bytes)) = out.and_then(|out| Some((out, files::read(out).ok()?))) else { return Ok(()) };
+    // What cannot be read is told by writing to it. It is looked at to be replaced: no input.
+    let read = |out: &Path| out.metadata().is_ok_and(|m| m.is_file()).then(|| std::fs::read(out).ok()).flatten();
+    let Some((out, bytes)) = out.and_then(|out| Some((out, read(out)?))) else { return Ok(()) };
     if bytes.is_empty() || is_ours(&bytes) {
         return Ok(());
     }

@@ -11,6 +11,7 @@ use nalgebra::{Isometry3, Translation3};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
+use crate::Failure;
 use crate::cell::{search_settings, workcell, z_map};
 use crate::check::describe_setup;
 use crate::load::{Job, Setup};
@@ -18,7 +19,6 @@ use crate::new_job::{NewJob, new_job, round_to};
 use crate::obstacle_meshes::ObstacleRole;
 use crate::path::lay;
 use crate::pieces::places;
-use crate::{Failure, files};
 
 /// Machines that an example can be written for: name and machine file.
 const MACHINES: [(&str, &str); 12] = [
@@ -75,7 +75,11 @@ pub fn new_job_for(
     let fault = |e: Failure| told(e, machine, dialect);
     let write = |job: &Value, written: &mut Vec<(String, Vec<u8>)>| {
         *content(written, "job.json")? = facemill_file_format::to_json(job).into_bytes();
-        files::write_all(folder.path(), written).map_err(fault)
+        // A trial is read and written again: what is read in it is no input that has to be kept.
+        written
+            .iter()
+            .try_for_each(|(name, bytes)| std::fs::write(folder.path().join(name), bytes))
+            .map_err(|e| e.to_string())
     };
     with_feed_mode(&mut job, |job| {
         write(job, &mut written)?;
