@@ -66,7 +66,7 @@ fn joined_lines_take_no_longer_than_stops_and_no_less_than_their_speeds_allow() 
         let run = |tolerance| trapezoid_law(&start, &blocks, (&axes, &LINEAR), &settings(tolerance)).unwrap();
         let (joined, stopped) = (run(program.tolerance), run(0.0));
         let sum = |times: &[f64]| times.iter().sum::<f64>();
-        // The arc of a sharp corner may take longer than a stop, as in the control itself.
+        // The arc of a sharp corner may take longer than a stop, which the control itself does not: the model is 1.3 % slow there.
         let most = if program.name == "zigzag" { 1.05 } else { 1.0 };
         assert!(sum(&joined.times) < most * sum(&stopped.times), "{}", program.name);
         assert!(sum(&joined.times) > blocks.iter().map(|b| b.tip_time).sum(), "{}", program.name);
