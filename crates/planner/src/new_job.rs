@@ -120,7 +120,7 @@ fn propeller_job(series: Series, diameter: f64) -> Result<Vec<(String, Vec<u8>)>
     let radius = cutter_radius(if overlapping { 0.025 } else { 0.02625 } * diameter);
     // The flange and the nose of the spindle are as large for a small propeller as for a large one, and stay above its blades.
     let reach = if overlapping { 0.3 * diameter } else { (4.0 * radius).max(140.0) };
-    let from_radius = if overlapping { 0.6 } else { 0.46 };
+    let from_radius = if overlapping { 0.6 } else { 0.535 };
     let stock = stock_for(radius);
     let meshes = json!([
         { "file": "propeller.glb", "groups": ["blade-1/suction"], "role": "drive", "unit": "metre", "up_axis": "y" },
