@@ -213,7 +213,6 @@ fn programs_that_cannot_be_trusted_are_refused_by_line() {
         ("G1 X1. F100.\nG1 X#101\n", &["line 5", "not evaluated"]),
         ("M98 P1000\nG1 X1. F100.\n", &["line 4", "not evaluated"]),
         ("G1 X1. Q\u{a7}\n", &["line 4", "column"]),
-        ("G20 G1 X1. F4.\n", &["line 4", "inches"]),
         ("/G1 X1. F100.\n", &["line 4", "switch"]),
         ("/F100.\nG1 X1.\n", &["line 4", "switch"]),
     ] {
@@ -231,7 +230,6 @@ fn programs_that_cannot_be_trusted_are_refused_by_line() {
         ("LIMS=500\nG1 X1 F100\n", "the spindle's speed"),
         ("OFFN=2\nG1 X1 F100\n", "OFFN=2"),
         ("FXS[X]=1\nG1 X1 F100\n", "FXS[X]=1"),
-        ("G70\nG1 X1 F100\n", "inches"),
     ] {
         let why = refused(&machine, Dialect::Siemens840d, &format!("{siemens}{rest}M30\n"));
         assert!(why.contains(told) && why.contains("line "), "{rest}: {why}");
@@ -416,8 +414,7 @@ fn feedrate_refuses_what_cannot_be_meant() {
         assert!(errors.contains("the smallest that the machine knows is 1"), "{program}: {errors}");
         assert_eq!(told(program, "100", &["--tip-feed", "0.995"]).0, Some(0), "{program}");
     }
-    // Within the range, and yet too little for any blend.
-    let (code, errors) = told("one.nc", "100", &["--time-law", "--blend-tolerance-mm", "1e-6"]);
+    let (code, errors) = told("one.nc", "100", &["--time-law", "--blend-tolerance-mm", "0"]);
     assert!(code == Some(0) && errors.contains("a stop at every corner"), "{errors}");
 }
 
@@ -493,10 +490,18 @@ fn programs_from_anywhere_are_run_as_the_job_stands() {
     // What a FANUC program leaves to the control's settings is told, and nothing that it says.
     let rests_on: Vec<&str> =
         file["assumptions"].as_array().unwrap().iter().filter_map(|a| a["text"].as_str()).collect();
-    let [layer, open, rapids, feeds, smoothing] = rests_on[..] else { panic!("{rests_on:?}") };
-    assert!(layer.contains("both sides") && open.contains("the mesh patch.obj is not closed"), "{rests_on:?}");
-    assert!(feeds.starts_with("feeds of cuts are held against 2000 mm/min"), "{feeds}");
-    assert!(rapids.contains("how rapids go") && smoothing.contains("motion.control_tolerance"), "{rests_on:?}");
+    let expected = [
+        "both sides",
+        "the mesh patch.obj is not closed",
+        "feeds of cuts are held against 2000 mm/min",
+        "how rapids go",
+        "motion.control_tolerance",
+        "times by acceleration and jerk take the control as",
+    ];
+    for part in expected {
+        assert!(rests_on.iter().any(|text| text.contains(part)), "{part}: {rests_on:?}");
+    }
+    assert!(rests_on.len() <= expected.len() + 1, "{rests_on:?}");
     assert!(rests_on.iter().all(|text| String::from_utf8_lossy(&clean.stdout).contains(text)));
     // One definition of times, and one way to them: from the text.
     let times = serde_json::to_value(&planned.report.times).unwrap();

@@ -94,7 +94,7 @@ fn check_cells(map: &SolutionSpaceFile) {
     for (sum, said) in sums.iter().zip([map.area.free, map.area.blocked, map.area.uncertain]) {
         assert!((sum - said).abs() < 1e-9);
     }
-    assert!(map.area.free > 0.5 && map.area.blocked > 0.01 && map.area.uncertain < 0.1, "{:?}", map.area);
+    assert!(map.area.free > 0.5 && map.area.blocked > 0.001 && map.area.uncertain < 0.1, "{:?}", map.area);
 }
 
 #[test]
