@@ -290,8 +290,11 @@ pub fn outcomes(spread: f64) -> Vec<MeshOutcome> {
             if step_over >= 4.0 {
                 let tolerances = [
                     ("/operations/0/tolerances/max_step_over_mm", json!(spread * step_over)),
-                    // The cusp grows with the square of the step-over.
-                    ("/operations/0/tolerances/cusp_mm", json!(spread * spread * CUSP)),
+                    // The cusp grows with the square of the step-over, and more where postures are steep: none is to be mended here.
+                    (
+                        "/operations/0/tolerances/cusp_mm",
+                        json!(if spread > 1.0 { 8.0 * spread * spread } else { 1.0 } * CUSP),
+                    ),
                 ];
                 job.set("job.json", &tolerances);
             }

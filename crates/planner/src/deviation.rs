@@ -91,6 +91,7 @@ pub(crate) fn deviation_of(
         uncertainty: uncertainty_mm,
         tolerance: tolerance_mm,
     };
+    let accuracy = [tolerance_mm, uncertainty_mm];
     let report = DeviationReport {
         tolerance_mm,
         uncertainty_mm,
@@ -98,14 +99,14 @@ pub(crate) fn deviation_of(
         drive: DeviationFigures::of(
             places().filter(|p| is_drive[p.triangle as usize]),
             patches.iter().copied().filter(|p| p.is_drive),
-            tolerance_mm,
+            accuracy,
         ),
-        part: DeviationFigures::of(places(), patches.iter().copied(), tolerance_mm),
+        part: DeviationFigures::of(places(), patches.iter().copied(), accuracy),
         cavity: cavity.map(|c| DeviationPlace { value_mm: c.depth, at_mm: c.position.into() }),
         cusps: cusps(stock.program, stock.heads, &scene),
     };
     let painted = request.painted.then(|| {
-        let colours = colours(&fine, &patches, tolerance_mm);
+        let colours = colours(&fine, &patches, accuracy);
         let name = format!("deviation of {}", stock.stamp.text());
         write_painted_glb(&name, &fine.mesh, &colours).map_err(|e| Failure::Internal(format!("deviation: {e}")))
     });
@@ -202,10 +203,10 @@ fn patches(
 }
 
 /// The colour of each vertex: the mean of the triangles around it by area.
-fn colours(fine: &Refined, patches: &[Patch], tolerance: f64) -> Vec<[u8; 3]> {
+fn colours(fine: &Refined, patches: &[Patch], accuracy: [f64; 2]) -> Vec<[u8; 3]> {
     let mut sums = vec![[0.0_f64; 4]; fine.mesh.vertices().len()];
     for (triangle, patch) in fine.mesh.triangles().iter().zip(patches) {
-        let colour = colour(Condition::of(patch.place.as_ref(), tolerance), tolerance);
+        let colour = colour(Condition::of(patch.place.as_ref(), accuracy), accuracy[0]);
         for &v in triangle {
             let sum = &mut sums[v as usize];
             (0..3).for_each(|k| sum[k] += patch.area * f64::from(colour[k]));

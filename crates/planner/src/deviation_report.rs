@@ -62,13 +62,13 @@ pub struct DeviationPlace {
 /// Areas of a surface, mm²; they add up to the surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct DeviationAreas {
-    /// Within the tolerance.
+    /// Within the tolerance, and cut by the program or without stock on it.
     pub within: f64,
     /// Deeper than the tolerance.
     pub gouged: f64,
     /// Higher than the tolerance, and cut by the program.
     pub excess: f64,
-    /// Higher than the tolerance, and as it was before the program.
+    /// As it was before the program, with stock on it.
     pub not_reached: f64,
     /// Of a surface that is not closed: no stock at all under it.
     pub no_stock: f64,
@@ -110,11 +110,14 @@ pub(crate) struct Patch {
 }
 
 impl Condition {
-    pub(crate) fn of(place: Option<&Place>, tolerance: f64) -> Self {
+    /// Condition of a place within a tolerance, deviations being known to an uncertainty, mm.
+    pub(crate) fn of(place: Option<&Place>, [tolerance, uncertainty]: [f64; 2]) -> Self {
         match place {
             None => Self::NotMeasured,
             Some(p) if p.deviation == f64::NEG_INFINITY => Self::NoStock,
             Some(p) if p.deviation < -tolerance => Self::Gouged(p.deviation),
+            // Stock as it was before the cut is not finished, however little of it there is.
+            Some(p) if !p.is_cut && p.deviation > uncertainty => Self::NotReached,
             Some(p) if p.deviation <= tolerance => Self::Within(p.deviation),
             Some(p) if p.is_cut => Self::Excess(p.deviation),
             Some(_) => Self::NotReached,
@@ -126,13 +129,13 @@ impl Condition {
 const STEPS: i32 = 8;
 
 impl DeviationFigures {
-    /// Figures of the places and patches that are asked for; deviations are those from the surface with its allowance.
+    /// Figures of the places and patches that are asked for, within a tolerance and told to an uncertainty (mm); deviations are those from the surface with its allowance.
     pub(crate) fn of(
         places: impl Iterator<Item = Place>,
         patches: impl Iterator<Item = Patch> + Clone,
-        tolerance: f64,
+        accuracy: [f64; 2],
     ) -> Self {
-        let mut figures = Self { histogram: histogram(patches.clone(), tolerance), ..Self::default() };
+        let mut figures = Self { histogram: histogram(patches.clone(), accuracy[0]), ..Self::default() };
         for place in places.filter(|p| p.deviation.is_finite()) {
             let kind = match place.deviation {
                 d if d < 0.0 => &mut figures.largest_gouge,
@@ -147,7 +150,7 @@ impl DeviationFigures {
         }
         let areas = &mut figures.area_mm2;
         for patch in patches {
-            *match Condition::of(patch.place.as_ref(), tolerance) {
+            *match Condition::of(patch.place.as_ref(), accuracy) {
                 Condition::Within(_) => &mut areas.within,
                 Condition::Gouged(_) => &mut areas.gouged,
                 Condition::Excess(_) => &mut areas.excess,

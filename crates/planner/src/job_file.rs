@@ -402,6 +402,9 @@ pub struct OperationFile {
     pub feeds: FeedsFile,
     /// Tolerances: the error budget.
     pub tolerances: TolerancesFile,
+    /// Most material that may be left on the operation's region.
+    #[serde(default)]
+    pub finish: FinishFile,
     /// What happens where no posture is feasible.
     pub infeasible: InfeasibleFile,
 }
@@ -455,6 +458,9 @@ pub struct PathFromFile {
     /// Side of the feed on which the uncut stock lies, seen from outside.
     #[serde(default)]
     pub uncut_side: UncutSideFile,
+    /// What the passes are to finish: what they leave is measured on it.
+    #[serde(default)]
+    pub region: RegionFile,
 }
 
 /// A side of the feed, seen from outside the part.
@@ -788,6 +794,23 @@ pub struct TolerancesFile {
     pub cusp_mm: f64,
     /// Largest distance between passes.
     pub max_step_over_mm: f64,
+}
+
+/// Most material that an operation may leave on its region, as it is measured on the written program; with more the plan has failed.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct FinishFile {
+    /// Part of the area that may be left higher than `cusp_mm` with path chord, linearisation and gouge tolerance.
+    pub max_above_fraction: f64,
+    /// Part of the area that no cut may reach.
+    pub max_never_cut_fraction: f64,
+}
+
+impl Default for FinishFile {
+    /// A finished part: up to a hundredth at borders and corners of the region, next to nothing never cut.
+    fn default() -> Self {
+        Self { max_above_fraction: 0.01, max_never_cut_fraction: 0.002 }
+    }
 }
 
 /// What happens where no posture is feasible.

@@ -25,6 +25,7 @@ use crate::plan_stages::{CERTIFY, VERIFY};
 use crate::post_probe::probe;
 use crate::program::{BlockWriter, Timed, rtcp_frame, table_from_rtcp_words};
 use crate::program_spec::program_spec;
+use crate::remaining::{RunningHead, remaining};
 use crate::report::{CERTIFICATES_FORMAT, CertificatesFile};
 use crate::stock_map::StockRegion;
 use crate::timing::{TimedText, Written, time_program, time_text};
@@ -32,7 +33,7 @@ use crate::tip_feed::programmed_feed;
 use crate::verify_feeds::Asked;
 use crate::verify_program::removal_of;
 use crate::verify_stock::{CutDone, CutRequest, Stand, StockReport, cut_stock};
-use crate::{Failure, ProgramStamp, Stages};
+use crate::{Failure, ProgramStamp, RemainingReport, Stages};
 
 /// What a program says of itself that was not run on the virtual machine.
 pub(crate) const NOT_VERIFIED: &str = "NOT VERIFIED";
@@ -241,6 +242,12 @@ impl OwnProgram<'_> {
     /// The machine with what stands on it.
     pub(crate) fn virtual_setup(&self) -> Result<VirtualSetup<'_>, Failure> {
         virtual_setup(self.job, self.setup, self.words)
+    }
+
+    /// Measures what the text leaves on the regions of the setup's operations.
+    pub(crate) fn remaining(&self, stages: &dyn Stages) -> Result<Option<RemainingReport>, Failure> {
+        let heads = [RunningHead { at: &self.virtual_setup()?, settings: &self.settings() }];
+        remaining(self.job, self.setup, &self.read()?, &heads, stages)
     }
 
     /// What the text leaves to the control.

@@ -32,7 +32,7 @@ use crate::timing::control_assumption;
 use crate::turning::Turning;
 use crate::validate::file_stem;
 use crate::verify_stock::CutRequest;
-use crate::{Failure, Stages};
+use crate::{Failure, RemainingReport, Stages};
 
 /// Stands in the names of programs with faults.
 pub const REJECTED: &str = ".rejected";
@@ -90,7 +90,11 @@ impl Planned {
         let report = &self.report;
         if report.findings.iter().any(|f| f.kind.is_fault()) {
             Outcome::Faulty
-        } else if report.totals.trims_too_much || report.worst.linearisation_exceeded || report.worst.cusp_exceeded {
+        } else if report.remaining.as_ref().is_some_and(RemainingReport::is_exceeded)
+            || report.totals.trims_too_much
+            || report.worst.linearisation_exceeded
+            || report.worst.cusp_exceeded
+        {
             Outcome::Incomplete
         } else {
             Outcome::Done
@@ -178,6 +182,10 @@ pub(crate) fn planned_setup(
     report.assumptions.extend(seen.map(|text| Assumption { line: None, text }));
     report.assumptions.extend(open_stock(&setup));
     report.findings = joined(report.findings, &rapid_lines(&program.read()?));
+    if settings.verify {
+        report.remaining = program.remaining(stages)?;
+        clock.lap("material left");
+    }
     let chips = ChipFiles::new(&jobs, &setup.file.name, &operations, (&texts.timed, &texts.cut_lines()));
     let (suffix, state) = name_parts(job, &setup, &report);
     let files = vec![

@@ -35,6 +35,8 @@ pub(crate) const CERTIFY: &str = "certify program";
 pub(crate) const CUT: &str = "cut the stock";
 /// Looks what meets the stock between its lines.
 pub(crate) const LOOK: &str = "look between the lines";
+/// Measures what the program leaves on the surface that is asked for.
+pub(crate) const MATERIAL: &str = "material left";
 /// Times the program by its text.
 pub(crate) const TIMES: &str = "times of the program";
 
@@ -54,6 +56,7 @@ pub(crate) fn stages_of(job: &Job, index: usize, settings: PlanSettings, has_sto
     stages.extend(settings.certificates.then_some(CERTIFY));
     stages.extend((cuts && job.file.verification.cut_stock).then_some(CUT));
     stages.push(TIMES);
+    stages.extend(settings.verify.then_some(MATERIAL));
     stages
 }
 
@@ -79,5 +82,6 @@ pub(crate) fn stages_of_heads(job: &Job, index: usize, settings: PlanSettings, h
     stages.extend(settings.certificates.then_some(["certify head 1", "certify head 2"]).into_iter().flatten());
     stages.extend((has_stock && settings.verify && job.file.verification.cut_stock).then_some(CUT));
     stages.push(TIMES);
+    stages.extend(settings.verify.then_some(MATERIAL));
     stages
 }

@@ -17,7 +17,7 @@ use crate::program_times::ProgramTimes;
 use crate::rapids::LinksReport;
 pub use crate::report_chips::{ChipsReport, FeedsSetByReport, SpreadReport};
 pub use crate::report_turning::{RewindReport, RewindsReport, SingularBlocks};
-use crate::{PairReport, PassOrderReport, PlannedStockReport, ProgramStamp};
+use crate::{PairReport, PassOrderReport, PlannedStockReport, ProgramStamp, RemainingReport};
 
 /// Value of the key `format` in a report.
 pub const REPORT_FORMAT: &str = "facemill-report/1";
@@ -72,6 +72,8 @@ pub struct Report {
     pub no_time_law: Vec<String>,
     /// Extreme values, each with its place.
     pub worst: Worst,
+    /// Material that the written program leaves on the regions of its operations; `null` where the program was not run.
+    pub remaining: Option<RemainingReport>,
     /// How the postures of each operation were chosen, and how the rotary axes move with them.
     pub postures: Vec<PosturesReport>,
     /// Whether each operation's passes keep the allowed cusp, what was done for it, and why not where they do not.
@@ -242,7 +244,7 @@ pub struct Worst {
     pub clearance_between: Option<String>,
     /// Line of the program with that distance.
     pub clearance_line: Option<u32>,
-    /// Largest predicted cusp.
+    /// Largest cusp that is predicted from the outlines of neighbouring passes; `remaining` has what the text leaves.
     pub cusp_mm: Option<f64>,
     /// Whether that, or a strip that stays uncut, is more than an operation's `cusp_mm`.
     pub cusp_exceeded: bool,

@@ -8,7 +8,7 @@ use crate::report::{
     CertifiedReport, ChipsReport, CuspsKeptReport, HeldBackReport, PosturesReport, Report, SpreadReport,
     VectorTimeReport,
 };
-use crate::{PairReport, PassOrderReport, PlannedStockReport, StockReport};
+use crate::{PairReport, PassOrderReport, PlannedStockReport, RemainingReport, StockReport};
 
 /// A few lines for a person.
 pub fn summary(report: &Report) -> String {
@@ -55,8 +55,7 @@ pub fn summary(report: &Report) -> String {
     if let Some(c) = &report.certified {
         lines.extend(certified(c));
     }
-    let beyond = if w.cusp_exceeded { ", more than the job's tolerance" } else { "" };
-    lines.push(format!("  largest cusp      {}{beyond}", or_none(w.cusp_mm, "mm")));
+    lines.extend(report.remaining.iter().flat_map(RemainingReport::summary_lines));
     lines.extend(report.cusps.iter().flat_map(cusps_kept));
     let of_single = report.postures.iter().filter_map(|p| p.optimum.as_ref()).map(|o| o.jumps);
     let of_pairs = report.pairs.iter().flat_map(|p| p.posture_jumps);
@@ -71,9 +70,6 @@ pub fn summary(report: &Report) -> String {
     lines.extend(report.postures.iter().filter_map(wider_search));
     lines.extend(turning(report));
     lines.extend(wound(&report.wind_up));
-    if t.uncut_points > 0 {
-        lines.push(format!("  uncut strips      at {} points", t.uncut_points));
-    }
     if w.linearisation_exceeded {
         let allowed = report.budgets.iter().map(|b| b.linearisation_mm).fold(f64::INFINITY, f64::min);
         let found = w.linearisation_mm;

@@ -4,9 +4,9 @@ use facemill_inverse_kinematics::FeedRange;
 use facemill_nc_program::{FeedMode, RoundingBound};
 
 use crate::job_file::{
-    ApproachFile, AxisTargetFile, ClearanceFile, DirectionFile, InfeasibleFile, JOB_FORMAT, JobFile, LinkStockFile,
-    LinkingFile, OperationFile, PairFile, PassOrderFile, PathFile, PatternFile, PoseFile, PostureModeFile, RoleFile,
-    SetupFile, StockFile, TolerancesFile,
+    ApproachFile, AxisTargetFile, ClearanceFile, DirectionFile, FinishFile, InfeasibleFile, JOB_FORMAT, JobFile,
+    LinkStockFile, LinkingFile, OperationFile, PairFile, PassOrderFile, PathFile, PatternFile, PoseFile,
+    PostureModeFile, RoleFile, SetupFile, StockFile, TolerancesFile,
 };
 use crate::validate_feeds::{check_feed_laws, check_stock_to_cut, feeds_of_chips};
 use crate::verify_stock::{LARGEST_STOCK_TOLERANCE, is_stock_tolerance};
@@ -349,6 +349,7 @@ fn check_operation(at: &Field, o: &OperationFile) -> Result<(), String> {
     at.within("feeds.spindle_rpm", o.feeds.spindle_rpm, 1.0, FASTEST_SPINDLE)?;
     check_feed_laws(at, &o.feeds)?;
     check_tolerances(at, &o.tolerances)?;
+    check_finish(at, &o.finish)?;
     if let InfeasibleFile::Trim(trim) = &o.infeasible {
         at.within("infeasible.trim.max_trimmed_fraction", trim.max_trimmed_fraction, 0.0, 1.0)?;
     }
@@ -383,6 +384,11 @@ fn check_tolerances(at: &Field, t: &TolerancesFile) -> Result<(), String> {
     at.within("tolerances.max_lift_mm", t.max_lift_mm, 0.0, LARGEST_TOLERANCE)?;
     at.within("tolerances.cusp_mm", t.cusp_mm, SMALLEST_TOLERANCE, FARTHEST)?;
     at.within("tolerances.max_step_over_mm", t.max_step_over_mm, SMALLEST_STEP, FARTHEST)
+}
+
+fn check_finish(at: &Field, finish: &FinishFile) -> Result<(), String> {
+    at.within("finish.max_above_fraction", finish.max_above_fraction, 0.0, 1.0)?;
+    at.within("finish.max_never_cut_fraction", finish.max_never_cut_fraction, 0.0, 1.0)
 }
 
 /// Places of a pattern must be apart: a place that comes back to another one would be cut twice.

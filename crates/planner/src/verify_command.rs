@@ -7,8 +7,8 @@ use clap::{ArgGroup, Args};
 use facemill::virtual_machine::{BetweenPositions, EstimatedPositions, Verification, joined};
 use facemill::z_map::DexelMap;
 use facemill::{
-    CutRequest, DeviationRequest, Failure, StockRegion, StockReport, VerificationFile, Verified, VerifyRequest, files,
-    read_rest, verify_program,
+    CutRequest, DeviationRequest, Failure, RemainingReport, StockRegion, StockReport, VerificationFile, Verified,
+    VerifyRequest, files, read_rest, verify_program,
 };
 
 use crate::cli::say;
@@ -224,6 +224,7 @@ fn told(file: &VerificationFile) -> String {
     lines.extend(v.wind_up.iter().filter(|w| w.turns > 1.0).map(|w| format!("  wind-up           {w}")));
     lines.extend(v.between.as_ref().map(told_between));
     lines.extend(file.stock.iter().flat_map(StockReport::told));
+    lines.extend(file.remaining.iter().flat_map(RemainingReport::summary_lines));
     lines.extend(file.deviation.as_ref().map(told_deviation).unwrap_or_default());
     if let Some(c) = &file.certificates {
         lines.push(format!("  certified blocks  {} of {}", c.certified, c.blocks));

@@ -28,6 +28,7 @@ use crate::output::{name_obstacles, not_verified, virtual_obstacles};
 use crate::plan_stages::TIMES;
 use crate::program::{rtcp_frame, word_map};
 use crate::program_times::ProgramTimes;
+use crate::remaining::{RunningHead, remaining};
 use crate::stock_map::StockRegion;
 use crate::timing::{TimedText, times_of_text};
 use crate::verify_assumptions::{all_assumptions, cuts_nothing, is_estimate};
@@ -35,7 +36,7 @@ use crate::verify_feeds::{Asked, FastBlock, KnownCuts};
 use crate::verify_stock::{
     CutRequest, LARGEST_STOCK_TOLERANCE, Stand, StockReport, blocks_of_heads, cut_stock, is_stock_tolerance,
 };
-use crate::{Failure, ProgramStamp, Stages};
+use crate::{Failure, ProgramStamp, RemainingReport, Stages};
 
 /// Value of the key `format` in the file of a verification.
 pub const VERIFICATION_FORMAT: &str = "facemill-verification/1";
@@ -120,6 +121,9 @@ pub struct VerificationFile {
     /// What the run rests on because neither the program nor the command line says it, what its feeds are held against where cuts
     /// are not told from other feed moves, and that the program reaches no stock.
     pub assumptions: Vec<Assumption>,
+    /// Material that the program leaves on the regions of the setup's operations; absent where no operation is known, and of an estimate.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub remaining: Option<RemainingReport>,
     /// What was cut; absent where the stock was not.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stock: Option<StockReport>,
@@ -198,6 +202,7 @@ pub fn verify_program(
         times: found.times,
         verification: found.verification,
         assumptions: all_assumptions(assumptions(&program, &machine), found.assumptions),
+        remaining: found.remaining,
         stock: found.stock,
         deviation: found.deviation,
         certificates: found.certificates,
@@ -223,6 +228,7 @@ struct Found {
     times: ProgramTimes,
     assumptions: Vec<Assumption>,
     certificates: Option<Certificates>,
+    remaining: Option<RemainingReport>,
     stock: Option<StockReport>,
     rest: Option<DexelMap>,
     cuts: Vec<BlockCut>,
@@ -239,6 +245,7 @@ impl Found {
             times: ProgramTimes::default(),
             assumptions,
             certificates,
+            remaining: None,
             stock: None,
             rest: None,
             cuts: Vec::new(),
@@ -303,6 +310,7 @@ impl Run<'_> {
         let known = cut.map(|cut| found.take(cut));
         let [known] = known.map_or([None], |known| known.map(Some));
         self.compare_feeds(asked.as_ref(), &[(&fast, known, "")], &mut found);
+        self.measure(job, &setup, &[&at], &mut found)?;
         self.place(&at, &mut found.verification)?;
         found.assumptions.extend(open_files(&setup).chain(open_stock(&setup)));
         Ok(found)
@@ -406,6 +414,7 @@ impl Run<'_> {
         let [first, second] = known;
         let fast = [(&fast[0][..], first, "head 1"), (&fast[1][..], second, "head 2")];
         self.compare_feeds(asked.as_ref(), &fast, &mut found);
+        self.measure(job, &setups[0], &[&at[0], &at[1]], &mut found)?;
         self.place(&at[0], &mut found.verification)?;
         found.assumptions.extend(open_files(&setups[0]).chain(open_stock(&setups[0])));
         Ok(found)
@@ -438,6 +447,28 @@ impl Run<'_> {
         let text = control.assumption().filter(|_| times.no_law_because.is_empty());
         found.assumptions.extend(text.map(|text| Assumption { line: None, text }));
         times
+    }
+
+    /// Measures what the program leaves on the regions of the job's operations; with the deviation asked for, more than they allow is a
+    /// finding.
+    fn measure(
+        &self,
+        job: &Job,
+        setup: &Setup<'_>,
+        heads: &[&VirtualSetup<'_>],
+        found: &mut Found,
+    ) -> Result<(), Failure> {
+        if self.request.fast {
+            return Ok(());
+        }
+        let settings = self.settings();
+        let heads: Vec<RunningHead<'_>> = heads.iter().map(|&at| RunningHead { at, settings: &settings }).collect();
+        found.remaining = remaining(job, setup, self.program, &heads, self.stages)?;
+        if self.request.cut.as_ref().is_some_and(|cut| cut.deviation.is_some()) {
+            let last = self.program.blocks.last().map_or(1, |block| block.line);
+            found.verification.findings.extend(found.remaining.iter().flat_map(|r| r.findings(last)));
+        }
+        Ok(())
     }
 
     /// The blocks that are faster than the job's cuts, seen by machines with the lengths of their tools.

@@ -304,6 +304,8 @@ pub enum FindingKind {
     RtcpLeftOn,
     /// A tool or normal vector that is none of length 1, on a control that takes it as it stands.
     NotUnitVector,
+    /// More material left on the surface that is asked for than the job allows.
+    Excess,
     /// A cutting move whose normal vector (NX NY NZ of LN) points away from the tool, or is not that of the surface which the
     /// cutter is at.
     OtherNormal,
@@ -319,6 +321,8 @@ pub enum Measure {
     DepthMm(f64),
     /// Distance of the body as it is from the obstacle's mesh, mm; 0 where they overlap.
     DistanceMm(f64),
+    /// Height of material that is left on the surface, mm.
+    HeightMm(f64),
     /// Way of a linear axis beyond its limit.
     ExcessMm(f64),
     /// Way of a rotary axis beyond its limit.
@@ -352,6 +356,7 @@ impl Measure {
         match *self {
             Self::DepthMm(v)
             | Self::DistanceMm(v)
+            | Self::HeightMm(v)
             | Self::ExcessMm(v)
             | Self::ExcessDeg(v)
             | Self::AngleDeg(v)
@@ -376,6 +381,7 @@ impl fmt::Display for Measure {
         match self {
             Self::DepthMm(v) => write!(f, "{v:.3} mm deep"),
             Self::DistanceMm(v) => write!(f, "{v:.3} mm away"),
+            Self::HeightMm(v) => write!(f, "{v:.3} mm high"),
             Self::ExcessMm(v) => write!(f, "{v:.3} mm beyond its limit"),
             Self::ExcessDeg(v) => write!(f, "{v:.3} deg beyond its limit"),
             Self::AngleDeg(v) => write!(f, "{v:.2} deg"),
@@ -452,6 +458,7 @@ impl fmt::Display for FindingKind {
             Self::UnknownFunction => "function not simulated",
             Self::OtherMotion => "another motion than simulated",
             Self::RtcpLeftOn => "RTCP left on",
+            Self::Excess => "material left",
             Self::NotUnitVector => "vector not of length 1",
             Self::OtherNormal => "normal not the surface's",
             Self::NoEnd => "no end of the program",

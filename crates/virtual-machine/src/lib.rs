@@ -138,8 +138,8 @@ pub use lengths::{
 };
 pub use links::{LinkDistances, LinkHold, LinkSettings, LinkStage, ProgramLink, links_off_first_stock, run_links};
 pub use outside_run::{HeadFindings, certain_depth, in_question, is_known_to_cut, outside_layer, still_there};
-pub use rolled_words::RolledWords;
 pub use remaining::swept_by_cuts;
+pub use rolled_words::RolledWords;
 pub use setup::{
     Estimate, GougeSection, HeldAsCut, ObstacleKind, RemovalLimit, VerifyError, VerifySettings, VirtualObstacle,
     VirtualSetup,

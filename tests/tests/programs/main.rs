@@ -17,6 +17,7 @@ mod rapids;
 mod read_back;
 mod real_programs;
 mod rejected;
+mod remaining;
 mod schemas;
 mod setup_variants;
 mod shared_meshes;

@@ -4,7 +4,7 @@
 use facemill::surface_model::TriMesh;
 use facemill_tests::brute::in_tool;
 use facemill_tests::interpreter::Motion;
-use facemill_tests::jobs::JobFolder;
+use facemill_tests::jobs::{JobFolder, unfinished};
 use facemill_tests::read_back::{Place, number};
 use facemill_tests::variants::{APPROACH, CUTTING, Written, planned, strays, tiny_patch, tiny_patch_planned, variant};
 use nalgebra::{Point3, Rotation3, Unit, Vector3};
@@ -125,10 +125,10 @@ fn every_point_of_a_path_file_is_touched_and_nothing_else_is_cut() {
         .iter()
         .map(|y| json!({ "points_mm": (0..37).map(|k| json!([-36.0 + 2.0 * f64::from(k), y, 0.0])).collect::<Vec<_>>() }))
         .collect();
-    let job = variant(&[(
-        "/operations/0/path",
-        json!({ "file": { "file": "path.json", "max_distance_mm": 5, "uncut_side": "left" } }),
-    )]);
+    let job = variant(&[
+        ("/operations/0/path", json!({ "file": { "file": "path.json", "max_distance_mm": 5, "uncut_side": "left" } })),
+        unfinished(),
+    ]);
     let file = json!({ "format": "facemill-path/1", "frame": "work", "passes": passes });
     job.write("path.json", file.to_string().as_bytes());
     let w = planned(&job);
@@ -273,7 +273,7 @@ fn copies_of_a_pattern_are_the_first_place_turned() {
 #[test]
 fn entries_go_down_into_stock_no_steeper_than_the_tool_may() {
     // Passes begin inside the part.
-    let job = variant(&[("/operations/0/path/strategy/edge_margin_mm", json!(12.0))]);
+    let job = variant(&[("/operations/0/path/strategy/edge_margin_mm", json!(12.0)), unfinished()]);
     let w = planned(&job);
     w.check();
     let steepest = number(&job.json("tool.json")["max_ramp_angle_deg"]);

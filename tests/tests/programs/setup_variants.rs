@@ -6,7 +6,7 @@ use std::f64::consts::TAU;
 use facemill::surface_model::TriMesh;
 use facemill_tests::brute::Bins;
 use facemill_tests::interpreter::Motion;
-use facemill_tests::jobs::JobFolder;
+use facemill_tests::jobs::{JobFolder, unfinished};
 use facemill_tests::read_back::{Ground, Place, number};
 use facemill_tests::variants::{
     Written, box_obj, plan, planned, tiny_patch, tiny_patch_planned, with_long_flute, written,
@@ -171,7 +171,11 @@ fn a_clamp_is_kept_off_and_what_it_forbids_is_left_out() {
     // Postures point by point: along a whole pass they give way to the clamp from afar.
     job.set(
         "job.json",
-        &[("/setups/0/clearance/plane/origin_mm", json!([0, 0, 60])), ("/operations/0/search/mode", json!("smallest"))],
+        &[
+            ("/setups/0/clearance/plane/origin_mm", json!([0, 0, 60])),
+            ("/operations/0/search/mode", json!("smallest")),
+            unfinished(),
+        ],
     );
     let free = planned(&job);
     with_clamp(&job);

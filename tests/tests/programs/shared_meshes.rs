@@ -1,5 +1,6 @@
-//! Every mesh of the shared data gets a plan with at least 95 % of its CC points.
+//! Every mesh of the shared data gets a sound plan with at least 95 % of its CC points; passes are too far apart to finish it.
 
+use facemill::Outcome;
 use facemill_tests::meshes::{CASES, SAME, markdown, outcomes};
 use facemill_tests::shared::shared;
 
@@ -14,7 +15,7 @@ fn every_shared_mesh_is_planned() {
         let known = CASES.iter().any(|c| c.file == name) || SAME.iter().any(|s| s.0 == name);
         assert!(known, "{name} has no case");
     }
-    let outcomes = outcomes(3.0);
+    let outcomes = outcomes(5.0);
     println!("{}", markdown(&outcomes));
     let mut short = Vec::new();
     for o in &outcomes {
@@ -29,7 +30,7 @@ fn every_shared_mesh_is_planned() {
                 assert!(planned.report.verified);
                 let budget = planned.report.budgets[0].against_mesh_mm;
                 let deep = planned.report.worst.gouge_mm.unwrap_or(0.0);
-                if deep > budget || !planned.is_clean() {
+                if deep > budget || planned.outcome() == Outcome::Faulty {
                     let worst = &planned.report.worst;
                     short.push(format!(
                         "{}: {deep} mm of {budget}: {:?} {worst:?}",

@@ -23,9 +23,10 @@ use crate::moves::MoveKind;
 use crate::operation::PlannedOperation;
 use crate::output::{NOT_VERIFIED, name_obstacles, not_verified, virtual_obstacles};
 use crate::program::Timed;
+use crate::remaining::{RunningHead, remaining};
 use crate::timing::{TimedText, View, Written, time_program, time_text};
 use crate::tip_feed::programmed_feed;
-use crate::{Failure, Stages};
+use crate::{Failure, RemainingReport, Stages};
 
 /// Where a block comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -249,6 +250,13 @@ impl DualProgram<'_, '_> {
             certify(&program, &self.setup(h), &self.settings(h), &*monitor).map_err(not_verified)
         };
         Ok([run(0)?, run(1)?])
+    }
+
+    /// Measures what the text leaves on the regions of the setup's operations, whichever head cuts there.
+    pub(crate) fn remaining(&self, stages: &dyn Stages) -> Result<Option<RemainingReport>, Failure> {
+        let (setups, settings) = ([self.setup(0), self.setup(1)], [self.settings(0), self.settings(1)]);
+        let heads = [0, 1].map(|h| RunningHead { at: &setups[h], settings: &settings[h] });
+        remaining(self.ground.jobs[0], self.ground.setups[0], &self.read()?, &heads, stages)
     }
 
     /// What the text leaves to the control.

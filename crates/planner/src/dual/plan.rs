@@ -184,6 +184,8 @@ pub(crate) fn plan_dual_setup(
     report.findings = joined(report.findings, &rapid_lines(&program.read()?));
     report.stock = of_stock;
     if settings.verify {
+        report.remaining = program.remaining(stages)?;
+        clock.lap("material left");
         report.links = LinksReport::not_shortened("those of machines with two heads are not looked at");
     }
     let (suffix, state) = name_parts(job, setups[0], &report);

@@ -9,6 +9,9 @@ use super::{CutterMotion, SurfacePlace};
 /// Poses of a motion that are looked at, at most.
 const MAX_POSES: usize = 48;
 
+/// Share of a motion's time that is too short to look into: rounding of the shares themselves.
+const SHORTEST: f64 = 1e-15;
+
 /// The pose at a share of a motion's time.
 pub(super) fn pose_at(m: &CutterMotion, t: f64) -> ClPoint {
     let tip = m.from.tip + (m.to.tip - m.from.tip) * t;
@@ -79,7 +82,7 @@ impl Gauge {
             if best == Some(0.0) || (middle.entry.is_some() && middle.entry_rate.abs() * rest <= accuracy) {
                 break;
             }
-            if high.t - low.t < f64::EPSILON {
+            if high.t - low.t < SHORTEST {
                 break;
             }
             if middle.rate < 0.0 {

@@ -1,0 +1,66 @@
+//! What a program leaves on the surface that is asked for, as plans and verifications measure it on its text.
+
+use std::path::Path;
+
+use facemill::nc_program::Dialect;
+use facemill::virtual_machine::FindingKind;
+use facemill::{
+    CutRequest, DeviationRequest, Job, Outcome, Planned, RemainingOnRegion, SilentStages, VerifyRequest, verify_program,
+};
+use facemill_tests::jobs::{JobFolder, unfinished};
+use facemill_tests::variants::tiny_patch;
+use serde_json::json;
+
+fn planned(job: &JobFolder) -> Planned {
+    job.try_plan().unwrap_or_else(|e| panic!("{e}"))
+}
+
+fn program(planned: &Planned) -> String {
+    let file = planned.files.iter().find(|(name, _)| name.ends_with(".nc")).expect("a program");
+    String::from_utf8(file.1.clone()).expect("text")
+}
+
+fn left(planned: &Planned) -> &RemainingOnRegion {
+    &planned.report.remaining.as_ref().expect("a verified plan").operations[0]
+}
+
+#[test]
+fn a_finished_plan_says_so_and_a_deleted_pass_is_found_by_the_same_measure() {
+    let job = tiny_patch();
+    let plan = planned(&job);
+    assert!(plan.outcome() == Outcome::Done && !left(&plan).exceeded, "{:?}", left(&plan));
+    let largest = left(&plan).largest.expect("samples");
+    assert!(largest.height_mm >= left(&plan).p99_mm && left(&plan).p50_mm > 0.0 && largest.line.is_some());
+
+    let read = Job::read(&job.job()).expect("a job");
+    let verified = |text: &str| {
+        let cut = CutRequest { deviation: Some(DeviationRequest::default()), ..CutRequest::on_lines(1.0, 0.02) };
+        let request = VerifyRequest { cut: Some(cut), ..VerifyRequest::new(Path::new("program.nc"), Dialect::Fanuc) };
+        verify_program(&read, text.as_bytes(), &request, &SilentStages).expect("a run").file
+    };
+    let text = program(&plan);
+    let whole = verified(&text);
+    assert_eq!(whole.remaining, plan.report.remaining);
+    assert!(whole.verification.findings.iter().all(|f| f.kind != FindingKind::Excess));
+
+    // Without the cuts of the pass in the middle.
+    let passes: Vec<usize> = text.lines().enumerate().filter(|(_, l)| l.contains("PASS")).map(|(k, _)| k).collect();
+    assert!(passes.len() >= 3, "{}", passes.len());
+    let kept = |k: usize, line: &str| !(passes[1]..passes[2]).contains(&k) || !line.contains("G1");
+    let lines: Vec<&str> = text.lines().enumerate().filter(|(k, l)| kept(*k, l)).map(|(_, l)| l).collect();
+    let found = verified(&(lines.join("\n") + "\n"));
+    let of = &found.remaining.as_ref().expect("an operation").operations[0];
+    assert!(of.exceeded && of.above_fraction > 5.0 * left(&plan).above_fraction.max(0.01), "{of:?}");
+    assert!(found.verification.findings.iter().any(|f| f.kind == FindingKind::Excess), "{of:?}");
+}
+
+#[test]
+fn the_region_is_the_surface_asked_for_and_not_the_passes_on_it() {
+    let job = tiny_patch();
+    job.set("job.json", &[("/operations/0/path/strategy/edge_margin_mm", json!(12.0))]);
+    let plan = planned(&job);
+    assert!(plan.report.findings.iter().all(|f| !f.kind.is_fault()));
+    assert!(plan.outcome() == Outcome::Incomplete && left(&plan).exceeded, "{:?}", left(&plan));
+    job.set("job.json", &[unfinished()]);
+    assert!(planned(&job).outcome() == Outcome::Done);
+}
