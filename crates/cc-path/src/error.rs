@@ -94,26 +94,92 @@ pub enum PathError {
         /// Where, workpiece frame, mm.
         position: Point3<f64>,
     },
-    /// The step-over would need more passes than can be meant.
+    /// The step-over asks for more passes than a plan may have, or for passes across more facets.
     #[error(
-        "the step-over would need more than {limit} passes; raise the smallest step-over, or leave out of the region \
-         what lies along the levels (normal cone)"
+        "the step-over asks for more than {limit} passes, or for passes across more than {most_crossings} facets, over \
+         {span:.1} mm of levels; {remedy}, or bound the region"
     )]
     TooManyPasses {
-        /// The most there may be.
+        /// Most passes there may be.
         limit: usize,
+        /// Most facets that they may cross, each counted once for each pass.
+        most_crossings: usize,
+        /// From the first level to the last, mm.
+        span: f64,
+        /// What makes them few enough.
+        remedy: Remedy,
     },
-    /// The settings would need more points than can be meant.
-    #[error("a pass at level {level:.3} would need more than {limit} points; raise chord tolerance or largest step")]
-    TooManyPoints {
-        /// Level of the pass, mm.
-        level: f64,
-        /// The most there may be.
+    /// The region has to be cut up into more pieces than a plan may hold.
+    #[error("the region has to be cut up into about {n_pieces:.1e} pieces, more than {limit}; {remedy}, or bound it")]
+    TooManyPieces {
+        /// Pieces needed, about.
+        n_pieces: f64,
+        /// Most there may be.
         limit: usize,
+        /// What makes them few enough.
+        remedy: Remedy,
+    },
+    /// The settings ask for more points than a plan may have.
+    #[error("the passes, {length:.0} mm long, need about {n_points:.1e} points, more than {limit}; {remedy}")]
+    TooManyPoints {
+        /// Length of all passes, mm.
+        length: f64,
+        /// Points needed, about.
+        n_points: f64,
+        /// Most there may be.
+        limit: usize,
+        /// What makes them few enough.
+        remedy: Remedy,
     },
     /// Stopped by the monitor.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
+}
+
+/// Setting that makes a path small enough, with the least value that does, rounded up to two digits.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum Remedy {
+    /// [`LaySettings::max_step_over`](crate::LaySettings::max_step_over), mm.
+    #[error("take a largest step-over of {0} mm or more")]
+    LargestStepOver(f64),
+    /// The strip widths that the caller allows: how many times as wide they have to be.
+    #[error("allow strips {0} times as wide, with a higher cusp")]
+    StripWidth(f64),
+    /// [`LaySettings::max_step`](crate::LaySettings::max_step), mm.
+    #[error("take a largest step of {0} mm or more")]
+    LargestStep(f64),
+    /// [`LaySettings::chord_tolerance`](crate::LaySettings::chord_tolerance), mm.
+    #[error("take a chord tolerance of {0} mm or more")]
+    ChordTolerance(f64),
+}
+
+impl PathError {
+    /// Setting that makes a path small enough, where this says that it is too large.
+    pub fn remedy(&self) -> Option<Remedy> {
+        match self {
+            Self::TooManyPasses { remedy, .. }
+            | Self::TooManyPieces { remedy, .. }
+            | Self::TooManyPoints { remedy, .. } => Some(*remedy),
+            _ => None,
+        }
+    }
+}
+
+impl Remedy {
+    /// The remedy with its value rounded up to two digits, so that it is enough and can be read.
+    pub(crate) fn rounded_up(self) -> Self {
+        let up = |value: f64| {
+            let digits = 10f64.powi(1 - value.log10().floor() as i32);
+            // A tenth of a digit more, so that rounding on the way does not leave it too small.
+            (value * digits + 0.1).ceil() / digits
+        };
+        match self {
+            Self::LargestStepOver(v) => Self::LargestStepOver(up(v)),
+            Self::StripWidth(v) => Self::StripWidth(up(v)),
+            Self::LargestStep(v) => Self::LargestStep(up(v)),
+            Self::ChordTolerance(v) => Self::ChordTolerance(up(v)),
+        }
+    }
 }
 
 fn list(names: &[String]) -> String {

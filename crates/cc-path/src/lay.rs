@@ -5,11 +5,12 @@ use rayon::prelude::*;
 
 use crate::{
     LaySettings, LevelOrder, PathError, Region, Strategy, UncutSide,
-    levels::{Band, count_wide, plan_levels, widest_strip},
+    levels::{Band, count_wide, plan_levels, triangles_at, widest_strip},
     order::arrange,
     patch::{Fineness, Patch},
-    resample::{Piece, resample},
+    resample::{NoPointsLeft, Piece, beginning, pass_length, resample},
     settings::require,
+    size::{PointsLeft, StepOverCause, too_many_points},
     trace::{Curve, trace},
     widths::bands,
 };
@@ -67,7 +68,7 @@ const BORDER_INSET: f64 = 1e-6;
 ///
 /// # Errors
 /// When a setting is out of range, the region is empty, names an unknown group or leaves no pass, a width is NaN, there
-/// would be too many passes or points, or the monitor cancels.
+/// would be too many passes, points, or facets to look at, or the monitor cancels.
 pub fn lay_passes(
     surface: &Surface,
     region: &Region,
@@ -80,13 +81,17 @@ pub fn lay_passes(
     check_strategy(strategy)?;
     let patch = Patch::new(surface, region, strategy, &fineness(surface, settings))?;
     monitor.checkpoint()?;
-    let bands = bands(&patch, strategy, settings, strip_width)?;
+    let (bands, cause) = bands(&patch, strategy, settings, strip_width)?;
     monitor.checkpoint()?;
     let (first, last) = border_levels(&patch, strategy)?;
-    let levels = ordered_levels(&bands, first, last, settings)?;
+    let rising = rising_levels(&bands, cause, first, last, settings)?;
+    let mut levels: Vec<(f64, Vec<u32>)> = rising.iter().copied().zip(triangles_at(&bands, &rising)).collect();
+    if settings.order == LevelOrder::Decreasing {
+        levels.reverse();
+    }
     let curves = trace_levels(&patch, strategy, &levels, settings, monitor)?;
     let n_curves: usize = curves.iter().map(Vec::len).sum();
-    let pieces = resample_levels(curves, &levels, settings, monitor)?;
+    let pieces = resample_levels(&curves, &levels, settings, monitor)?;
     let n_pieces: usize = pieces.iter().map(|(_, p)| p.len()).sum();
     let n_dropped_pieces = n_curves - n_pieces;
     if n_pieces == 0 {
@@ -94,8 +99,6 @@ pub fn lay_passes(
     }
     let largest_chord = pieces.iter().flat_map(|(_, p)| p).map(|p| p.chord).fold(0.0, f64::max);
     let passes = arrange(pieces, settings);
-    let mut rising = levels.clone();
-    rising.sort_by(f64::total_cmp);
     Ok(Laid {
         n_levels: levels.len(),
         n_dropped_pieces,
@@ -150,29 +153,35 @@ fn border_levels(patch: &Patch, strategy: &Strategy) -> Result<(f64, f64), PathE
     Ok((first, last))
 }
 
-/// The levels in cutting order. They are planned from the side where cutting begins.
-fn ordered_levels(bands: &[Band], first: f64, last: f64, settings: &LaySettings) -> Result<Vec<f64>, PathError> {
+/// The levels in rising order. They are planned from the side where cutting begins.
+fn rising_levels(
+    bands: &[Band],
+    cause: StepOverCause,
+    first: f64,
+    last: f64,
+    settings: &LaySettings,
+) -> Result<Vec<f64>, PathError> {
     match settings.order {
-        LevelOrder::Increasing => plan_levels(bands, first, last, settings.even),
+        LevelOrder::Increasing => plan_levels(bands, cause, first, last, settings.even),
         LevelOrder::Decreasing => {
             let turned: Vec<Band> = bands.iter().map(|b| Band { low: -b.high, high: -b.low, ..*b }).collect();
-            let levels = plan_levels(&turned, -last, -first, settings.even)?;
-            Ok(levels.into_iter().map(|l| -l).collect())
+            let levels = plan_levels(&turned, cause, -last, -first, settings.even)?;
+            Ok(levels.into_iter().rev().map(|l| -l).collect())
         }
     }
 }
 
-/// The curves of each level, closed ones cut open one after the other.
+/// The curves of each level, in the triangles that reach it, closed ones cut open one after the other.
 fn trace_levels<'a>(
     patch: &'a Patch<'a>,
     strategy: &'a Strategy,
-    levels: &[f64],
+    levels: &[(f64, Vec<u32>)],
     settings: &LaySettings,
     monitor: &dyn Monitor,
 ) -> Result<Vec<Vec<Curve<'a>>>, PathError> {
-    let traced = levels.par_iter().map(|&level| {
+    let traced = levels.par_iter().map(|(level, among)| {
         monitor.checkpoint()?;
-        Ok(trace(patch, strategy, level))
+        Ok(trace(patch, strategy, *level, among))
     });
     let mut curves = traced.collect::<Result<Vec<_>, PathError>>()?;
     let mut last_start: Option<Point3<f64>> = None;
@@ -186,18 +195,38 @@ fn trace_levels<'a>(
 }
 
 fn resample_levels(
-    curves: Vec<Vec<Curve>>,
-    levels: &[f64],
+    curves: &[Vec<Curve>],
+    levels: &[(f64, Vec<u32>)],
     settings: &LaySettings,
     monitor: &dyn Monitor,
 ) -> Result<Vec<(f64, Vec<Piece>)>, PathError> {
-    let resampled = levels.par_iter().zip(curves).map(|(&level, curves)| {
+    let length: f64 = curves.iter().flatten().map(|c| pass_length(c, settings)).sum();
+    let n_curves = curves.iter().map(Vec::len).sum();
+    let too_many = || too_many_points(settings, length, n_curves, looked_at(curves, settings));
+    if length > settings.max_step * settings.max_points as f64 {
+        return Err(too_many());
+    }
+    let left = PointsLeft::new(settings.max_points);
+    let resampled = levels.par_iter().zip(curves).map(|((level, _), curves)| {
         monitor.checkpoint()?;
-        let pieces = curves.iter().filter_map(|c| resample(c, settings).transpose());
-        let pieces = pieces.collect::<Result<Vec<_>, _>>()?;
+        let pieces = curves.iter().filter_map(|c| resample(c, settings, &left).transpose());
+        let pieces = pieces.collect::<Result<Vec<_>, _>>();
         monitor.advance(1);
-        Ok((level, pieces))
+        Ok(pieces.map(|pieces| (*level, pieces)))
     });
-    // In order, so that of several errors always the same one is told.
-    resampled.collect::<Vec<Result<_, PathError>>>().into_iter().collect()
+    let resampled = resampled.collect::<Result<Vec<_>, PathError>>()?;
+    resampled.into_iter().collect::<Result<_, NoPointsLeft>>().map_err(|_| too_many())
+}
+
+/// Curves that are looked at for an estimate of the points that all need, and points on each.
+const LOOKED_AT: [usize; 2] = [32, 10_000];
+
+/// The share of the curves' length that some of them have, as far as they are looked at, and the points that it needs.
+fn looked_at(curves: &[Vec<Curve>], settings: &LaySettings) -> (f64, usize) {
+    let curves: Vec<&Curve> = curves.iter().flatten().collect();
+    let length: f64 = curves.iter().map(|c| pass_length(c, settings)).sum();
+    let some = curves.iter().step_by(curves.len().div_ceil(LOOKED_AT[0]).max(1));
+    let of_some = some.map(|c| beginning(c, settings, LOOKED_AT[1]));
+    let (way, n) = of_some.fold((0.0, 0), |(way, n), (w, m)| (way + w, n + m));
+    (way / length, n)
 }

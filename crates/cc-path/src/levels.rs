@@ -1,4 +1,7 @@
-use crate::PathError;
+use crate::{
+    PathError,
+    size::{MAX_CROSSINGS, MAX_LEVELS, StepOverCause},
+};
 
 /// A piece of the surface: the levels it reaches over and the largest step of level that keeps passes on it close enough.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -13,22 +16,27 @@ pub(crate) struct Band {
     pub(crate) slope: f64,
 }
 
-/// Most passes a plan may have. A propeller of 8 m cut at 0.1 mm has 80,000; more is a wrong setting, and would fill the
-/// memory before anyone sees it.
-const MAX_LEVELS: usize = 200_000;
-
 /// Levels from `first` to `last`, both included and `first` ≤ `last`, in rising order: each step is the largest that no
 /// band it reaches into forbids.
 ///
 /// With `even`, the limits are shrunk alike until the same number of steps fits without a rest.
 ///
 /// # Errors
-/// When there would be more than 200,000 levels.
-pub(crate) fn plan_levels(bands: &[Band], first: f64, last: f64, even: bool) -> Result<Vec<f64>, PathError> {
+/// When there would be more than [`MAX_LEVELS`], or they would cross more than [`MAX_CROSSINGS`] bands.
+pub(crate) fn plan_levels(
+    bands: &[Band],
+    cause: StepOverCause,
+    first: f64,
+    last: f64,
+    even: bool,
+) -> Result<Vec<f64>, PathError> {
     let mut sorted = bands.to_vec();
     sorted.sort_by(|a, b| a.low.total_cmp(&b.low).then(a.limit.total_cmp(&b.limit)));
-    let too_many = PathError::TooManyPasses { limit: MAX_LEVELS };
-    let largest = step_through(&sorted, first, last, 1.0, MAX_LEVELS).ok_or(too_many)?;
+    let Some(largest) = step_through(&sorted, first, last, 1.0, MAX_LEVELS) else {
+        let remedy = cause.remedy(least_factor(&sorted, first, last));
+        let (limit, most_crossings) = (MAX_LEVELS, MAX_CROSSINGS);
+        return Err(PathError::TooManyPasses { limit, most_crossings, span: last - first, remedy });
+    };
     if !even || largest.len() < 3 {
         return Ok(largest);
     }
@@ -43,6 +51,32 @@ pub(crate) fn plan_levels(bands: &[Band], first: f64, last: f64, even: bool) -> 
         }
     }
     Ok(best)
+}
+
+/// How many times as large limits have to be, about, for the levels to be few enough; 1 is not.
+fn least_factor(sorted: &[Band], first: f64, last: f64) -> f64 {
+    let fits = |factor: f64| step_through(sorted, first, last, factor, MAX_LEVELS).is_some();
+    let (mut low, mut high) = (1.0, 10.0);
+    while !fits(high) {
+        (low, high) = (high, 10.0 * high);
+    }
+    // To a hundredth.
+    for _ in 0..8 {
+        let middle = f64::sqrt(low * high);
+        if fits(middle) { high = middle } else { low = middle }
+    }
+    high
+}
+
+/// The triangles that reach each of the levels (in rising order), those in rising order. A triangle reaches a level that is above its
+/// lowest corner and not above its highest.
+pub(crate) fn triangles_at(bands: &[Band], levels: &[f64]) -> Vec<Vec<u32>> {
+    let mut at = vec![Vec::new(); levels.len()];
+    for (t, b) in bands.iter().enumerate() {
+        let reached = levels.partition_point(|&l| l <= b.low)..levels.partition_point(|&l| l <= b.high);
+        reached.for_each(|k| at[k].push(t as u32));
+    }
+    at
 }
 
 /// How many of the steps between the levels (in rising order) are larger than was asked for.
@@ -71,11 +105,11 @@ fn steps_into(b: &Band, levels: &[f64]) -> std::ops::Range<usize> {
     first.min(end)..end
 }
 
-/// `None` when there are more than `max_levels`.
+/// `None` when there are more than `max_levels`, or they cross too many bands.
 fn step_through(sorted: &[Band], first: f64, last: f64, factor: f64, max_levels: usize) -> Option<Vec<f64>> {
     let mut levels = vec![first];
     let mut active: Vec<Band> = Vec::new();
-    let mut next = 0;
+    let (mut next, mut n_crossings) = (0, 0);
     let mut level = first;
     while level < last {
         while sorted.get(next).is_some_and(|b| b.low <= level) {
@@ -95,7 +129,8 @@ fn step_through(sorted: &[Band], first: f64, last: f64, factor: f64, max_levels:
         let stepped = level + step;
         level = if step >= last - level { last } else { stepped.max(level.next_up()) };
         levels.push(level);
-        if levels.len() > max_levels {
+        n_crossings += active.len();
+        if levels.len() > max_levels || n_crossings > MAX_CROSSINGS {
             return None;
         }
     }
@@ -105,7 +140,10 @@ fn step_through(sorted: &[Band], first: f64, last: f64, factor: f64, max_levels:
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Remedy;
     use crate::test_kit::Lcg;
+
+    const ANY: StepOverCause = StepOverCause { largest: 5.0, is_largest: true };
 
     fn random_bands(rng: &mut Lcg) -> Vec<Band> {
         (0..300)
@@ -131,7 +169,7 @@ mod tests {
         let mut rng = Lcg::new(7);
         for _ in 0..20 {
             let bands = random_bands(&mut rng);
-            let levels = plan_levels(&bands, 0.0, 100.0, false).unwrap();
+            let levels = plan_levels(&bands, ANY, 0.0, 100.0, false).unwrap();
             assert_eq!((levels[0], levels[levels.len() - 1]), (0.0, 100.0));
             for w in levels.windows(2) {
                 assert!(allowed(&bands, w[0], w[1]), "{w:?}");
@@ -145,13 +183,13 @@ mod tests {
     #[test]
     fn even_levels_are_as_many_and_leave_no_rest() {
         let bands = [Band { low: 0.0, high: 100.0, limit: 3.0, asked: 3.0, slope: 1.0 }];
-        let levels = plan_levels(&bands, 0.0, 100.0, true).unwrap();
+        let levels = plan_levels(&bands, ANY, 0.0, 100.0, true).unwrap();
         assert_eq!(levels.len(), 35);
         assert!(levels.windows(2).all(|w| (w[1] - w[0] - 100.0 / 34.0).abs() < 1e-9));
         let mut rng = Lcg::new(8);
         let bands = random_bands(&mut rng);
         let (largest, even) =
-            (plan_levels(&bands, 0.0, 100.0, false).unwrap(), plan_levels(&bands, 0.0, 100.0, true).unwrap());
+            (plan_levels(&bands, ANY, 0.0, 100.0, false).unwrap(), plan_levels(&bands, ANY, 0.0, 100.0, true).unwrap());
         assert_eq!(largest.len(), even.len());
         assert!(even.windows(2).all(|w| allowed(&bands, w[0], w[1])));
     }
@@ -171,9 +209,21 @@ mod tests {
 
     #[test]
     fn one_level_for_no_range_and_an_error_for_steps_without_end() {
-        assert_eq!(plan_levels(&[], 5.0, 5.0, true).unwrap(), [5.0]);
-        assert_eq!(plan_levels(&[], 5.0, 8.0, true).unwrap(), [5.0, 8.0]);
-        let bands = [Band { low: 0.0, high: 100.0, limit: 1e-12, asked: 1e-12, slope: 1.0 }];
-        assert!(matches!(plan_levels(&bands, 0.0, 100.0, false), Err(PathError::TooManyPasses { .. })));
+        assert_eq!(plan_levels(&[], ANY, 5.0, 5.0, true).unwrap(), [5.0]);
+        assert_eq!(plan_levels(&[], ANY, 5.0, 8.0, true).unwrap(), [5.0, 8.0]);
+        for limit in [1e-12, 1e-3, 0.004] {
+            let band = Band { low: 0.0, high: 100.0, limit, asked: limit, slope: 1.0 };
+            let cause = StepOverCause { largest: limit, is_largest: true };
+            let Err(PathError::TooManyPasses { remedy, .. }) = plan_levels(&[band], cause, 0.0, 100.0, false) else {
+                panic!("{limit}")
+            };
+            // The value it names is enough, and no more than needed.
+            let Remedy::LargestStepOver(limit) = remedy else { panic!("{remedy}") };
+            let levels = plan_levels(&[Band { limit, ..band }], cause, 0.0, 100.0, true).unwrap();
+            assert!((MAX_LEVELS / 2..=MAX_LEVELS).contains(&levels.len()), "{limit}: {}", levels.len());
+        }
+        // Many bands side by side.
+        let bands = vec![Band { low: 0.0, high: 100.0, limit: 0.02, asked: 0.02, slope: 1.0 }; 10_000];
+        assert!(matches!(plan_levels(&bands, ANY, 0.0, 100.0, false), Err(PathError::TooManyPasses { .. })));
     }
 }

@@ -36,7 +36,7 @@
 //!
 //! Inside: `region` chooses triangles, `patch` cuts them at the box and refines them, `widths` asks for strip widths,
 //! `levels` chooses levels, `trace` finds their curves, `resample` puts points on them, `order` puts them in order; `samples` spreads
-//! points over a region, whatever is laid on it.
+//! points over a region, whatever is laid on it; `size` bounds all of them.
 
 mod error;
 #[cfg(test)]
@@ -51,6 +51,7 @@ mod region;
 mod resample;
 mod samples;
 mod settings;
+mod size;
 mod strategy;
 mod strategy_file;
 #[cfg(test)]
@@ -58,7 +59,7 @@ mod test_kit;
 mod trace;
 mod widths;
 
-pub use error::PathError;
+pub use error::{PathError, Remedy};
 pub use lay::{Laid, LaidPass, lay_passes};
 pub use path_file::{PassFile, PathFile, PathFileError, PathFormat, PathFrame, read_path_file, write_path_file};
 pub use project::{ProjectSettings, project};

@@ -4,7 +4,7 @@ use facemill_cl_data::Aabb;
 use facemill_surface_model::{Edges, Surface, SurfacePoint, TriMesh};
 use nalgebra::{Point3, Unit, Vector3};
 
-use crate::{PathError, Region, Strategy, region::triangles_of};
+use crate::{PathError, Region, Strategy, region::triangles_of, size::check_pieces};
 
 /// The region as a mesh of its own, every point of which lies on the drive surface: triangles cut at the box, and cut up
 /// so finely that levels are as good as linear along every edge and widths as good as constant.
@@ -35,7 +35,7 @@ const MAX_ROUNDS: usize = 12;
 
 impl<'a> Patch<'a> {
     /// # Errors
-    /// When the region is empty or names an unknown group.
+    /// When the region is empty, names an unknown group, or would fall into too many pieces.
     pub(crate) fn new(
         surface: &'a Surface,
         region: &Region,
@@ -50,6 +50,8 @@ impl<'a> Patch<'a> {
         if cut.triangles.is_empty() {
             return Err(PathError::EmptyRegion { reason: "none lies within box and levels" });
         }
+        let corners = cut.triangles.iter().map(|t| t.map(|v| cut.vertices[v as usize]));
+        check_pieces(corners, strategy, fineness)?;
         for _ in 0..MAX_ROUNDS {
             if !cut.halve_edges(|a, b| fineness.asks_to_halve(strategy, a, b)) {
                 break;
@@ -86,14 +88,7 @@ impl<'a> Patch<'a> {
 
 impl Fineness {
     fn asks_to_halve(&self, strategy: &Strategy, a: &Point3<f64>, b: &Point3<f64>) -> bool {
-        if nalgebra::distance_squared(a, b) > self.max_edge * self.max_edge {
-            return true;
-        }
-        if strategy.is_linear() {
-            return false;
-        }
-        let bend = strategy.level(&nalgebra::center(a, b)) - 0.5 * (strategy.level(a) + strategy.level(b));
-        bend.abs() > self.max_bend
+        nalgebra::distance_squared(a, b) > self.max_edge * self.max_edge || strategy.bend(a, b) > self.max_bend
     }
 }
 

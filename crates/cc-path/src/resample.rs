@@ -2,7 +2,8 @@ use facemill_cl_data::CcPoint;
 use nalgebra::{Unit, Vector3};
 
 use crate::{
-    LaySettings, PathError,
+    LaySettings,
+    size::PointsLeft,
     trace::{Curve, Place},
 };
 
@@ -25,6 +26,14 @@ struct Limits {
 }
 
 impl Limits {
+    fn of(settings: &LaySettings) -> Self {
+        Self {
+            chord: settings.chord_tolerance,
+            step: settings.max_step,
+            turn: settings.max_normal_change.unwrap_or(f64::INFINITY),
+        }
+    }
+
     /// The limits of a pass that needs 1 / `factor` times as many points.
     fn scaled(self, factor: f64) -> Self {
         Self { chord: self.chord * factor * factor, step: self.step * factor, turn: self.turn * factor }
@@ -35,16 +44,14 @@ impl Limits {
 /// spread so that the last gap is no smaller than it has to be. `None` where the curve is too short.
 ///
 /// # Errors
-/// When it would need more than 1,000,000 points.
-pub(crate) fn resample(curve: &Curve, settings: &LaySettings) -> Result<Option<Piece>, PathError> {
-    let margin = if curve.closed { 0.0 } else { settings.edge_margin };
-    let (start, end) = (margin, curve.length() - margin);
-    // Shorter than the least gap it is no pass, whatever the settings say.
-    if end - start < settings.min_pass_length.max(least_gap(settings)) {
-        return Ok(None);
-    }
-    let too_many = PathError::TooManyPoints { level: curve.level(), limit: MAX_POINTS };
-    let mut places = spread(curve, settings, start, end).ok_or(too_many)?;
+/// When it needs more points than are left.
+pub(crate) fn resample(
+    curve: &Curve,
+    settings: &LaySettings,
+    left: &PointsLeft,
+) -> Result<Option<Piece>, NoPointsLeft> {
+    let Some((start, end)) = ends(curve, settings) else { return Ok(None) };
+    let mut places = spread(curve, settings, left, start, end).ok_or(NoPointsLeft)?;
     // Places of a curve that leaves its triangle for a while fall together.
     places.dedup_by(|b, a| a.position == b.position);
     let chord = places.windows(2).map(|w| chord_between(curve, &w[0], &w[1])).fold(0.0, f64::max);
@@ -52,8 +59,34 @@ pub(crate) fn resample(curve: &Curve, settings: &LaySettings) -> Result<Option<P
     Ok((points.len() >= 2).then_some(Piece { points, length: end - start, closed: curve.closed, chord }))
 }
 
-/// Most points a pass may have: a point every 10 µm over 10 m. More is a wrong setting, and would fill the memory.
-const MAX_POINTS: usize = 1_000_000;
+/// There are no points left for a curve.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct NoPointsLeft;
+
+/// Ways at which a pass on the curve begins and ends; `None` where it is too short for one.
+fn ends(curve: &Curve, settings: &LaySettings) -> Option<(f64, f64)> {
+    let margin = if curve.closed { 0.0 } else { settings.edge_margin };
+    let (start, end) = (margin, curve.length() - margin);
+    // Shorter than the least gap it is no pass, whatever the settings say.
+    (end - start >= settings.min_pass_length.max(least_gap(settings))).then_some((start, end))
+}
+
+/// Length of the pass on the curve, mm; 0 where it is too short for one.
+pub(crate) fn pass_length(curve: &Curve, settings: &LaySettings) -> f64 {
+    ends(curve, settings).map_or(0.0, |(start, end)| end - start)
+}
+
+/// Length of the first points of the pass on the curve, at most so many, and their number.
+pub(crate) fn beginning(curve: &Curve, settings: &LaySettings, most: usize) -> (f64, usize) {
+    let Some((start, end)) = ends(curve, settings) else { return (0.0, 0) };
+    let mut n = 0;
+    let mut here = curve.at(start);
+    while here.way < end && n < most {
+        here = curve.at(next_way(curve, Limits::of(settings), least_gap(settings), &here, end));
+        n += 1;
+    }
+    (here.way - start, n)
+}
 
 /// Points are never nearer than this along a pass, mm: over such a way no surface leaves the chord by more than the
 /// tolerance, and at a crease, where no gap is small enough for the turn, it keeps the number of points finite.
@@ -61,14 +94,11 @@ fn least_gap(settings: &LaySettings) -> f64 {
     (0.5 * settings.chord_tolerance).min(1e-3 * settings.max_step)
 }
 
-fn spread(curve: &Curve, settings: &LaySettings, start: f64, end: f64) -> Option<Vec<Place>> {
-    let limits = Limits {
-        chord: settings.chord_tolerance,
-        step: settings.max_step,
-        turn: settings.max_normal_change.unwrap_or(f64::INFINITY),
-    };
+fn spread(curve: &Curve, settings: &LaySettings, left: &PointsLeft, start: f64, end: f64) -> Option<Vec<Place>> {
+    let limits = Limits::of(settings);
     let gap = least_gap(settings);
-    let mut best = walk(curve, limits, gap, start, end, MAX_POINTS)?;
+    let mut best = walk(curve, limits, gap, start, end, left.get())?;
+    left.take(best.len())?;
     // The same number of points with tighter limits: six halvings leave the last gap within 2 % of full.
     let (mut low, mut high) = (0.5, 1.0);
     for _ in 0..6 {

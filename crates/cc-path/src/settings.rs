@@ -1,6 +1,6 @@
 use nalgebra::Point3;
 
-use crate::PathError;
+use crate::{PathError, size::MAX_POINTS};
 
 /// How passes are laid and points put on them.
 #[derive(Clone, Debug, PartialEq)]
@@ -34,6 +34,8 @@ pub struct LaySettings {
     /// Closed curves are cut open where they cross the mesh edge nearest to this point. Without it, the first is cut open
     /// where the mesh has it begin, and each further one nearest to the cut of the one before.
     pub closed_start: Option<Point3<f64>>,
+    /// Most points that all passes may have together, up to 2,000,000.
+    pub max_points: usize,
 }
 
 impl Default for LaySettings {
@@ -54,6 +56,7 @@ impl Default for LaySettings {
             edge_margin: 0.0,
             min_pass_length: 0.0,
             closed_start: None,
+            max_points: MAX_POINTS,
         }
     }
 }
@@ -134,6 +137,8 @@ impl LaySettings {
         for (setting, value) in [("edge_margin", self.edge_margin), ("min_pass_length", self.min_pass_length)] {
             require(setting, value, "finite and not below 0", value.is_finite() && value >= 0.0)?;
         }
+        let few = (1..=MAX_POINTS).contains(&self.max_points);
+        require("max_points", self.max_points as f64, "from 1 to 2,000,000", few)?;
         let ordered = self.min_step_over <= self.max_step_over;
         require("min_step_over", self.min_step_over, "at most max_step_over", ordered)?;
         let start_is_finite = self.closed_start.is_none_or(|p| p.coords.iter().all(|c| c.is_finite()));

@@ -72,6 +72,14 @@ impl Strategy {
         matches!(self, Self::ParallelPlanes(_))
     }
 
+    /// How far the level at the middle of an edge is from the mean of those at its ends, mm.
+    pub(crate) fn bend(&self, a: &Point3<f64>, b: &Point3<f64>) -> f64 {
+        if self.is_linear() {
+            return 0.0;
+        }
+        (self.level(&nalgebra::center(a, b)) - 0.5 * (self.level(a) + self.level(b))).abs()
+    }
+
     /// Fraction of the way from `a` to `b` at which the level is `level`, in 0..1.
     ///
     /// Exact up to rounding where one end is below and the other is not; where both are on the same side, the end whose

@@ -1,4 +1,4 @@
-use facemill_surface_model::{LevelCurve, level_curves_where};
+use facemill_surface_model::{LevelCurve, level_curves_among};
 use nalgebra::{Point3, Unit, Vector3};
 
 use crate::{Strategy, patch::Patch};
@@ -34,9 +34,9 @@ pub(crate) struct Place {
     pub(crate) normal: Unit<Vector3<f64>>,
 }
 
-/// The sections at a level, in the order of the patch's triangles.
-pub(crate) fn trace<'a>(patch: &'a Patch<'a>, strategy: &'a Strategy, level: f64) -> Vec<Curve<'a>> {
-    level_curves_where(&patch.mesh, &patch.edges, &patch.levels, level, |_| true)
+/// The sections at a level, in the order of the patch's triangles; `among` are those that reach it, in rising order.
+pub(crate) fn trace<'a>(patch: &'a Patch<'a>, strategy: &'a Strategy, level: f64, among: &[u32]) -> Vec<Curve<'a>> {
+    level_curves_among(&patch.mesh, &patch.edges, &patch.levels, level, among.iter().copied())
         .into_iter()
         .filter_map(|c| Curve::new(patch, strategy, level, &c))
         .collect()
@@ -107,11 +107,6 @@ impl<'a> Curve<'a> {
     /// Where it begins.
     pub(crate) fn start(&self) -> Point3<f64> {
         self.nodes[0]
-    }
-
-    /// Distance of its plane or radius of its cylinder, mm.
-    pub(crate) fn level(&self) -> f64 {
-        self.level
     }
 
     /// Its length from node to node, mm.

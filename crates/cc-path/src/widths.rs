@@ -2,7 +2,7 @@ use facemill_cl_data::CcPoint;
 use nalgebra::{Point3, Unit, Vector3};
 use rayon::prelude::*;
 
-use crate::{LaySettings, PathError, Strategy, levels::Band, patch::Patch, settings::Direction};
+use crate::{LaySettings, PathError, Strategy, levels::Band, patch::Patch, settings::Direction, size::StepOverCause};
 
 /// The allowed distance between passes at a CC point, mm, measured along the surface: asked of the caller.
 pub(crate) type StripWidth<'a> = &'a (dyn Fn(&CcPoint) -> f64 + Sync);
@@ -16,7 +16,7 @@ pub(crate) const MIN_SLOPE: f64 = 0.052;
 /// normal decides on their slope.
 const SLIVER: f64 = 0.02;
 
-/// What each triangle of a patch allows.
+/// What each triangle of a patch allows, and what decides on it.
 ///
 /// On a plane facet the level rises evenly by slope × way. So a way up the steepest lines from one pass to the next is no
 /// longer than the width, if the step of level is at most width × slope on every facet it crosses.
@@ -28,7 +28,7 @@ pub(crate) fn bands(
     strategy: &Strategy,
     settings: &LaySettings,
     strip_width: StripWidth,
-) -> Result<Vec<Band>, PathError> {
+) -> Result<(Vec<Band>, StepOverCause), PathError> {
     let widths = vertex_widths(patch, strategy, settings, strip_width)?;
     let band = |t: usize| {
         let v = patch.mesh.triangles()[t].map(|v| v as usize);
@@ -42,7 +42,9 @@ pub(crate) fn bands(
             slope: least(v.map(slope)).max(MIN_SLOPE),
         }
     };
-    Ok((0..patch.mesh.triangles().len()).into_par_iter().map(band).collect())
+    let bands = (0..patch.mesh.triangles().len()).into_par_iter().map(band).collect();
+    let largest = settings.max_step_over;
+    Ok((bands, StepOverCause { largest, is_largest: widths.iter().all(|&w| w >= largest) }))
 }
 
 fn least(values: [f64; 3]) -> f64 {

@@ -34,19 +34,22 @@ pub struct LevelPoint {
 /// The order is fixed by the triangles: open curves by their first triangle, then closed ones by their lowest.
 #[must_use]
 pub fn level_curves(mesh: &TriMesh, values: &[f64], level: f64) -> Vec<LevelCurve> {
-    level_curves_where(mesh, &Edges::of(mesh), values, level, |_| true)
+    level_curves_among(mesh, &Edges::of(mesh), values, level, 0..mesh.triangles().len() as u32)
 }
 
-/// As [`level_curves`], in the triangles for which `keep` holds, with the mesh's edges already found.
+/// As [`level_curves`], in some of the triangles, with the mesh's edges already found.
+///
+/// `among` are the triangles in rising order, those that do not cross the level included. The work grows with their number, not with the
+/// size of the mesh.
 #[must_use]
-pub fn level_curves_where(
+pub fn level_curves_among(
     mesh: &TriMesh,
     edges: &Edges,
     values: &[f64],
     level: f64,
-    keep: impl Fn(u32) -> bool,
+    among: impl IntoIterator<Item = u32>,
 ) -> Vec<LevelCurve> {
-    march(mesh, edges, values, level, keep, |_, _, fraction| fraction)
+    march(mesh, edges, values, level, among, |_, _, fraction| fraction)
 }
 
 /// The marching itself; `place` may correct where on an edge (lower vertex, higher vertex) the curve crosses.
@@ -55,33 +58,31 @@ pub(crate) fn march(
     edges: &Edges,
     values: &[f64],
     level: f64,
-    keep: impl Fn(u32) -> bool,
+    among: impl IntoIterator<Item = u32>,
     place: impl Fn(u32, u32, f64) -> f64,
 ) -> Vec<LevelCurve> {
-    let crossings: Vec<Option<Crossing>> = (0..mesh.triangles().len())
-        .map(|t| Crossing::of(mesh.triangles()[t], values, level).filter(|_| keep(t as u32)))
-        .collect();
+    let crossing = |t: u32| Some((t, Crossing::of(mesh.triangles()[t as usize], values, level)?));
+    let crossings: Vec<(u32, Crossing)> = among.into_iter().filter_map(crossing).collect();
+    let index = |t: u32| crossings.binary_search_by_key(&t, |(t, _)| *t).ok();
     // Across the side where the values rise lies the triangle that the curve runs through next.
-    let beyond =
-        |t: u32, side: usize| edges.across(mesh, t, side).map(|(u, _)| u).filter(|&u| crossings[u as usize].is_some());
+    let beyond = |k: usize, side: usize| edges.across(mesh, crossings[k].0, side).and_then(|(u, _)| index(u));
     let mut done = vec![false; crossings.len()];
     let mut curves = Vec::new();
     for closed in [false, true] {
-        for start in 0..crossings.len() as u32 {
-            let Some(first) = crossings[start as usize] else { continue };
-            if done[start as usize] || (!closed && beyond(start, first.falling).is_some()) {
+        for start in 0..crossings.len() {
+            if done[start] || (!closed && beyond(start, crossings[start].1.falling).is_some()) {
                 continue;
             }
             let mut chain = Vec::new();
             let mut next = Some(start);
-            while let Some(t) = next.filter(|&t| !done[t as usize]) {
-                done[t as usize] = true;
-                chain.push(t);
-                next = crossings[t as usize].and_then(|c| beyond(t, c.rising));
+            while let Some(k) = next.filter(|&k| !done[k]) {
+                done[k] = true;
+                chain.push(k);
+                next = beyond(k, crossings[k].1.rising);
             }
-            curves.extend(curve(&chain, closed, |t, rising| {
-                let c = crossings[t as usize]?;
-                Some(level_point(mesh, t, if rising { c.rising } else { c.falling }, values, level, &place))
+            curves.extend(curve(&chain, closed, |k, rising| {
+                let (t, c) = crossings[k];
+                level_point(mesh, t, if rising { c.rising } else { c.falling }, values, level, &place)
             }));
         }
     }
@@ -109,10 +110,10 @@ impl Crossing {
 }
 
 /// Puts the points of a chain of triangles together: each is entered where values fall and left where they rise.
-fn curve(chain: &[u32], closed: bool, point: impl Fn(u32, bool) -> Option<LevelPoint>) -> Option<LevelCurve> {
-    let mut points: Vec<LevelPoint> = chain.iter().filter_map(|&t| point(t, false)).collect();
+fn curve(chain: &[usize], closed: bool, point: impl Fn(usize, bool) -> LevelPoint) -> Option<LevelCurve> {
+    let mut points: Vec<LevelPoint> = chain.iter().map(|&k| point(k, false)).collect();
     if !closed {
-        points.extend(chain.last().and_then(|&t| point(t, true)));
+        points.extend(chain.last().map(|&k| point(k, true)));
     }
     // Of points at the same place the last one leads on.
     let n = points.len();
@@ -262,7 +263,7 @@ mod tests {
         let mut values: Vec<f64> = mesh.vertices().iter().map(|p| p.y).collect();
         assert_eq!(level_curves(&mesh, &values, 0.5).len(), 1);
         let edges = Edges::of(&mesh);
-        assert_eq!(level_curves_where(&mesh, &edges, &values, 0.5, |t| t != 5).len(), 2);
+        assert_eq!(level_curves_among(&mesh, &edges, &values, 0.5, (0..12).filter(|&t| t != 5)).len(), 2);
         assert_eq!(level_curves(&mesh, &values[..4], 0.5).len(), 1);
         values[6] = f64::NAN;
         assert_eq!(level_curves(&mesh, &values, 0.5).len(), 2);

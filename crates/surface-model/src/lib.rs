@@ -61,7 +61,7 @@ pub use export::{ExportError, NamedNode, write_glb, write_obj, write_painted_glb
 pub use import::{
     ImportError, ImportFault, ImportSettings, Imported, LengthUnit, MeshFormat, UpAxis, import_mesh, no_external_files,
 };
-pub use level_curves::{LevelCurve, LevelPoint, level_curves, level_curves_where};
+pub use level_curves::{LevelCurve, LevelPoint, level_curves, level_curves_among};
 pub use ray::RayHit;
 pub use refine::Refined;
 pub use repair::RepairReport;

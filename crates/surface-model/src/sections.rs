@@ -53,7 +53,7 @@ pub fn implicit_section(
         let (p, q) = (mesh.vertices()[a as usize], mesh.vertices()[b as usize]);
         zero_between(|s| f(&(p + (q - p) * s)), values[a as usize], values[b as usize], linear)
     };
-    let drawn = |t: u32| surface.facet_normal(t).is_some() && keep(t);
+    let drawn = (0..mesh.triangles().len() as u32).filter(|&t| surface.facet_normal(t).is_some() && keep(t));
     march(mesh, surface.edges(), &values, 0.0, drawn, refine)
         .into_iter()
         .map(|c| Polyline { points: c.points.iter().map(|p| surface_point(surface, p)).collect(), closed: c.closed })

@@ -80,7 +80,7 @@ fn wrong_settings_and_regions_are_named() {
     let e = error(planes(Vector3::z_axis()), LaySettings::default());
     assert!(e.contains("check the direction of the strategy"), "{e}");
     let e = error(y, LaySettings { max_step: 1e-6, chord_tolerance: 1e-6, ..LaySettings::default() });
-    assert!(e.contains("more than 1000000 points"), "{e}");
+    assert!(e.contains("more than 2000000; take a largest step of"), "{e}");
 }
 
 #[test]
