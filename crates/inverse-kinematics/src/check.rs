@@ -1,5 +1,6 @@
 use crate::{
     Axis, AxisKind, AxisLetter, Carrier, FieldProblem, MachineError, MachineFile,
+    limits::beyond_limits,
     machine_file::{
         BodyFile, DhRow, FeedFile, Joint, MotionFile, PrismaticJoint, RevoluteJoint, RevoluteRange, Rollover, ShapeFile,
     },
@@ -20,6 +21,12 @@ pub(crate) fn check_name(field: &str, name: &str) -> Checked {
 
 fn finite(field: String, axis: Option<&str>, value: f64) -> Checked {
     if value.is_finite() { Ok(()) } else { Err(fail(field, axis, FieldProblem::NotFinite)) }
+}
+
+/// That a value is in the range of its key.
+fn limited(field: String, axis: Option<&str>, value: f64) -> Checked {
+    finite(field.clone(), axis, value)?;
+    beyond_limits(&field, value).map_or(Ok(()), |problem| Err(fail(field, axis, problem)))
 }
 
 fn positive(field: String, axis: Option<&str>, value: f64) -> Checked {
@@ -53,7 +60,7 @@ pub(crate) fn check_row(field: &str, row: &DhRow) -> Checked {
     let values = [("a_mm", row.a_mm), ("alpha_deg", row.alpha_deg), ("d_mm", row.d_mm), ("theta_deg", row.theta_deg)];
     for (key, value) in values {
         let field = format!("{field}.{key}");
-        if key.ends_with("_mm") { length(field, axis, value)? } else { finite(field, axis, value)? }
+        if key.ends_with("_mm") { length(field, axis, value)? } else { limited(field, axis, value)? }
     }
     check_bodies(&format!("{field}.bodies"), &row.bodies)
 }
@@ -75,9 +82,9 @@ fn prismatic_axis(field: &str, j: &PrismaticJoint, carried_by: Carrier) -> Resul
     }
     range(key("max_mm"), axis, j.min_mm, j.max_mm)?;
     home_inside(key("home_mm"), axis, j.home_mm, j.min_mm, j.max_mm)?;
-    positive(key("max_velocity_mm_min"), axis, j.max_velocity_mm_min)?;
+    limited(key("max_velocity_mm_min"), axis, j.max_velocity_mm_min)?;
     for (name, value) in [("max_acceleration_mm_s2", j.max_acceleration_mm_s2), ("max_jerk_mm_s3", j.max_jerk_mm_s3)] {
-        value.map_or(Ok(()), |v| positive(key(name), axis, v))?;
+        value.map_or(Ok(()), |v| limited(key(name), axis, v))?;
     }
     Ok(Axis {
         letter,
@@ -99,11 +106,11 @@ fn revolute_axis(field: &str, j: &RevoluteJoint, carried_by: Carrier) -> Result<
     let axis = Some(j.axis.as_str());
     let key = |key: &str| format!("{field}.{key}");
     let letter = letter(field, &j.axis)?;
-    finite(key("home_deg"), axis, j.home_deg)?;
+    limited(key("home_deg"), axis, j.home_deg)?;
     let (min, max) = match j.range {
         RevoluteRange::Limited { min_deg, max_deg } => {
-            finite(key("range.limited.min_deg"), axis, min_deg)?;
-            finite(key("range.limited.max_deg"), axis, max_deg)?;
+            limited(key("range.limited.min_deg"), axis, min_deg)?;
+            limited(key("range.limited.max_deg"), axis, max_deg)?;
             range(key("range.limited.max_deg"), axis, min_deg, max_deg)?;
             home_inside(key("home_deg"), axis, j.home_deg, min_deg, max_deg)?;
             (min_deg.to_radians(), max_deg.to_radians())
@@ -113,11 +120,11 @@ fn revolute_axis(field: &str, j: &RevoluteJoint, carried_by: Carrier) -> Result<
     let max_wind_up = wind_up(field, j)?;
     let home = j.home_deg.to_radians();
     let (min, max) = max_wind_up.map_or((min, max), |far| (home - far, home + far));
-    positive(key("max_velocity_deg_min"), axis, j.max_velocity_deg_min)?;
+    limited(key("max_velocity_deg_min"), axis, j.max_velocity_deg_min)?;
     for (name, value) in
         [("max_acceleration_deg_s2", j.max_acceleration_deg_s2), ("max_jerk_deg_s3", j.max_jerk_deg_s3)]
     {
-        value.map_or(Ok(()), |v| positive(key(name), axis, v))?;
+        value.map_or(Ok(()), |v| limited(key(name), axis, v))?;
     }
     Ok(Axis {
         letter,
@@ -150,15 +157,9 @@ fn wind_up(field: &str, j: &RevoluteJoint) -> Result<Option<f64>, MachineError> 
     if rolls {
         return problem("max_wind_up_turns", FieldProblem::RollsOver);
     }
-    finite(format!("{field}.max_wind_up_turns"), axis, turns)?;
-    if !(1.0..=MOST_TURNS).contains(&turns) {
-        return problem("max_wind_up_turns", FieldProblem::WindUp { turns, largest: MOST_TURNS });
-    }
+    limited(format!("{field}.max_wind_up_turns"), axis, turns)?;
     Ok(Some(turns * std::f64::consts::TAU))
 }
-
-/// Turns that a limit of the wind-up may have: beyond, the axis is as good as endless, and should be told so.
-const MOST_TURNS: f64 = 1000.0;
 
 fn letter(field: &str, axis: &str) -> Result<AxisLetter, MachineError> {
     AxisLetter::parse(axis).ok_or_else(|| fail(format!("{field}.axis"), Some(axis), FieldProblem::NoAxisLetter))
@@ -175,10 +176,9 @@ pub(crate) fn check_bodies(field: &str, bodies: &[BodyFile]) -> Checked {
     for (k, body) in bodies.iter().enumerate() {
         let field = format!("{field}[{k}]");
         check_name(&format!("{field}.name"), &body.name)?;
-        for (key, values) in [("position_mm", body.position_mm), ("rotation_xyz_deg", body.rotation_xyz_deg)] {
-            for (i, v) in values.into_iter().enumerate() {
-                length(format!("{field}.{key}[{i}]"), None, v)?;
-            }
+        for (i, (place, angle)) in body.position_mm.into_iter().zip(body.rotation_xyz_deg).enumerate() {
+            length(format!("{field}.position_mm[{i}]"), None, place)?;
+            limited(format!("{field}.rotation_xyz_deg[{i}]"), None, angle)?;
         }
         not_negative(format!("{field}.clearance_mm"), None, body.clearance_mm)?;
         length(format!("{field}.clearance_mm"), None, body.clearance_mm)?;
@@ -219,15 +219,15 @@ fn check_shape(field: &str, shape: &ShapeFile) -> Checked {
 
 pub(crate) fn check_motion(motion: &MotionFile) -> Checked {
     let tolerance = &motion.control_tolerance;
-    not_negative("motion.control_tolerance.path_mm".to_owned(), None, tolerance.path_mm)?;
-    not_negative("motion.control_tolerance.orientation_deg".to_owned(), None, tolerance.orientation_deg)
+    limited("motion.control_tolerance.path_mm".to_owned(), None, tolerance.path_mm)?;
+    limited("motion.control_tolerance.orientation_deg".to_owned(), None, tolerance.orientation_deg)
 }
 
 pub(crate) fn check_feed(feed: &FeedFile) -> Checked {
-    positive("feed.min_mm_min".to_owned(), None, feed.min_mm_min)?;
-    positive("feed.max_mm_min".to_owned(), None, feed.max_mm_min)?;
+    limited("feed.min_mm_min".to_owned(), None, feed.min_mm_min)?;
+    limited("feed.max_mm_min".to_owned(), None, feed.max_mm_min)?;
     range("feed.max_mm_min".to_owned(), None, feed.min_mm_min, feed.max_mm_min)?;
-    feed.rapid_mm_min.map_or(Ok(()), |v| positive("feed.rapid_mm_min".to_owned(), None, v))
+    feed.rapid_mm_min.map_or(Ok(()), |v| limited("feed.rapid_mm_min".to_owned(), None, v))
 }
 
 /// What is marked as assumed has to exist.

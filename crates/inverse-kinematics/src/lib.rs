@@ -56,6 +56,7 @@ mod import_value;
 mod inverse;
 mod inverse_solution;
 mod joint_lines;
+mod limits;
 mod linear_tables;
 mod linearise;
 mod machine;
@@ -95,6 +96,7 @@ pub use family::{Family, RotaryRole};
 pub use import::{ImportError, import_autodesk_machine};
 pub use inverse_solution::{Branch, BranchPreference, InverseSolution, InverseSolutions, MAX_SOLUTIONS, Unreachable};
 pub use joint_lines::JointLine;
+pub use limits::{MACHINE_LIMITS, MachineLimit};
 pub use linearise::{Linearisation, LineariseError, Linearised, MotionTolerance, PoseFraction, linearise};
 pub use machine::{FeedRange, FieldProblem, Machine, MachineError};
 pub use machine_file::{

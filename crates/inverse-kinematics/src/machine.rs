@@ -140,6 +140,16 @@ pub enum FieldProblem {
         /// The value in the file.
         value: f64,
     },
+    /// No axis, control or chain has such a value.
+    #[error("is {value:?}, but has to be from {least} to {most}: is the unit right?")]
+    OutOfRange {
+        /// The value in the file.
+        value: f64,
+        /// Least.
+        least: f64,
+        /// Largest.
+        most: f64,
+    },
     /// No machine is that large.
     #[error("is {value}, more than {largest} from 0: is the unit right?")]
     TooFar {
@@ -172,14 +182,6 @@ pub enum FieldProblem {
     /// A limit of the wind-up of an axis that counts to 360 deg.
     #[error("is for axes whose words wind on: with rollover shortest or sign_directed nothing winds up")]
     RollsOver,
-    /// A limit of the wind-up that is none.
-    #[error("is {turns}, but has to be between 1 and {largest} turns; leave it out where nothing limits the axis")]
-    WindUp {
-        /// The value.
-        turns: f64,
-        /// Largest that can be given.
-        largest: f64,
-    },
     /// The axis is not an address of NC text.
     #[error("is not an axis address: one of X Y Z A B C U V W, with a digit from 1 to 9 behind it for a second head")]
     NoAxisLetter,

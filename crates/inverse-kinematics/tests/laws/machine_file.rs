@@ -4,6 +4,7 @@ use crate::common::*;
 use facemill_cl_data::{CuttingLaw, RapidLaw, Solid};
 use facemill_inverse_kinematics::*;
 use nalgebra::{Matrix4, Point3, Vector3};
+use serde_json::{Value, json};
 
 fn refusal(change: impl FnOnce(&mut MachineFile)) -> String {
     let mut file = Machine::head_b_table_c().unwrap().to_file();
@@ -79,7 +80,8 @@ fn faults_are_told_with_field_and_axis() {
     );
     assert_eq!(
         refusal(|f| revolute(&mut f.workpiece_chain.rows[0]).max_velocity_deg_min = 0.0),
-        "workpiece_chain.rows[0].joint.revolute.max_velocity_deg_min (axis C): is 0, but has to be above 0"
+        "workpiece_chain.rows[0].joint.revolute.max_velocity_deg_min (axis C): is 0.0, but has to be from 1 to 10000000: is the unit \
+         right?"
     );
     assert!(
         refusal(|f| revolute(&mut f.tool_chains[0].rows[3]).axis = "Q".into()).contains("rows[3].joint.revolute.axis")
@@ -100,6 +102,63 @@ fn faults_are_told_with_field_and_axis() {
     assert!(refusal(|f| prismatic(&mut f.tool_chains[0].rows[1]).max_mm = 1e7).contains("max_mm (axis X): is 1000"));
     assert!(refusal(|f| f.feed.max_mm_min = 0.5).starts_with("feed.max_mm_min"));
     assert!(refusal(|f| f.motion.control_tolerance.path_mm = -0.1).contains("control_tolerance.path_mm"));
+}
+
+/// Every number of a file that has this key, as paths of JSON; of a list its first.
+fn places(value: &Value, key: &str, at: &str, found: &mut Vec<String>) {
+    let children: Vec<(String, &Value)> = match value {
+        Value::Object(map) => map.iter().map(|(k, v)| (k.clone(), v)).collect(),
+        Value::Array(list) => list.iter().enumerate().map(|(k, v)| (k.to_string(), v)).collect(),
+        _ => return,
+    };
+    for (name, child) in children {
+        let here = format!("{at}/{name}");
+        if name == key {
+            found.push(if child.is_array() { format!("{here}/0") } else { here.clone() });
+        }
+        places(child, key, &here, found);
+    }
+}
+
+/// The preset with every key that may be left out, one joint with limits and one that is endless.
+fn full() -> Value {
+    let mut file: Value = serde_json::from_str(preset_head_b_table_c()).unwrap();
+    file["feed"]["rapid_mm_min"] = json!(24_000);
+    let c = &mut file["workpiece_chain"]["rows"][0]["joint"]["revolute"];
+    c["max_wind_up_turns"] = json!(10);
+    c["home_deg"] = json!(0);
+    file["motion"]["control_tolerance"] = json!({ "path_mm": 0.01, "orientation_deg": 0.01 });
+    file["workpiece_chain"]["rows"][0]["bodies"][0]["rotation_xyz_deg"] = json!([0, 0, 0]);
+    file
+}
+
+#[test]
+fn values_beyond_their_limits_are_refused_with_field_and_limits_and_those_within_are_read() {
+    let read = |file: &Value| Machine::from_json(file.to_string().as_bytes()).map_err(|e| e.to_string());
+    read(&full()).unwrap();
+    for limit in MACHINE_LIMITS {
+        let mut found = Vec::new();
+        places(&full(), limit.key, "", &mut found);
+        assert!(!found.is_empty(), "{}", limit.key);
+        for place in found {
+            let with = |value: f64| {
+                let mut file = full();
+                *file.pointer_mut(&place).unwrap() = json!(value);
+                read(&file)
+            };
+            let range = format!("has to be from {} to {}", limit.least, limit.most);
+            let beyond = |value: f64, away: f64| value + away * (1e-3 * value.abs()).max(1e-6);
+            for outside in [beyond(limit.least, -1.0), beyond(limit.most, 1.0), 1e300, -1e300] {
+                let e = with(outside).unwrap_err();
+                assert!(e.contains(limit.key) && e.contains(&range), "{place} {outside}: {e}");
+            }
+            // Within, another law may refuse it: a home outside of its axis.
+            for inside in [limit.least, limit.most] {
+                let is_taken = with(inside).map_or_else(|e| !e.contains(&range), |_| true);
+                assert!(is_taken, "{place} {inside}");
+            }
+        }
+    }
 }
 
 #[test]
