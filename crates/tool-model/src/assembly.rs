@@ -30,7 +30,7 @@ pub enum ToolFileError {
         /// Its value.
         value: f64,
         /// What it has to be.
-        expected: &'static str,
+        expected: String,
     },
     /// Two lengths do not fit each other.
     #[error("{field}: reaches to {reaches_mm} mm above the tip, but must reach {needed_mm} mm ({to})")]
@@ -49,6 +49,42 @@ pub enum ToolFileError {
 /// Sections written in tenths may miss their sum by rounding; a gap of this size (mm) hides nothing that could collide.
 const GAP: f64 = 1e-6;
 
+/// Range of a key's value, in the key's own unit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ToolLimit {
+    /// Key of the file, as written; in whichever part of the file it is.
+    pub key: &'static str,
+    /// Least value.
+    pub least: f64,
+    /// Largest value.
+    pub most: f64,
+}
+
+const fn limit(key: &'static str, least: f64, most: f64) -> ToolLimit {
+    ToolLimit { key, least, most }
+}
+
+/// Limits of the keys that have some of their own.
+///
+/// Lengths: no spindle carries a tool of ten metres, and below 10 µm nothing is turned. A body or holder without a diameter would collide
+/// with nothing. T words have eight digits; the largest face mills have about a hundred inserts.
+pub const TOOL_LIMITS: [ToolLimit; 11] = [
+    limit("radius_mm", 0.01, 1e4),
+    limit("flute_length_mm", 0.01, 1e4),
+    limit("stick_out_mm", 0.01, 1e4),
+    limit("gauge_length_mm", 0.01, 1e4),
+    limit("length_mm", 1e-6, 1e4),
+    limit("diameter_low_mm", 0.01, 1e4),
+    limit("diameter_high_mm", 0.01, 1e4),
+    limit("clearance_mm", 0.0, 1e3),
+    limit("max_ramp_angle_deg", 0.0, 90.0),
+    limit("number", 1.0, 99_999_999.0),
+    limit("n_inserts", 1.0, 500.0),
+];
+
+/// Largest register that controls have for lengths.
+const LAST_REGISTER: u32 = 999;
+
 impl ToolAssembly {
     /// Reads a tool file.
     ///
@@ -63,8 +99,8 @@ impl ToolAssembly {
     /// # Errors
     /// When a number is out of range or lengths do not fit each other; the error names the field.
     pub fn new(file: ToolFile) -> Result<Self, ToolFileError> {
-        let cutter = Cutter::new(file.radius_mm, file.corner_radius_mm, file.flute_length_mm)?;
         check_numbers(&file)?;
+        let cutter = Cutter::new(file.radius_mm, file.corner_radius_mm, file.flute_length_mm)?;
         check_stack("body", &file.body)?;
         check_stack("holder", &file.holder)?;
         check_reach("body", &file.body, file.flute_length_mm, file.stick_out_mm, "stick_out_mm")?;
@@ -223,60 +259,58 @@ fn sections<'a>(name: &'a str, stack: &'a Stack, from: f64) -> impl Iterator<Ite
     })
 }
 
-fn check(field: impl Into<String>, value: f64, ok: bool, expected: &'static str) -> Result<(), ToolFileError> {
+fn check(field: impl Into<String>, value: f64, ok: bool, expected: impl Into<String>) -> Result<(), ToolFileError> {
     // NaN and infinity are in no range, whatever the comparison said.
     if ok && value.is_finite() {
         Ok(())
     } else {
-        Err(ToolFileError::OutOfRange { field: field.into(), value, expected })
+        Err(ToolFileError::OutOfRange { field: field.into(), value, expected: expected.into() })
     }
 }
 
-/// Largest length in a tool file, mm: no spindle carries a tool of ten metres, and a wrong unit is told from its tool.
-const LONGEST: f64 = 1e4;
-
-/// A length of at least 0 (more than 0 where `positive`) and at most [`LONGEST`].
-fn check_length(field: impl Into<String>, value: f64, positive: bool) -> Result<(), ToolFileError> {
-    let expected = if positive { "more than 0 and at most 10,000 mm" } else { "at least 0 and at most 10,000 mm" };
-    check(field, value, value <= LONGEST && (value > 0.0 || value == 0.0 && !positive), expected)
+/// Checks a number against the limits of its key, which is the last part of the field's path.
+fn check_limits(field: impl Into<String>, value: f64) -> Result<(), ToolFileError> {
+    let field = field.into();
+    let key = field.rsplit('.').next().unwrap_or(&field);
+    let Some(limit) = TOOL_LIMITS.iter().find(|l| l.key == key) else { return Ok(()) };
+    let (least, most) = (limit.least, limit.most);
+    check(field, value, (least..=most).contains(&value), format!("from {least} to {most}"))
 }
 
-/// Largest T word: eight digits.
-const LAST_TOOL: u32 = 99_999_999;
-
-/// Largest register that controls have for lengths.
-const LAST_REGISTER: u32 = 999;
-
 fn check_numbers(file: &ToolFile) -> Result<(), ToolFileError> {
-    check_length("radius_mm", file.radius_mm, true)?;
+    let limited = [
+        ("radius_mm", file.radius_mm),
+        ("flute_length_mm", file.flute_length_mm),
+        ("max_ramp_angle_deg", file.max_ramp_angle_deg),
+        ("number", f64::from(file.number)),
+        ("n_inserts", f64::from(file.n_inserts)),
+        ("stick_out_mm", file.stick_out_mm),
+        ("gauge_length_mm", file.gauge_length_mm),
+    ];
+    limited.into_iter().try_for_each(|(key, value)| check_limits(key, value))?;
     let core = file.dead_core_radius_mm;
     check("dead_core_radius_mm", core, (0.0..file.radius_mm).contains(&core), "at least 0 and below radius_mm")?;
-    let ramp = file.max_ramp_angle_deg;
-    check("max_ramp_angle_deg", ramp, (0.0..=90.0).contains(&ramp), "an angle from 0 to 90 degrees")?;
     if let Some(angle) = file.cutting_edge_angle_deg {
         check("cutting_edge_angle_deg", angle, angle > 0.0 && angle <= 90.0, "an angle above 0 and up to 90 degrees")?;
     }
-    check("number", f64::from(file.number), (1..=LAST_TOOL).contains(&file.number), "from 1 to 99,999,999")?;
     let register = file.length_register.unwrap_or(file.number);
     let what = "from 1 to 999 (the tool's number, where the key is missing)";
     check("length_register", f64::from(register), (1..=LAST_REGISTER).contains(&register), what)?;
-    check("n_inserts", f64::from(file.n_inserts), file.n_inserts >= 1, "at least 1")?;
     let stick_out = file.stick_out_mm;
-    check_length("stick_out_mm", stick_out, true)?;
-    check_length("gauge_length_mm", file.gauge_length_mm, true)?;
     check("stick_out_mm", stick_out, stick_out >= file.flute_length_mm, "at least flute_length_mm")?;
     let gauge = file.gauge_length_mm;
     check("gauge_length_mm", gauge, gauge >= stick_out, "at least stick_out_mm")
 }
 
 fn check_stack(name: &'static str, stack: &Stack) -> Result<(), ToolFileError> {
-    let clearance = stack.clearance_mm;
-    check_length(format!("{name}.clearance_mm"), clearance, false)?;
+    check_limits(format!("{name}.clearance_mm"), stack.clearance_mm)?;
     for (k, s) in stack.sections.iter().enumerate() {
-        let field = |key: &str| format!("{name}.sections[{k}].{key}");
-        check_length(field("length_mm"), s.length_mm, true)?;
-        check_length(field("diameter_low_mm"), s.diameter_low_mm, false)?;
-        check_length(field("diameter_high_mm"), s.diameter_high_mm, false)?;
+        let limited = [
+            ("length_mm", s.length_mm),
+            ("diameter_low_mm", s.diameter_low_mm),
+            ("diameter_high_mm", s.diameter_high_mm),
+        ];
+        limited.into_iter().try_for_each(|(key, value)| check_limits(format!("{name}.sections[{k}].{key}"), value))?;
     }
     Ok(())
 }
@@ -355,7 +389,7 @@ mod tests {
     #[test]
     fn faults_name_their_field() {
         let cases = [
-            ("\"radius_mm\": 80", "\"radius_mm\": 0", "radius 0 mm"),
+            ("\"radius_mm\": 80", "\"radius_mm\": 0", "radius_mm"),
             ("\"corner_radius_mm\": 6", "\"corner_radius_mm\": 81", "corner radius 81 mm"),
             ("\"flute_length_mm\": 7", "\"flute_length_mm\": 5", "flute length 5 mm"),
             ("\"dead_core_radius_mm\": 60", "\"dead_core_radius_mm\": 80", "dead_core_radius_mm"),
@@ -379,6 +413,49 @@ mod tests {
             assert!(found.contains(field), "{to}: {found}");
         }
         assert!(changed("\"n_inserts\": 8", "\"cutting_edge_angle_deg\": 91, \"n_inserts\": 8").is_err());
+    }
+
+    /// Paths of JSON of every number with this key.
+    fn places(value: &serde_json::Value, key: &str, at: &str) -> Vec<String> {
+        let children: Vec<(String, &serde_json::Value)> = match value {
+            serde_json::Value::Object(map) => map.iter().map(|(k, v)| (k.clone(), v)).collect(),
+            serde_json::Value::Array(list) => list.iter().enumerate().map(|(k, v)| (k.to_string(), v)).collect(),
+            _ => return Vec::new(),
+        };
+        let of_child = |(name, child): (String, &serde_json::Value)| {
+            let here = format!("{at}/{name}");
+            let own = (name == key).then(|| here.clone());
+            own.into_iter().chain(places(child, key, &here)).collect::<Vec<_>>()
+        };
+        children.into_iter().flat_map(of_child).collect()
+    }
+
+    #[test]
+    fn values_beyond_their_limits_are_refused_with_field_and_limits_and_those_within_are_read() {
+        let whole: serde_json::Value = serde_json::from_str(TOOL).unwrap();
+        for limit in TOOL_LIMITS {
+            let found = places(&whole, limit.key, "");
+            assert!(!found.is_empty(), "{}", limit.key);
+            let is_count = matches!(limit.key, "number" | "n_inserts");
+            for place in found {
+                let with = |value: f64| {
+                    let mut file = whole.clone();
+                    let number = if is_count { (value as u64).into() } else { serde_json::json!(value) };
+                    *file.pointer_mut(&place).unwrap() = number;
+                    ToolAssembly::from_json(file.to_string().as_bytes()).map_err(|e| e.to_string())
+                };
+                let range = format!("from {} to {}", limit.least, limit.most);
+                let away = |value: f64| if is_count { 1.0 } else { (1e-3 * value.abs()).max(1e-9) };
+                for outside in [limit.least - away(limit.least), limit.most + away(limit.most), 4e9] {
+                    let e = with(outside).unwrap_err();
+                    assert!(e.contains(limit.key) && e.contains(&range), "{place} {outside}: {e}");
+                }
+                // Within, another law may refuse it: a stick-out shorter than the flute.
+                for inside in [limit.least, limit.most] {
+                    assert!(with(inside).map_or_else(|e| !e.contains(&range), |_| true), "{place} {inside}");
+                }
+            }
+        }
     }
 
     #[test]
