@@ -44,6 +44,7 @@ mod failure;
 pub mod files;
 mod follow;
 pub mod job_file;
+mod job_limits;
 mod job_settings;
 mod job_source;
 pub mod lengths;
@@ -150,7 +151,7 @@ pub use stock_map::StockRegion;
 pub use summary::{clock, summary};
 pub use summary_file::{SUMMARY_FORMAT, SetupSummary, SummaryFile};
 pub use verify_program::{VERIFICATION_FORMAT, VerificationFile, Verified, VerifyRequest, verify_program};
-pub use verify_stock::{CutRequest, StockReport};
+pub use verify_stock::{CutRequest, STOCK_TOLERANCES, StockReport};
 
 pub use facemill_cc_path as cc_path;
 pub use facemill_chip_area as chip_area;

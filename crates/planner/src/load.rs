@@ -11,6 +11,7 @@ use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
 
 use crate::enclosure::check_enclosure;
 use crate::job_file::{JobFile, OperationFile, PoseFile, RoleFile, SetupFile, StockFile};
+use crate::job_limits::check_cutter_width;
 use crate::job_settings::JobSetting;
 use crate::job_source::{blamed, job_path, read_job_file};
 use crate::machine_load::read_machine;
@@ -115,6 +116,8 @@ impl Job {
         for (head, tool) in (1..).zip(tools) {
             check_chip_thickness(&file, head, tool.n_inserts(), &machine.feed_range())
                 .map_err(|e| Failure::input(path, e))?;
+            let name = if head == 1 { Some(&file.tool) } else { file.second_tool.as_ref() };
+            check_cutter_width(&machine, tool).map_err(|e| Failure::input(&beside(name.map_or("", |n| n)), e))?;
         }
         let post = read_post(path, &file)?;
         if let (Some(_), Some(name)) = (&second, &file.post.dialect_file) {

@@ -1,5 +1,6 @@
 //! Lengths that are given by options: a wrong one is told with its option, before any file is read.
 
+use facemill::STOCK_TOLERANCES;
 use facemill::new_job::ROTOR_SCALES;
 
 /// A length above 0, mm.
@@ -12,6 +13,13 @@ pub(crate) fn above_zero(text: &str) -> Result<f64, String> {
 pub(crate) fn from_zero(text: &str) -> Result<f64, String> {
     let length = text.parse().ok().filter(|mm: &f64| *mm >= 0.0 && mm.is_finite());
     length.ok_or_else(|| "must be a length of at least 0 mm".to_owned())
+}
+
+/// A tolerance that stock can be cut within, mm.
+pub(crate) fn stock_tolerance(text: &str) -> Result<f64, String> {
+    let tolerance = text.parse().ok().filter(|mm| STOCK_TOLERANCES.contains(mm));
+    tolerance
+        .ok_or_else(|| format!("must be a length from {} to {} mm", STOCK_TOLERANCES.start(), STOCK_TOLERANCES.end()))
 }
 
 /// A scale of the example rotor.
@@ -33,6 +41,14 @@ mod tests {
         for zero in ["0", "-0", "1e-400"] {
             assert!(above_zero(zero).is_err() && from_zero(zero).is_ok(), "{zero}");
         }
+    }
+
+    #[test]
+    fn tolerances_of_stock_are_within_their_range() {
+        for text in ["0", "-1", "9e-4", "0.51", "nan", "inf", "ten"] {
+            assert!(stock_tolerance(text).is_err_and(|why| why.contains("from 0.001 to 0.5 mm")), "{text}");
+        }
+        assert_eq!(["1e-3", "0.05", "0.5"].map(stock_tolerance), [Ok(0.001), Ok(0.05), Ok(0.5)]);
     }
 
     #[test]

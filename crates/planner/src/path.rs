@@ -1,7 +1,8 @@
 //! CC points of an operation, from a path file or laid by a strategy.
 
 use facemill_cc_path::{
-    Direction, LaySettings, LevelOrder, Pattern, ProjectSettings, UncutSide, lay_passes, project, read_path_file,
+    Direction, LaySettings, LevelOrder, PathError, Pattern, ProjectSettings, Remedy, UncutSide, lay_passes, project,
+    read_path_file,
 };
 use facemill_cl_data::{CcPoint, Pass, Silent};
 use facemill_cutter_location::cusp::expected_strip_width;
@@ -32,7 +33,11 @@ pub(crate) struct LaidPath {
 pub(crate) fn lay(job: &Job, setup: &Setup<'_>, index: usize, operation: &OperationFile) -> Result<LaidPath, Failure> {
     let at = format!("operations[{index}].path");
     let (passes, dropped_pieces) = match &operation.path {
-        PathFile::File(file) => (from_file(job, setup, operation, file)?, 0),
+        PathFile::File(file) => {
+            let passes = from_file(job, setup, operation, file)?;
+            check_number(&passes, operation).map_err(|e| Failure::input(&job.beside(&file.file), e))?;
+            (passes, 0)
+        }
         PathFile::Strategy(strategy) => from_strategy(job, setup, operation, strategy, &at)?,
     };
     let tasks = passes
@@ -89,7 +94,9 @@ fn from_strategy(
     at: &str,
 ) -> Result<(Vec<SidedPass>, usize), Failure> {
     let tolerances = &operation.tolerances;
-    let wrong = |e: facemill_cc_path::PathError| job.wrong(format!("{at}.strategy: {e}"));
+    let wrong = |e: PathError| {
+        job.wrong(format!("{at}.strategy: {e}{}", e.remedy().map_or(String::new(), |r| keys(r, operation))))
+    };
     let strategy = file.strategy.to_strategy().map_err(wrong)?;
     let mut region = file.region.to_region().map_err(wrong)?;
     region.groups = Some(match region.groups {
@@ -123,6 +130,7 @@ fn from_strategy(
         uncut: wanted.map(|left| if left { UncutSide::Left } else { UncutSide::Right }),
         edge_margin: file.edge_margin_mm,
         min_pass_length: file.min_pass_length_mm,
+        max_points: (MOST_POINTS / n_places(operation)).max(1),
         ..LaySettings::default()
     };
     let curve = search_curve(job, operation, wanted.unwrap_or(false))?;
@@ -135,6 +143,45 @@ fn from_strategy(
     let laid = lay_passes(surface, &region, &strategy, &settings, &strip_width, &Silent).map_err(wrong)?;
     let passes = laid.passes.into_iter().map(|p| (p.pass, p.uncut == UncutSide::Left)).collect();
     Ok((passes, laid.n_dropped_pieces))
+}
+
+/// Most CC points of an operation, in all places of its pattern: a plan takes about 4 kB for each.
+const MOST_POINTS: usize = 2_000_000;
+
+fn n_places(operation: &OperationFile) -> usize {
+    operation.pattern.as_ref().map_or(1, |p| p.copies as usize)
+}
+
+/// Keys of the job that a remedy is about, with what they have now.
+fn keys(remedy: Remedy, operation: &OperationFile) -> String {
+    let t = &operation.tolerances;
+    let places = match n_places(operation) {
+        1 => String::new(),
+        n => format!(", in each of the {n} places of the pattern"),
+    };
+    let (key, now) = match remedy {
+        Remedy::LargestStepOver(_) => ("max_step_over_mm", t.max_step_over_mm),
+        Remedy::LargestStep(_) => ("max_step_mm", t.max_step_mm),
+        Remedy::ChordTolerance(_) => ("path_chord_mm", t.path_chord_mm),
+        Remedy::StripWidth(times) => {
+            let cusp = format!("{:.1e}", 1.05 * t.cusp_mm * times * times).parse().unwrap_or(t.cusp_mm);
+            return format!(" (tolerances.cusp_mm, which is {}: {cusp} is enough){places}", t.cusp_mm);
+        }
+    };
+    format!(" (tolerances.{key}, which is {now}){places}")
+}
+
+/// That points read from a file are no more than a plan may have.
+fn check_number(passes: &[SidedPass], operation: &OperationFile) -> Result<(), String> {
+    let n: usize = passes.iter().map(|(pass, _)| pass.points.len()).sum();
+    let places = n_places(operation);
+    if n.saturating_mul(places) <= MOST_POINTS {
+        return Ok(());
+    }
+    Err(format!(
+        "{n} points in {places} place(s) are more than the {MOST_POINTS} that a plan may have; give every second one, or share them among \
+         several jobs"
+    ))
 }
 
 #[cfg(test)]

@@ -9,7 +9,7 @@ use facemill::z_map::DexelMap;
 use facemill::{CutRequest, Failure, files, read_rest};
 
 use crate::cli::say;
-use crate::option_lengths::{above_zero, from_zero};
+use crate::option_lengths::{above_zero, from_zero, stock_tolerance};
 use crate::program_arguments::{ProgramArguments, ProgramOfJob};
 use crate::progress::Progress;
 
@@ -25,7 +25,7 @@ pub(crate) struct RapidsArguments {
     #[arg(long, value_name = "MM", default_value_t = 1.0, allow_negative_numbers = true, value_parser = above_zero)]
     stock_cell_mm: f64,
     /// How far from the truth what is cut may be
-    #[arg(long, value_name = "MM", default_value_t = 0.05, allow_negative_numbers = true, value_parser = above_zero)]
+    #[arg(long, value_name = "MM", default_value_t = 0.05, allow_negative_numbers = true, value_parser = stock_tolerance)]
     stock_tolerance_mm: f64,
     /// Begin with the rest that another program left (facemill verify --rest-out) in place of the job's stock
     #[arg(long, value_name = "FILE", conflicts_with = "stock_cell_mm")]

@@ -4,12 +4,12 @@ use facemill_inverse_kinematics::FeedRange;
 use facemill_nc_program::{FeedMode, RoundingBound};
 
 use crate::job_file::{
-    ApproachFile, AxisTargetFile, ClearanceFile, DirectionFile, FinishFile, InfeasibleFile, JOB_FORMAT, JobFile,
-    LinkStockFile, LinkingFile, OperationFile, PairFile, PassOrderFile, PathFile, PatternFile, PoseFile,
-    PostureModeFile, RoleFile, SetupFile, StockFile, TolerancesFile,
+    AxisTargetFile, ClearanceFile, DirectionFile, InfeasibleFile, JOB_FORMAT, JobFile, LinkStockFile, LinkingFile,
+    OperationFile, PairFile, PassOrderFile, PathFile, PatternFile, PoseFile, PostureModeFile, RoleFile, SetupFile,
+    StockFile,
 };
+use crate::job_limits::{JOB_LIMITS, OPERATION_LIMITS, SETUP_LIMITS, SMALLEST_TOLERANCE, check_limits};
 use crate::validate_feeds::{check_feed_laws, check_stock_to_cut, feeds_of_chips};
-use crate::verify_stock::{LARGEST_STOCK_TOLERANCE, is_stock_tolerance};
 
 /// First thing wrong with a job, as `field: what it must be`.
 ///
@@ -28,16 +28,7 @@ pub(crate) fn validate(job: &JobFile) -> Result<(), String> {
     check_operations(job)?;
     check_setups(job)?;
     check_links(job)?;
-    let verification = Field("verification".to_owned());
-    let tolerance = job.verification.stock_tolerance_mm;
-    verification.length("stock_tolerance_mm", tolerance)?;
-    if !is_stock_tolerance(tolerance) {
-        return Err(format!(
-            "verification.stock_tolerance_mm: {tolerance} is more than {LARGEST_STOCK_TOLERANCE} mm: what goes less deep into the \
-             stock than twice it is no finding"
-        ));
-    }
-    job.verification.stock_cell_mm.map_or(Ok(()), |cell| verification.length("stock_cell_mm", cell))?;
+    check_limits(&Field("verification".to_owned()), &JOB_LIMITS, job)?;
     let unused = job.setups.iter().position(|s| !job.operations.iter().any(|o| belongs(o, s, job)));
     unused.map_or(Ok(()), |k| Err(format!("setups[{k}]: no operation belongs to \"{}\"", job.setups[k].name)))
 }
@@ -197,15 +188,6 @@ fn check_setup_name(k: usize, operation: &OperationFile, job: &JobFile) -> Resul
 /// and no machine reaches.
 pub(crate) const FARTHEST: f64 = 1e6;
 
-/// Largest spindle speed, 1/min: the fastest spindles turn at a tenth of it.
-const FASTEST_SPINDLE: f64 = 1e6;
-
-/// Smallest distances between points and between passes, mm: below, a program has more blocks than a control can read.
-const SMALLEST_STEP: f64 = 1e-3;
-
-/// Smallest tolerance, mm: a thousandth of what is written or measured.
-const SMALLEST_TOLERANCE: f64 = 1e-6;
-
 /// A place in the job file.
 pub(crate) struct Field(pub(crate) String);
 
@@ -218,7 +200,7 @@ impl Field {
         self.require(key, value, value > 0.0, "more than 0")
     }
 
-    fn within(&self, key: &str, value: f64, min: f64, max: f64) -> Result<(), String> {
+    pub(crate) fn within(&self, key: &str, value: f64, min: f64, max: f64) -> Result<(), String> {
         self.require(key, value, (min..=max).contains(&value), &format!("from {min} to {max}"))
     }
 
@@ -256,7 +238,7 @@ impl Field {
 }
 
 fn check_setup(at: &Field, setup: &SetupFile) -> Result<(), String> {
-    at.within("rapid_clearance_mm", setup.rapid_clearance_mm, SMALLEST_STEP, 1000.0)?;
+    check_limits(at, &SETUP_LIMITS, setup)?;
     at.pose("work_from_part", &setup.work_from_part)?;
     at.pose("table_from_work", &setup.table_from_work)?;
     let offsets = &setup.work_offset;
@@ -319,26 +301,15 @@ fn check_stock(at: &Field, stock: &StockFile) -> Result<(), String> {
 }
 
 fn check_operation(at: &Field, o: &OperationFile) -> Result<(), String> {
-    match &o.path {
-        PathFile::File(f) => at.length_or_zero("path.file.max_distance_mm", f.max_distance_mm)?,
-        PathFile::Strategy(s) => {
-            at.length_or_zero("path.strategy.edge_margin_mm", s.edge_margin_mm)?;
-            at.length_or_zero("path.strategy.min_pass_length_mm", s.min_pass_length_mm)?;
-            if s.linking == LinkingFile::Zigzag && o.direction != DirectionFile::Either {
-                return Err(format!(
-                    "{}.path.strategy.linking: zigzag cuts climb and conventional by turns, so direction must be \"either\"",
-                    at.0
-                ));
-            }
-        }
-    }
-    for (key, approach) in [("entry", &o.entry), ("exit", &o.exit)] {
-        let (name, arc) = match approach {
-            ApproachFile::TangentialArc(arc) => ("tangential_arc", arc),
-            ApproachFile::RollIn(arc) => ("roll_in", arc),
-        };
-        at.within(&format!("{key}.{name}.radius_mm"), arc.radius_mm, SMALLEST_STEP, FARTHEST)?;
-        at.within(&format!("{key}.{name}.angle_deg"), arc.angle_deg, 1.0, 90.0)?;
+    check_limits(at, &OPERATION_LIMITS, o)?;
+    if let PathFile::Strategy(s) = &o.path
+        && s.linking == LinkingFile::Zigzag
+        && o.direction != DirectionFile::Either
+    {
+        return Err(format!(
+            "{}.path.strategy.linking: zigzag cuts climb and conventional by turns, so direction must be \"either\"",
+            at.0
+        ));
     }
     if let Some(p) = &o.pattern {
         check_pattern(at, p)?;
@@ -346,18 +317,12 @@ fn check_operation(at: &Field, o: &OperationFile) -> Result<(), String> {
     check_search(at, o)?;
     at.positive("feeds.cutting_mm_min", o.feeds.cutting_mm_min)?;
     at.positive("feeds.approach_mm_min", o.feeds.approach_mm_min)?;
-    at.within("feeds.spindle_rpm", o.feeds.spindle_rpm, 1.0, FASTEST_SPINDLE)?;
     check_feed_laws(at, &o.feeds)?;
-    check_tolerances(at, &o.tolerances)?;
-    check_finish(at, &o.finish)?;
     if let InfeasibleFile::Trim(trim) = &o.infeasible {
         at.within("infeasible.trim.max_trimmed_fraction", trim.max_trimmed_fraction, 0.0, 1.0)?;
     }
     Ok(())
 }
-
-/// Largest of the tolerances that let the cutter into the part or off it, mm: above it, it would be a depth of cut.
-const LARGEST_TOLERANCE: f64 = 2.0;
 
 /// Part of the cutter's radius that the gouge tolerance may be: with more, the test body is no likeness of the cutter.
 const LARGEST_GOUGE: f64 = 0.1;
@@ -375,26 +340,8 @@ pub(crate) fn check_gouge_tolerances(job: &JobFile, head: u32, cutter_radius: f6
     })
 }
 
-fn check_tolerances(at: &Field, t: &TolerancesFile) -> Result<(), String> {
-    at.length_or_zero("tolerances.mesh_chord_mm", t.mesh_chord_mm)?;
-    at.within("tolerances.path_chord_mm", t.path_chord_mm, SMALLEST_TOLERANCE, LARGEST_TOLERANCE)?;
-    at.within("tolerances.max_step_mm", t.max_step_mm, SMALLEST_STEP, FARTHEST)?;
-    at.within("tolerances.linearisation_mm", t.linearisation_mm, SMALLEST_TOLERANCE, LARGEST_TOLERANCE)?;
-    at.within("tolerances.gouge_mm", t.gouge_mm, SMALLEST_TOLERANCE, LARGEST_TOLERANCE)?;
-    at.within("tolerances.max_lift_mm", t.max_lift_mm, 0.0, LARGEST_TOLERANCE)?;
-    at.within("tolerances.cusp_mm", t.cusp_mm, SMALLEST_TOLERANCE, FARTHEST)?;
-    at.within("tolerances.max_step_over_mm", t.max_step_over_mm, SMALLEST_STEP, FARTHEST)
-}
-
-fn check_finish(at: &Field, finish: &FinishFile) -> Result<(), String> {
-    at.within("finish.max_above_fraction", finish.max_above_fraction, 0.0, 1.0)?;
-    at.within("finish.max_never_cut_fraction", finish.max_never_cut_fraction, 0.0, 1.0)
-}
-
 /// Places of a pattern must be apart: a place that comes back to another one would be cut twice.
 fn check_pattern(at: &Field, p: &PatternFile) -> Result<(), String> {
-    at.within("pattern.copies", f64::from(p.copies), 1.0, 1000.0)?;
-    at.within("pattern.index_angle_deg", p.index_angle_deg, -360.0, 360.0)?;
     at.point("pattern.origin_mm", &p.origin_mm)?;
     at.direction("pattern.axis", &p.axis)?;
     let turns = |k: u32| p.index_angle_deg * f64::from(k) / 360.0;
@@ -473,14 +420,6 @@ fn check_search(at: &Field, o: &OperationFile) -> Result<(), String> {
     }
     at.within("search.rotate_deg[1]", to, from, 180.0)?;
     check_mode(at, &s.mode)?;
-    at.within("search.weight", s.weight, 1e-6, 1e6)?;
-    at.within("search.u_step", s.u_step, 0.001, 1.0)?;
-    at.within("search.u_tolerance", s.u_tolerance, 1e-6, 1.0)?;
-    if let Some(width) = s.certified_u_width {
-        at.within("search.certified_u_width", width, 1e-6, 0.1)?;
-    }
-    at.within("search.max_turn_deg_per_mm", s.max_turn_deg_per_mm, 1e-9, 1e6)?;
-    at.within("search.singular_cone_deg", s.singular_cone_deg, 0.0, 10.0)?;
     if let Some(cone) = &s.tool_axis_cone {
         at.direction("search.tool_axis_cone.axis", &cone.axis)?;
         at.within("search.tool_axis_cone.half_angle_deg", cone.half_angle_deg, 0.0, 180.0)?;

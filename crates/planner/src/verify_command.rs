@@ -14,7 +14,7 @@ use facemill::{
 use crate::cli::say;
 use crate::deviation_command::{mesh_bytes, painted_mesh, rest_mesh, told_deviation};
 use crate::findings_table::findings_table;
-use crate::option_lengths::{above_zero, from_zero};
+use crate::option_lengths::{above_zero, from_zero, stock_tolerance};
 use crate::program_arguments::{ProgramArguments, ProgramOfJob};
 use crate::progress::Progress;
 use crate::stand_arguments::StandArguments;
@@ -49,7 +49,7 @@ pub(crate) struct VerifyArguments {
     #[arg(long, value_name = "MM", allow_negative_numbers = true, value_parser = above_zero)]
     stock_cell_mm: Option<f64>,
     /// How far from the truth what is cut may be [default: 0.05]
-    #[arg(long, value_name = "MM", allow_negative_numbers = true, value_parser = above_zero)]
+    #[arg(long, value_name = "MM", allow_negative_numbers = true, value_parser = stock_tolerance)]
     stock_tolerance_mm: Option<f64>,
     /// Which part of the stock to cut: whole, operations (the rectangle around what the job's operations cut, with the cutter's
     /// diameter around it), or X0,Y0,X1,Y1 in mm of the workpiece frame. What meets stock elsewhere is not seen

@@ -33,9 +33,7 @@ use crate::stock_map::StockRegion;
 use crate::timing::{TimedText, times_of_text};
 use crate::verify_assumptions::{all_assumptions, cuts_nothing, is_estimate};
 use crate::verify_feeds::{Asked, FastBlock, KnownCuts};
-use crate::verify_stock::{
-    CutRequest, LARGEST_STOCK_TOLERANCE, Stand, StockReport, blocks_of_heads, cut_stock, is_stock_tolerance,
-};
+use crate::verify_stock::{CutRequest, STOCK_TOLERANCES, Stand, StockReport, blocks_of_heads, cut_stock};
 use crate::{Failure, ProgramStamp, RemainingReport, Stages};
 
 /// Value of the key `format` in the file of a verification.
@@ -164,10 +162,12 @@ pub fn verify_program(
             job.wrong("certificates cannot be had from the fast mode, which only estimates: leave out one of both")
         );
     }
-    if request.cut.as_ref().is_some_and(|c| !is_stock_tolerance(c.tolerance)) {
+    if let Some(cut) = request.cut.as_ref().filter(|c| !STOCK_TOLERANCES.contains(&c.tolerance)) {
         return Err(job.wrong(format!(
-            "the tolerance of the cut stock must be above 0 and at most {LARGEST_STOCK_TOLERANCE} mm: what goes less deep into the \
-             stock than twice it is no finding"
+            "the tolerance of the cut stock must be from {} to {} mm, is {}",
+            STOCK_TOLERANCES.start(),
+            STOCK_TOLERANCES.end(),
+            cut.tolerance
         )));
     }
     if request.cut.as_ref().is_some_and(|c| c.across && (c.rest.is_some() || c.region != StockRegion::Whole)) {

@@ -1,6 +1,7 @@
 //! The stock of a job's setup as a program from anywhere cuts it.
 
 use std::collections::BTreeSet;
+use std::ops::RangeInclusive;
 
 use facemill_nc_program::ReadProgram;
 use facemill_virtual_machine::{BlockCut, StockRun, VerifySettings, VirtualSetup, blocks_beyond, run_stock_of_heads};
@@ -17,13 +18,9 @@ use crate::stock_map::{StockMeshes, StockRegion};
 use crate::walls::{has_walls, weights};
 use crate::{Failure, Stages};
 
-/// Largest tolerance of cut stock, mm: what goes less deep into it than twice this is no finding.
-pub(crate) const LARGEST_STOCK_TOLERANCE: f64 = 0.5;
-
-/// Whether stock can be cut within a tolerance, mm.
-pub(crate) fn is_stock_tolerance(tolerance: f64) -> bool {
-    tolerance > 0.0 && tolerance <= LARGEST_STOCK_TOLERANCE
-}
+/// Tolerances that stock can be cut within, mm. Smaller: motions fall into more parts than memory holds. Larger: what goes less deep into
+/// the stock than twice the tolerance is no finding.
+pub const STOCK_TOLERANCES: RangeInclusive<f64> = 1e-3..=0.5;
 
 /// How stock is cut.
 #[derive(Clone, Debug)]

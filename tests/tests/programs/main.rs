@@ -7,6 +7,7 @@ mod chip_feeds;
 mod command_line;
 mod feed_modes;
 mod first_contact;
+mod limits;
 mod machines;
 mod mended;
 mod mutants;
