@@ -5,6 +5,7 @@ mod context;
 mod lines;
 mod motion;
 mod template;
+mod template_bounds;
 mod text;
 
 use std::collections::BTreeSet;

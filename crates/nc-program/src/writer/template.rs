@@ -7,6 +7,7 @@ use super::{
         RtcpContext, SpindleContext, ToleranceContext, ToolContext, WordsContext,
     },
     spindle_code, spindle_speed,
+    template_bounds::{SourceFault, bound, check_source},
     text::{clean_comment, program_id, push_axis_word},
 };
 use crate::{
@@ -17,8 +18,8 @@ use crate::{
 /// Stands for the motions while the template is rendered, because they can be longer than all the rest together.
 pub(super) const BODY: &str = "\u{1}body\u{1}";
 
-/// Steps that a template may take: a thousand times what those that are shipped take, and less than a second.
-const FUEL: u64 = 1_000_000;
+/// Steps that a template may take: some hundred times what those that are shipped take, and seconds at the longest.
+const FUEL: u64 = 200_000;
 
 /// Bytes that a template may write besides the motions.
 const MOST_TEXT: usize = 4 << 20;
@@ -31,6 +32,11 @@ pub(super) fn render(
 ) -> Result<Vec<String>, WriteError> {
     let context = context(spec, heads, settings)?;
     let template = &settings.template;
+    check_source(&template.text).map_err(|SourceFault { line, message }| WriteError::Template {
+        name: template.name.clone(),
+        line: Some(line),
+        message,
+    })?;
     let fault = |e: Error| WriteError::Template { name: template.name.clone(), line: e.line(), message: message(&e) };
     let mut environment = Environment::new();
     // A misspelt variable must not write an empty word.
@@ -39,8 +45,7 @@ pub(super) fn render(
     environment.set_syntax(SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build().map_err(fault)?);
     environment.set_auto_escape_callback(|_| minijinja::AutoEscape::None);
     environment.add_filter("fixed", fixed);
-    // It has no bound, and no use: lines are trimmed.
-    environment.remove_filter("indent");
+    bound(&mut environment);
     environment.add_template(&template.name, &template.text).map_err(fault)?;
     let rendered = environment.get_template(&template.name).map_err(fault)?;
     let mut text = Bounded(Vec::new());

@@ -328,10 +328,70 @@ fn a_template_has_an_end_of_its_steps_and_of_its_text() {
         let post = post_file().settings(Some(template)).unwrap();
         write_program(&spec(vec![first.clone()]), &post).unwrap_err().to_string()
     };
-    let nested = "%\n{% for a in range(90000) %}{% for b in range(90000) %}{% endfor %}{% endfor %}\n{{ body }}";
-    assert!(message(nested).contains("1000000 steps"), "{}", message(nested));
-    let long = "%\n{% for a in range(9000) %}{{ 'G' * 10000 }}{% endfor %}\n{{ body }}";
+    let nested = "%\n{% for a in range(900) %}{% for b in range(900) %}{% endfor %}{% endfor %}\n{{ body }}";
+    assert!(message(nested).contains("200000 steps"), "{}", message(nested));
+    let long = "%\n{% for a in range(900) %}{{ 'GGGGGGGGGGGGGGGGGGGGGGGGGGGGGGGGGGGGGGGGGGGGGGGGGGGGGGGGGG' * 100 }}{% endfor %}\n{{ body }}";
     assert!(message(long).contains("4194304 bytes"), "{}", message(long));
+}
+
+/// Each would make a text of many megabytes in a few steps.
+const GROWING: [(&str, &str); 24] = [
+    ("{% set a = a ~ a %}", "`set` is no statement"),
+    ("{%- set a %}{{ body }}{{ body }}{% endset %}", "`set` is no statement"),
+    ("{% with a = 'x' %}{% endwith %}", "`with` is no statement"),
+    ("{% filter upper %}{{ body }}{% endfilter %}", "`filter` is no statement"),
+    ("{% raw %}{% endraw %}", "`raw` is no statement"),
+    ("{% for a in [1] recursive %}{{ loop([1]) }}{% endfor %}", "cannot call itself"),
+    ("{% for a in ['x' ~ 'y'] %}{% endfor %}", "leave `~` out"),
+    ("{% for a in ['x' + 'y'] %}{% endfor %}", "leave `+` out"),
+    ("{% for a in ['x' * 9] %}{% endfor %}", "leave `*` out"),
+    ("{% for a in [[1, 1], [1, 1]] %}{% endfor %}", "without lists in it"),
+    ("{% for a in [(1, 1), (1, 1)] %}{% endfor %}", "without lists in it"),
+    ("{% for a in range(2)|zip(range(2), range(2)) %}{% endfor %}", "zip"),
+    ("{{ '%0999999999d'|format(1) }}", "two digits"),
+    ("{{ '%*d'|format(999999999, 1) }}", "two digits"),
+    ("{{ 'x' * 999999999 }}", "`*` needs a number up to 100"),
+    ("{{ 'x' * 100 * 100 }}", "in a tag once"),
+    ("{{ ('x' ~ 'x') * 100 }}", "without `~`"),
+    ("{{ 'x' * tool.number }}", "`*` needs a number"),
+    (
+        "{{ 'xxxxxxxxxx'|replace('', 'xxxxxxxxxx')|replace('', 'xxxxxxxxxx')|replace('', 'xxxxxxxxxxxxxx') }}",
+        "replace makes more",
+    ),
+    ("{{ range(1000)|join('xxxxxxxxxxxxxxx') }}", "join makes more"),
+    ("{{ range(100000)|list }}", "more than 1000 numbers"),
+    ("{{ 'a'|indent(999999999) }}", "indent"),
+    ("{{ [1]|batch(999999999, 'x') }}", "batch"),
+    ("{{ namespace(a='x') }}", "namespace"),
+];
+
+#[test]
+fn nothing_that_a_template_makes_can_grow_without_bound() {
+    let first = Block::Rapid { words: words(&AXES.map(|l| (l, 0.0))) };
+    let written = |text: &str| {
+        let template = Template { name: "mine.j2".to_owned(), text: format!("%\n{text}\n{{{{ body }}}}") };
+        let post = post_file().settings(Some(template)).unwrap();
+        write_program(&spec(vec![first.clone()]), &post).map_err(|e| e.to_string())
+    };
+    for (text, why) in GROWING {
+        let e = written(text).expect_err(text);
+        assert!(e.starts_with("template mine.j2, line 2: ") && e.contains(why), "{text}: {e}");
+    }
+    let long = format!("{{{{ {} }}}}", vec!["'x'"; 200].join(" ~ "));
+    assert!(written(&long).unwrap_err().contains("a tag of more than 500 bytes"));
+    assert!(written(&"(X)\n".repeat(20_000)).unwrap_err().contains("more than 65536"));
+    let taken = [
+        ("G4 F{{ '%05.1f'|format(spindle.rpm / 100) }}", "G4 F0"),
+        ("({{ 'A' ~ 'B' }}{{ ', '|replace(',', '-') }}{{ ['C', 'D']|join('.') }})", "(AB- C.D)"),
+        ("({% for a in ['%}', 'E'] if a != '%}' %}{{ a }}{% endfor %})", "(E)"),
+        ("({{ 'X' * 3 }} {{ 2 ** 3 }} {# * ~ set #}{{ 10 // 3 }})", "(XXX 8 3)"),
+        ("({% for a in range(3, 0, -1) %}{{ a + 1 }}{% endfor %})", "(432)"),
+        ("({% for a in axes|selectattr('rotary')|reverse %}{{ a.letter }}{% endfor %})", "(CB)"),
+    ];
+    for (text, line) in taken {
+        let program = written(text).unwrap_or_else(|e| panic!("{text}: {e}"));
+        assert!(program.contains(line), "{text}: {program}");
+    }
 }
 
 #[test]
