@@ -17,6 +17,8 @@ pub(crate) struct Asked {
     cuts: f64,
     /// Largest speed of a tip, mm/min: of cuts, entries, exits and air.
     all: f64,
+    /// Smallest speed of a tip, mm/min; `None` where thick chips may ask for any.
+    least: Option<f64>,
     /// Speeds of spindles, 1/min.
     speeds: Vec<f64>,
     /// What rounding of words may move a linear axis by at one end of a block, mm, and a rotary one, rad.
@@ -35,6 +37,54 @@ pub(crate) struct FastBlock {
     speed: f64,
     /// Whether that is more than any feed of the job, which none is of a head that stands by.
     is_above_all: bool,
+}
+
+/// Feeds of a program's cuts against those that a job asks for, seen by one head.
+#[derive(Default)]
+pub(crate) struct CutFeeds {
+    /// Blocks on which the tip goes faster than the job asks for in cuts.
+    pub fast: Vec<FastBlock>,
+    /// Way of the tip in cuts, mm, and the part of it that is far slower than the job asks for anywhere.
+    ways: [f64; 2],
+    /// Time of that part, s.
+    slow_time: f64,
+    /// The first line of that part.
+    first_slow: Option<u32>,
+}
+
+/// Part of the job's smallest feed below which a cut is far slower than it asks for.
+const FAR_SLOWER: f64 = 0.1;
+
+/// Part of the way of all cuts that is far slower where it is worth a note: near poles, cuts have to be.
+const WORTH_A_NOTE: f64 = 0.5;
+
+impl CutFeeds {
+    fn add(&mut self, least: Option<f64>, line: u32, cut: &FollowedCut) {
+        let Some(time) = cut.time.filter(|time| *time > 0.0) else { return };
+        self.ways[0] += cut.way;
+        if least.is_some_and(|least| 60.0 * cut.way / time < FAR_SLOWER * least) {
+            self.ways[1] += cut.way;
+            self.slow_time += time;
+            self.first_slow.get_or_insert(line);
+        }
+    }
+
+    /// A note where most of the way is cut far slower than the job asks for: that is no fault, but may be a slip.
+    pub(crate) fn note(&self, asked: &Asked, head: &str) -> Option<Assumption> {
+        let least = asked.least?;
+        let [all, slow] = self.ways;
+        if slow <= WORTH_A_NOTE * all {
+            return None;
+        }
+        let head = if head.is_empty() { String::new() } else { format!("{head}: ") };
+        let text = format!(
+            "{head}{:.0} % of the way of the cuts goes at {:.3} mm/min on average, the job asks for at least {least} mm/min; that the \
+             program is meant to be so slow",
+            100.0 * slow / all,
+            60.0 * slow / self.slow_time
+        );
+        Some(Assumption { line: self.first_slow, text })
+    }
 }
 
 /// What the cut stock tells of a program's blocks.
@@ -152,16 +202,21 @@ impl Asked {
         let decimals = job.post.decimals();
         let half = |d: u8| 0.5 * 10f64.powi(-i32::from(d.min(DECIMALS)));
         let rounding = [half(decimals.linear), half(decimals.rotary).to_radians()];
-        Some(Self { cuts, all, speeds: feeds.iter().map(|f| f.spindle_rpm).collect(), rounding })
+        let least = |f: &FeedsFile| {
+            let by_chips = f.removal_rate.as_ref().map_or(f64::INFINITY, |r| r.min_mm_min);
+            f.chip_thickness.is_none().then_some(f.cutting_mm_min.min(f.approach_mm_min).min(by_chips))
+        };
+        let least = feeds.iter().map(|f| least(f)).try_fold(f64::INFINITY, |all, own| own.map(|own| all.min(own)));
+        Some(Self { cuts, all, least, speeds: feeds.iter().map(|f| f.spindle_rpm).collect(), rounding })
     }
 
-    /// The blocks on which the tip goes faster than the job asks for in cuts, seen by one head. Speeds are those at the
+    /// The speeds of the tip in cuts against what the job asks for, seen by one head. Speeds are those at the
     /// programmed F without acceleration, over whole blocks; what is not understood has findings of its own.
-    pub(crate) fn faster_than_cuts(&self, program: &ReadProgram, at: Surroundings<'_>) -> Vec<FastBlock> {
+    pub(crate) fn feeds_of_cuts(&self, program: &ReadProgram, at: Surroundings<'_>) -> CutFeeds {
         let view = (at.machine, at.tool_length);
-        let mut found = Vec::new();
+        let mut found = CutFeeds::default();
         let mut nth = 0;
-        let Ok(mut follower) = Follower::new(at, program.dialect, program.rtcp_rapids) else { return Vec::new() };
+        let Ok(mut follower) = Follower::new(at, program.dialect, program.rtcp_rapids) else { return found };
         for (index, block) in program.blocks.iter().enumerate() {
             let cut = match follower.block(block) {
                 Ok(Way::Cut(cut)) => cut,
@@ -172,10 +227,13 @@ impl Asked {
                 }
             };
             nth += 1;
+            if !self.stands_by(view.0, &cut) {
+                found.add(self.least, block.line, &cut);
+            }
             let faster_than = |limit: f64| self.faster_than(limit, view, block, &cut);
             let Some(speed) = faster_than(self.cuts) else { continue };
             let is_above_all = faster_than(self.all).is_some() && !self.stands_by(view.0, &cut);
-            found.push(FastBlock { line: block.line, block: index, nth, speed, is_above_all });
+            found.fast.push(FastBlock { line: block.line, block: index, nth, speed, is_above_all });
         }
         found
     }
@@ -356,7 +414,7 @@ mod tests {
     use facemill_nc_program::{Dialect, read_program};
 
     fn found(text: &str) -> Vec<([u32; 2], String)> {
-        let asked = Asked { cuts: 1000.0, all: 1000.0, speeds: vec![6000.0], rounding: [0.0; 2] };
+        let asked = Asked { cuts: 1000.0, all: 1000.0, least: None, speeds: vec![6000.0], rounding: [0.0; 2] };
         let program = read_program(text, Dialect::Fanuc).unwrap();
         let all = asked.other_speeds(&program);
         all.into_iter().map(|f| ([f.first_line, f.last_line], f.note)).collect()

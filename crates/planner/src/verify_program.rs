@@ -32,7 +32,7 @@ use crate::remaining::{RunningHead, remaining};
 use crate::stock_map::StockRegion;
 use crate::timing::{TimedText, times_of_text};
 use crate::verify_assumptions::{all_assumptions, cuts_nothing, is_estimate};
-use crate::verify_feeds::{Asked, FastBlock, KnownCuts};
+use crate::verify_feeds::{Asked, CutFeeds, FastBlock, KnownCuts};
 use crate::verify_stock::{CutRequest, STOCK_TOLERANCES, Stand, StockReport, blocks_of_heads, cut_stock};
 use crate::{Failure, ProgramStamp, RemainingReport, Stages};
 
@@ -302,14 +302,14 @@ impl Run<'_> {
         found.times =
             self.times(job, &[(&job.machine, job.tool.gauge_length())], &words, rtcp_frame(job, &words), &mut found);
         let asked = Asked::of(job, setup.file);
-        let [fast] = self.fast_blocks(asked.as_ref(), [(&job.machine, job.tool.gauge_length())], &at);
+        let [feeds] = self.cut_feeds(asked.as_ref(), [(&job.machine, job.tool.gauge_length())], &at);
         let cut = self.request.cut.as_ref();
         let on = Stand { job, setup: &setup, at: &at };
         let then = [&*found.verification.findings];
-        let cut = cut.map(|cut| self.cut([(&on, &fast)], then, cut)).transpose()?;
+        let cut = cut.map(|cut| self.cut([(&on, &feeds.fast)], then, cut)).transpose()?;
         let known = cut.map(|cut| found.take(cut));
         let [known] = known.map_or([None], |known| known.map(Some));
-        self.compare_feeds(asked.as_ref(), &[(&fast, known, "")], &mut found);
+        self.compare_feeds(asked.as_ref(), &[(&feeds, known, "")], &mut found);
         self.measure(job, &setup, &[&at], &mut found)?;
         self.place(&at, &mut found.verification)?;
         found.assumptions.extend(open_files(&setup).chain(open_stock(&setup)));
@@ -397,9 +397,9 @@ impl Run<'_> {
         let heads = [0, 1].map(|h| (&machines[h], seen[h].tool.gauge_length()));
         let asked = Asked::of(job, setups[0].file);
         // Words are the axes' own, whichever head's view they are read by.
-        let fast = self.fast_blocks(asked.as_ref(), heads, &at[0]);
+        let feeds = self.cut_feeds(asked.as_ref(), heads, &at[0]);
         let on = [0, 1].map(|h| Stand { job: &seen[h], setup: &setups[h], at: &at[h] });
-        let stands = [(&on[0], &fast[0][..]), (&on[1], &fast[1][..])];
+        let stands = [(&on[0], &feeds[0].fast[..]), (&on[1], &feeds[1].fast[..])];
         let then = [&*first.verification.findings, &*second.verification.findings];
         let mut cut = self.request.cut.as_ref().map(|cut| self.cut(stands, then, cut)).transpose()?;
         // With the rest of its head's findings each has the name of its head.
@@ -412,8 +412,8 @@ impl Run<'_> {
         found.times = self.times(job, &views, &words, None, &mut found);
         let known = cut.map(|cut| found.take(cut)).map_or([None, None], |known| known.map(Some));
         let [first, second] = known;
-        let fast = [(&fast[0][..], first, "head 1"), (&fast[1][..], second, "head 2")];
-        self.compare_feeds(asked.as_ref(), &fast, &mut found);
+        let feeds = [(&feeds[0], first, "head 1"), (&feeds[1], second, "head 2")];
+        self.compare_feeds(asked.as_ref(), &feeds, &mut found);
         self.measure(job, &setups[0], &[&at[0], &at[1]], &mut found)?;
         self.place(&at[0], &mut found.verification)?;
         found.assumptions.extend(open_files(&setups[0]).chain(open_stock(&setups[0])));
@@ -471,32 +471,29 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// The blocks that are faster than the job's cuts, seen by machines with the lengths of their tools.
-    fn fast_blocks<const N: usize>(
+    /// Speeds of cuts against the job's, seen by machines with the lengths of their tools.
+    fn cut_feeds<const N: usize>(
         &self,
         asked: Option<&Asked>,
         views: [(&Machine, f64); N],
         at: &VirtualSetup<'_>,
-    ) -> [Vec<FastBlock>; N] {
+    ) -> [CutFeeds; N] {
         let (words, frame) = (at.words, Some(at.table_from_rtcp_words));
         views.map(|(machine, tool_length)| {
             let at = Surroundings { machine, tool_length, words, frame, work_offset: Some(words.work_offset()) };
-            asked.map(|asked| asked.faster_than_cuts(self.program, at)).unwrap_or_default()
+            asked.map(|asked| asked.feeds_of_cuts(self.program, at)).unwrap_or_default()
         })
     }
 
     /// Adds findings where feeds and spindle speeds are not the job's, and what that rests on; of the fast blocks of each head,
     /// with what is known of its cuts, and its name.
-    fn compare_feeds(
-        &self,
-        asked: Option<&Asked>,
-        heads: &[(&[FastBlock], Option<KnownCuts>, &str)],
-        found: &mut Found,
-    ) {
+    fn compare_feeds(&self, asked: Option<&Asked>, heads: &[(&CutFeeds, Option<KnownCuts>, &str)], found: &mut Found) {
         let Some(asked) = asked else { return };
-        for (fast, known, head) in heads {
-            found.verification.findings.extend(asked.findings(self.program, fast, known.as_ref(), head));
-            found.assumptions.extend(asked.assumptions(fast, known.as_ref()));
+        for (feeds, known, head) in heads {
+            found.verification.findings.extend(asked.findings(self.program, &feeds.fast, known.as_ref(), head));
+            found
+                .assumptions
+                .extend(asked.assumptions(&feeds.fast, known.as_ref()).into_iter().chain(feeds.note(asked, head)));
         }
         found.verification.findings.extend(asked.other_speeds(self.program));
     }

@@ -8,7 +8,7 @@ use facemill::{
     CutRequest, DeviationRequest, Job, Outcome, Planned, RemainingOnRegion, SilentStages, VerifyRequest, verify_program,
 };
 use facemill_tests::jobs::{JobFolder, unfinished};
-use facemill_tests::variants::tiny_patch;
+use facemill_tests::variants::{blink_patch, tiny_patch};
 use serde_json::json;
 
 fn planned(job: &JobFolder) -> Planned {
@@ -52,6 +52,35 @@ fn a_finished_plan_says_so_and_a_deleted_pass_is_found_by_the_same_measure() {
     let of = &found.remaining.as_ref().expect("an operation").operations[0];
     assert!(of.exceeded && of.above_fraction > 5.0 * left(&plan).above_fraction.max(0.01), "{of:?}");
     assert!(found.verification.findings.iter().any(|f| f.kind == FindingKind::Excess), "{of:?}");
+}
+
+/// The text with every F a hundredth of what it was.
+fn slowed(text: &str) -> String {
+    let slow = |word: &str| match word.strip_prefix('F').and_then(|f| f.parse::<f64>().ok()) {
+        Some(feed) => format!("F{:.3}", feed / 100.0),
+        None => word.to_owned(),
+    };
+    let line = |l: &str| l.split(' ').map(slow).collect::<Vec<_>>().join(" ");
+    text.lines().map(line).collect::<Vec<_>>().join("\n") + "\n"
+}
+
+#[test]
+fn feeds_far_below_the_jobs_are_a_note_and_no_fault() {
+    let job = blink_patch();
+    job.set("job.json", &[unfinished()]);
+    let text = program(&planned(&job));
+    let read = Job::read(&job.job()).expect("a job");
+    let request = VerifyRequest::new(Path::new("program.nc"), Dialect::Fanuc);
+    let verified = |text: &str| verify_program(&read, text.as_bytes(), &request, &SilentStages).expect("a run").file;
+    let note = |text: &str| {
+        let file = verified(text);
+        assert!(file.verification.findings.iter().all(|f| !f.kind.is_fault()), "{:?}", file.verification.findings);
+        file.assumptions.into_iter().find(|a| a.text.contains("the job asks for at least"))
+    };
+    assert_eq!(note(&text), None);
+    let found = note(&slowed(&text)).expect("a note");
+    let words = ["100 % of the way of the cuts", "at least 1000 mm/min"];
+    assert!(words.iter().all(|w| found.text.contains(w)) && found.line.is_some(), "{found:?}");
 }
 
 #[test]
