@@ -3,9 +3,11 @@
 use std::path::Path;
 
 use facemill::nc_program::Dialect;
+use facemill::new_job::NewJob;
 use facemill::virtual_machine::FindingKind;
 use facemill::{
-    CutRequest, DeviationRequest, Job, Outcome, Planned, RemainingOnRegion, SilentStages, VerifyRequest, verify_program,
+    CutRequest, DeviationRequest, Job, Outcome, Planned, RemainingOnRegion, SilentStages, VerifyRequest, summary,
+    verify_program,
 };
 use facemill_tests::jobs::{JobFolder, unfinished};
 use facemill_tests::variants::{blink_patch, tiny_patch};
@@ -92,4 +94,60 @@ fn the_region_is_the_surface_asked_for_and_not_the_passes_on_it() {
     assert!(plan.outcome() == Outcome::Incomplete && left(&plan).exceeded, "{:?}", left(&plan));
     job.set("job.json", &[unfinished()]);
     assert!(planned(&job).outcome() == Outcome::Done);
+}
+
+/// A job of a face mill of 40 mm on a profile in x and z that goes on along y, with passes along y and all of the stock above it.
+fn profiled(profile: &[[f64; 2]]) -> JobFolder {
+    let job = JobFolder::new(&NewJob::Patch { size_mm: 400.0 });
+    let rows = [-9.0, -3.0, 3.0, 9.0];
+    let vertices = rows.iter().flat_map(|y| profile.iter().map(move |[x, z]| format!("v {x} {y} {z}\n")));
+    let n = profile.len();
+    let faces = (1..rows.len()).flat_map(|j| {
+        (1..n).map(move |i| {
+            let [a, b] = [(j - 1) * n + i, j * n + i];
+            format!("f {a} {} {}\nf {a} {} {b}\n", a + 1, b + 1, b + 1)
+        })
+    });
+    job.write("patch.obj", vertices.chain(faces).collect::<String>().as_bytes());
+    let top = profile.iter().map(|[_, z]| *z).fold(0.0, f64::max) + 0.5;
+    let stock = json!({ "box": { "min_mm": [-40, -9.01, -20], "max_mm": [40, 9.01, top] } });
+    job.set(
+        "job.json",
+        &[
+            ("/setups/0/stock", stock),
+            ("/verification", json!({ "cut_stock": false })),
+            ("/operations/0/path/strategy/strategy/parallel_planes/normal", json!([1, 0, 0])),
+            ("/operations/0/tolerances/max_step_mm", json!(6.0)),
+            ("/operations/0/infeasible/trim/max_trimmed_fraction", json!(1.0)),
+            ("/operations/0/search/mode", json!("smallest")),
+        ],
+    );
+    job
+}
+
+/// That a plan tells what it leaves above the tolerance in summary, report and exit code, the largest height with place and line.
+fn tells_what_is_left(plan: &Planned) -> RemainingOnRegion {
+    let left = left(plan).clone();
+    assert!(left.exceeded && plan.outcome() == Outcome::Incomplete && plan.outcome().exit_code() == 1, "{left:?}");
+    let told = summary(&plan.report);
+    assert!(told.contains("NOT FINISHED") && told.contains("% above") && told.contains("% never cut"), "{told}");
+    let largest = left.largest.expect("samples");
+    let [x, y, z] = largest.at_mm;
+    assert!(told.contains(&format!("largest {:.3} at ({x:.2}, {y:.2}, {z:.2})", largest.height_mm)), "{told}");
+    left
+}
+
+#[test]
+fn a_valley_that_the_cutter_does_not_fit_into_is_told_with_its_height_and_place() {
+    // Radius 8, 4 mm deep.
+    let arc = (-10..=10).map(|k| {
+        let x = 0.69 * f64::from(k);
+        [x, 4.0 - (64.0 - x * x).sqrt()]
+    });
+    let profile: Vec<[f64; 2]> = [[-30.0, 0.0]].into_iter().chain(arc).chain([[30.0, 0.0]]).collect();
+    let left = tells_what_is_left(&planned(&profiled(&profile)));
+    // The arc is a quarter of the surface; a disc of 40 mm lies on its rims, 4 mm above its bottom.
+    assert!(left.above_fraction > 0.15 && left.above_fraction < 0.35, "{left:?}");
+    let largest = left.largest.expect("samples");
+    assert!(largest.height_mm > 2.0 && largest.height_mm < 4.2 && largest.at_mm[0].abs() < 3.0, "{largest:?}");
 }
