@@ -45,12 +45,20 @@ fn a_finished_plan_says_so_and_a_deleted_pass_is_found_by_the_same_measure() {
     assert_eq!(whole.remaining, plan.report.remaining);
     assert!(whole.verification.findings.iter().all(|f| f.kind != FindingKind::Excess));
 
-    // Without the passes in the middle.
+    // Without the first pass more is left at the border of the region, though its neighbour keeps within the limit there.
     let passes: Vec<usize> = text.lines().enumerate().filter(|(_, l)| l.contains("PASS")).map(|(k, _)| k).collect();
     assert!(passes.len() >= 3, "{}", passes.len());
-    let kept = |k: &usize| !(passes[1]..passes[passes.len() - 1]).contains(k);
-    let lines: Vec<&str> = text.lines().enumerate().filter(|(k, _)| kept(k)).map(|(_, l)| l).collect();
-    let found = verified(&(lines.join("\n") + "\n"));
+    let without = |gone: std::ops::Range<usize>| {
+        let kept = text.lines().enumerate().filter(|(k, _)| !gone.contains(k));
+        verified(&(kept.map(|(_, l)| l).collect::<Vec<_>>().join("\n") + "\n"))
+    };
+    let found = without(passes[0]..passes[1]);
+    let of = &found.remaining.as_ref().expect("an operation").operations[0];
+    let largest = of.largest.expect("samples");
+    assert!(of.p99_mm > 2.0 * left(&plan).p99_mm && largest.at_mm[1] < -3.5, "{of:?}");
+
+    // Without the passes in the middle.
+    let found = without(passes[1]..passes[passes.len() - 1]);
     let of = &found.remaining.as_ref().expect("an operation").operations[0];
     assert!(of.exceeded && of.above_fraction > 5.0 * left(&plan).above_fraction.max(0.01), "{of:?}");
     assert!(found.verification.findings.iter().any(|f| f.kind == FindingKind::Excess), "{of:?}");
@@ -150,4 +158,25 @@ fn a_valley_that_the_cutter_does_not_fit_into_is_told_with_its_height_and_place(
     assert!(left.above_fraction > 0.15 && left.above_fraction < 0.35, "{left:?}");
     let largest = left.largest.expect("samples");
     assert!(largest.height_mm > 2.0 && largest.height_mm < 4.2 && largest.at_mm[0].abs() < 3.0, "{largest:?}");
+}
+
+#[test]
+fn a_foot_of_a_wall_that_no_pass_reaches_is_told_with_its_height_and_place() {
+    // A floor, and a wall of 20 mm with a foot of radius 1.
+    let foot = (1..=4).map(|k| {
+        let (sin, cos) = (f64::from(k) * std::f64::consts::FRAC_PI_8).sin_cos();
+        [20.0 + sin, 1.0 - cos]
+    });
+    let profile: Vec<[f64; 2]> = [[-30.0, 0.0], [20.0, 0.0]].into_iter().chain(foot).chain([[21.2, 20.0]]).collect();
+    let job = profiled(&profile);
+    // The floor with the foot is asked for, the wall is not.
+    let bounds = json!({ "min_mm": [-30, -9, -1], "max_mm": [21, 9, 0.9] });
+    // Stock as an allowance: a solid would be in the way of a holder beside the wall.
+    let stock = json!({ "offset": { "allowance_mm": 1.0 } });
+    let values = [("/setups/0/stock", stock), ("/operations/0/path/strategy/region", json!({ "box": bounds }))];
+    job.set("job.json", &values);
+    let left = tells_what_is_left(&planned(&job));
+    let largest = left.largest.expect("samples");
+    assert!(left.above_fraction > 0.01, "{left:?}");
+    assert!(largest.at_mm[0] > 10.0, "at the wall: {largest:?}");
 }
