@@ -73,7 +73,7 @@ pub const TOOL_LIMITS: [ToolLimit; 11] = [
     limit("flute_length_mm", 0.01, 1e4),
     limit("stick_out_mm", 0.01, 1e4),
     limit("gauge_length_mm", 0.01, 1e4),
-    limit("length_mm", 1e-6, 1e4),
+    limit("length_mm", 1e-12, 1e4),
     limit("diameter_low_mm", 0.01, 1e4),
     limit("diameter_high_mm", 0.01, 1e4),
     limit("clearance_mm", 0.0, 1e3),
