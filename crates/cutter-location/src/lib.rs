@@ -60,6 +60,7 @@ pub use relief::{Relief, reliefs};
 pub use rewind::{limited_rotaries, rewound_axis};
 pub use search::{Found, SearchSettings, search};
 pub use shared_axis::PostureRange;
+pub use smooth_pass::steps_beyond_limits;
 pub use workcell::{
     AxisCone, Body, Configuration, FeasiblePose, Hints, Infeasible, Obstacle, Pieces, Workcell, angle_between,
     tool_frame,

@@ -2,6 +2,7 @@
 //! it.
 
 use facemill_cl_data::{Cancelled, CcPoint, Monitor, Pass, Posture};
+use facemill_inverse_kinematics::Machine;
 use nalgebra::Vector3;
 
 use crate::cusp::Strip;
@@ -79,9 +80,7 @@ impl SmoothPass<'_, '_> {
 
     /// By how much a turn against the surface is more than the limit, 0 within it; as the chord of the turn.
     pub(crate) fn excess(&self, from: &Vector3<f64>, to: &Vector3<f64>, gap: Gap) -> f64 {
-        let limit = self.settings.max_turn_per_mm * gap.length * (1.0 + 1e-9);
-        let chord_sq = (to - from).norm_squared();
-        if chord_sq <= limit * limit { 0.0 } else { chord_sq.sqrt() / limit }
+        turn_excess(self.settings.max_turn_per_mm, from, to, gap)
     }
 
     pub(crate) fn cusp_scale(&self) -> CuspScale {
@@ -135,7 +134,7 @@ impl SmoothPass<'_, '_> {
             optimum.layers += 1;
             before = Some((point, own));
         }
-        optimum.jumps = self.jumps(clock, scale, outcomes);
+        optimum.jumps = self.jumps(outcomes);
         optimum
     }
 
@@ -153,13 +152,39 @@ impl SmoothPass<'_, '_> {
     }
 
     /// Steps between neighbouring points that are beyond a limit.
-    fn jumps(&self, clock: &PassClock, scale: &MotionScale, outcomes: &[Outcome]) -> usize {
-        let beyond = |k: &usize| match (&outcomes[k - 1], &outcomes[*k]) {
-            (Ok(from), Ok(to)) => self.is_beyond(&Ends { clock, scale, points: [k - 1, *k] }, [from, to]),
-            _ => false,
-        };
-        (1..outcomes.len()).filter(beyond).count()
+    fn jumps(&self, outcomes: &[Outcome]) -> usize {
+        let limits = (self.settings.max_turn_per_mm, self.smooth.feed);
+        steps_beyond_limits(self.test.cell.machine, &self.task.pass, outcomes, limits)
     }
+}
+
+/// Steps between neighbouring points of a pass on which the tool axis turns against the surface by more than a largest turn, rad/mm,
+/// or an axis of the machine would have to be faster than it can at a feed, mm/s: what [`Optimum::jumps`] counts. Steps without a
+/// pose at an end are none.
+pub fn steps_beyond_limits(
+    machine: &Machine,
+    pass: &Pass<CcPoint>,
+    outcomes: &[Outcome],
+    (max_turn_per_mm, feed): (f64, f64),
+) -> usize {
+    let points = &pass.points;
+    let clock = PassClock::new(points, feed);
+    let scale = MotionScale::new(machine, 1.0, max_turn_per_mm * feed);
+    let beyond = |k: &usize| {
+        let [Ok(from), Ok(to)] = [&outcomes[k - 1], &outcomes[*k]] else { return false };
+        let gap = clock.gap(k - 1, *k);
+        let axes = [(&points[k - 1], from), (&points[*k], to)].map(|(cc, p)| seen_from(cc, &cc.tool_axis(p.posture)));
+        let [a, b] = [from, to].map(|pose| scale.scaled(&pose.configuration.axes));
+        turn_excess(max_turn_per_mm, &axes[0], &axes[1], gap) > 0.0 || scale.excess(&a, &b, gap.time) > 0.0
+    };
+    (1..points.len().min(outcomes.len())).filter(beyond).count()
+}
+
+/// By how much a turn against the surface is more than the limit, rad/mm; 0 within it; as the chord of the turn.
+fn turn_excess(max_turn_per_mm: f64, from: &Vector3<f64>, to: &Vector3<f64>, gap: Gap) -> f64 {
+    let limit = max_turn_per_mm * gap.length * (1.0 + 1e-9);
+    let chord_sq = (to - from).norm_squared();
+    if chord_sq <= limit * limit { 0.0 } else { chord_sq.sqrt() / limit }
 }
 
 /// A step from one point of a pass to a later one.

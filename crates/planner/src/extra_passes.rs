@@ -16,6 +16,7 @@ use crate::operation::pass_tasks;
 use crate::pieces::LaidTask;
 use crate::plan_stages::ADDED;
 use crate::pole::Tests;
+use crate::pole_detours::Detours;
 use crate::{Failure, Stages};
 
 /// Passes with the poses of their points, in cutting order.
@@ -41,6 +42,7 @@ pub(crate) struct ExtraPasses {
 pub(crate) struct Interposer<'i, 'a> {
     pub(crate) tests: &'i Tests<'a>,
     pub(crate) settings: &'i PassSettings,
+    pub(crate) detours: &'i Detours<'i, 'a>,
     pub(crate) reach: NeighbourReach,
     /// The surface that passes lie on, and how far above it.
     pub(crate) surface: &'i Surface,
@@ -113,7 +115,9 @@ impl<'a> Interposer<'_, 'a> {
         let monitor = stages.start(ADDED, n_points);
         let laid: Vec<LaidTask> = extras.iter().map(|e| e.task.clone()).collect();
         let strips: Vec<PassTask> = self.tasks_beside(path, &laid);
-        let planned = plan_passes(self.tests.of(self.settings), &strips, self.settings, &*monitor)?;
+        let mut planned = plan_passes(self.tests.of(self.settings), &strips, self.settings, &*monitor)?;
+        drop(monitor);
+        self.detours.take(&strips, &mut planned, stages)?;
         let optimum = planned.iter().filter_map(|p| p.optimum).chain(path.optimum).reduce(Optimum::plus);
         let mut outcomes: Vec<Pass<Outcome>> =
             planned.into_iter().map(|PlannedPass { outcomes, .. }| outcomes).collect();
@@ -410,4 +414,4 @@ impl PlannedPath {
 }
 
 #[cfg(test)]
-mod laws;
+pub(crate) mod laws;

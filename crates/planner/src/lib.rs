@@ -50,6 +50,7 @@ mod job_source;
 pub mod lengths;
 mod linearity;
 mod load;
+mod lost_time;
 mod machine_check;
 mod machine_load;
 #[cfg(test)]
@@ -76,6 +77,7 @@ mod plan;
 mod plan_stages;
 mod plan_stock;
 mod pole;
+mod pole_detours;
 mod post_block_words;
 mod post_load;
 mod post_probe;

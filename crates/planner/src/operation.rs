@@ -28,6 +28,7 @@ use crate::pieces::{LaidTask, LeftOut, Piece, copy_outcomes, filled, places, spl
 use crate::plan::Clock;
 use crate::plan_stages::{BETWEEN, HELP, LAY, LINKS, PICTURE, PLACES, POSTURES};
 use crate::pole::Tests;
+use crate::pole_detours::Detours;
 use crate::solution_space::mapped_range;
 use crate::solution_svg::map_svg;
 use crate::winding::wound;
@@ -252,12 +253,21 @@ fn planned_path(
     let laid = Neighbours::new(tasks.iter().map(as_laid).collect(), reach);
     let to_plan = pass_tasks(tasks, |pass, point| laid.of(OwnPlace { pass, point }).strip());
     let monitor = stages.start(POSTURES, tasks.iter().map(|t| t.pass.points.len()).sum());
-    let planned = plan_passes(test, &to_plan, &settings, &*monitor)?;
+    let mut planned = plan_passes(test, &to_plan, &settings, &*monitor)?;
     drop(monitor);
     let strategy = match &operation.path {
         PathFile::Strategy(strategy) if ground.adds_passes => Some(strategy),
         _ => None,
     };
+    let detours = Detours {
+        tests,
+        settings: &settings,
+        control: &ground.job.post.rules().control_motion,
+        feed: operation.feeds.cutting_mm_min / 60.0,
+        cusp: operation.tolerances.cusp_mm,
+        adds_passes: strategy.is_some(),
+    };
+    detours.take(&to_plan, &mut planned, stages)?;
     let optimum = planned.iter().filter_map(|p| p.optimum).reduce(Optimum::plus);
     let mut outcomes: Vec<Pass<Outcome>> = planned.into_iter().map(|p| p.outcomes).collect();
     tests.at_pole(tasks, &settings, &mut outcomes);
@@ -266,6 +276,7 @@ fn planned_path(
     let interposer = Interposer {
         tests,
         settings: &settings,
+        detours: &detours,
         reach,
         surface: &ground.setup.around_drive,
         allowance: ground.setup.drive_allowance,

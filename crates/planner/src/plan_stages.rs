@@ -9,6 +9,8 @@ pub(crate) const READ: &str = "read the meshes";
 pub(crate) const LAY: &str = "lay the passes";
 /// Finds postures at all points of the path.
 pub(crate) const POSTURES: &str = "tilt and rotate";
+/// Plans passes beside the pole again.
+pub(crate) const DETOURS: &str = "other ways past the pole";
 /// Tests passes in another place of the pattern.
 pub(crate) const PLACES: &str = "other places of the pattern";
 /// Plans passes put between those laid.

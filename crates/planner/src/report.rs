@@ -12,6 +12,7 @@ use serde::Serialize;
 pub use crate::cusps_kept::{CuspReasonReport, CuspsKeptReport};
 use crate::job_file::PostureModeFile;
 use crate::job_settings::JobSetting;
+pub use crate::lost_time::{LostTimeCause, LostTimeReport};
 use crate::made_from::MadeFrom;
 use crate::program_times::ProgramTimes;
 use crate::rapids::LinksReport;
@@ -88,6 +89,9 @@ pub struct Report {
     pub rewinds: RewindsReport,
     /// Blocks along passes in which the tool axis is so near to the pole of the rotary axes that one of them has to turn fast.
     pub singular_blocks: Vec<SingularBlocks>,
+    /// Causes for which the tip is slower than the programmed feed, where one takes more than a tenth of an operation's time in
+    /// passes, and remedies. Of programs of one head.
+    pub lost_times: Vec<LostTimeReport>,
     /// Error budget of each operation, and what of it the written program uses up.
     pub budgets: Vec<BudgetReport>,
     /// Faults found in the written program, in program order.

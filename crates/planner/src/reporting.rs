@@ -119,6 +119,7 @@ pub(crate) fn report(
         wind_up: verification.as_ref().map(|v| v.wind_up.clone()).unwrap_or_default(),
         rewinds: turning.rewinds,
         singular_blocks: turning.singular_blocks,
+        lost_times: turning.lost_times,
         budgets,
         findings: verification.map(|v| v.findings).unwrap_or_default(),
         assumptions: Vec::new(),

@@ -5,8 +5,8 @@ use facemill_virtual_machine::{Assumption, WindUp};
 use crate::plan_stock::OWN_STOCK;
 use crate::rapids::LinksReport;
 use crate::report::{
-    CertifiedReport, ChipsReport, CuspsKeptReport, HeldBackReport, PosturesReport, Report, SpreadReport,
-    VectorTimeReport,
+    CertifiedReport, ChipsReport, CuspsKeptReport, HeldBackReport, LostTimeReport, PosturesReport, Report,
+    SpreadReport, VectorTimeReport,
 };
 use crate::{PairReport, PassOrderReport, PlannedStockReport, RemainingReport, StockReport};
 
@@ -325,6 +325,7 @@ fn turning(report: &Report) -> Vec<String> {
             nearest.smallest_angle_deg, nearest.axis, nearest.first_line
         ));
     }
+    lines.extend(report.lost_times.iter().map(LostTimeReport::summary_line));
     lines
 }
 

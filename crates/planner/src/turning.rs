@@ -5,6 +5,7 @@ use facemill_inverse_kinematics::{AxisKind, Branch};
 
 use crate::job_file::OperationFile;
 use crate::load::Job;
+use crate::lost_time::{LostTimeReport, lost_times};
 use crate::moves::{Move, MoveKind};
 use crate::operation::PlannedOperation;
 use crate::output::Texts;
@@ -31,6 +32,8 @@ pub(crate) struct Driven<'p> {
 pub(crate) struct Turning {
     pub(crate) rewinds: RewindsReport,
     pub(crate) singular_blocks: Vec<SingularBlocks>,
+    /// Causes that take more than a tenth of the time in passes; of programs of one head.
+    pub(crate) lost_times: Vec<LostTimeReport>,
 }
 
 impl Turning {
@@ -38,7 +41,8 @@ impl Turning {
     pub(crate) fn of(job: &Job, operations: &[PlannedOperation<'_>], texts: &Texts) -> Self {
         let driven = driven(operations, texts);
         let rewinds = rewinds_report(job, &driven, branch_changes(operations));
-        Self { rewinds, singular_blocks: singular_blocks(job, &driven) }
+        let lost_times = lost_times(job, &texts.timed, &driven);
+        Self { rewinds, singular_blocks: singular_blocks(job, &driven), lost_times }
     }
 
     /// Adds what another head does in the same program; a turn of an axis that both share counts once.

@@ -39,8 +39,8 @@ impl DualTexts {
             let rewinds = rewinds_report(job, &driven, changes);
             let singular_blocks = singular_blocks(job, &driven);
             match &mut all {
-                None => all = Some(Turning { rewinds, singular_blocks }),
-                Some(all) => all.join(Turning { rewinds, singular_blocks }),
+                None => all = Some(Turning { rewinds, singular_blocks, ..Turning::default() }),
+                Some(all) => all.join(Turning { rewinds, singular_blocks, ..Turning::default() }),
             }
         }
         all.unwrap_or_default()

@@ -10,12 +10,12 @@ use crate::plan::Clock;
 use crate::{Job, PlanSettings, Planned, SilentStages, plan_setup};
 
 /// A plan of a job on a surface of heights `z(x)`, with values of the operation.
-fn planned(z: fn(f64) -> f64, values: &[(&str, Value)]) -> Planned {
+pub(crate) fn planned(z: fn(f64) -> f64, values: &[(&str, Value)]) -> Planned {
     let folder = tempfile::tempdir().unwrap();
     plan_setup(&job(&folder, z, values), 0, PlanSettings { verify: false, certificates: false }, &SilentStages).unwrap()
 }
 
-fn job(folder: &tempfile::TempDir, z: fn(f64) -> f64, values: &[(&str, Value)]) -> Job {
+pub(crate) fn job(folder: &tempfile::TempDir, z: fn(f64) -> f64, values: &[(&str, Value)]) -> Job {
     for (name, bytes) in new_job(&NewJob::Patch { size_mm: 80.0 }).unwrap() {
         let bytes = match name.as_str() {
             "patch.obj" => {

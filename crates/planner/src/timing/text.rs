@@ -33,6 +33,8 @@ pub(crate) struct TimedText<'a> {
 /// What a motion of the text is: its kind, and what sets its feed.
 #[derive(Clone, Copy)]
 struct Meant {
+    /// Line of the text.
+    line: u32,
     kind: MoveKind,
     limit: Option<FeedLimit>,
 }
@@ -61,6 +63,9 @@ pub(crate) fn time_text(
     for ((law, k), meant) in each.zip(&meant) {
         let limit = law.limits.get(k).copied().flatten();
         tally.count(machine, meant.kind, meant.limit, law.times[k], limit);
+        if meant.kind == MoveKind::Cut {
+            *timed.cut_times.entry(meant.line).or_default() += law.times[k];
+        }
     }
     timed.time_law = Some(tally.finish());
     Ok(())
@@ -95,7 +100,10 @@ pub(crate) fn times_of_text(
 
 /// What the blocks of a planned program are, by the lines of its text.
 fn planned_blocks(written: &TimedText<'_>, timed: &Timed) -> BTreeMap<u32, Meant> {
-    let of = |m: &TimedMove| Some((*written.block_lines.get(m.block)?, Meant { kind: m.kind, limit: m.limit }));
+    let of = |m: &TimedMove| {
+        let line = *written.block_lines.get(m.block)?;
+        Some((line, Meant { line, kind: m.kind, limit: m.limit }))
+    };
     timed.moves.iter().filter_map(of).collect()
 }
 
@@ -140,7 +148,7 @@ fn motions(at: Surroundings<'_>, written: &TimedText<'_>, planned: &BTreeMap<u32
                 for [from, to] in legs(&positions) {
                     all.rapid_time += rapid_time(view.0, law, from, to, view.1);
                     all.moves.rapid(view, law, [from, to]);
-                    all.meant.push(Meant { kind: MoveKind::Rapid, limit: None });
+                    all.meant.push(Meant { line: block.line, kind: MoveKind::Rapid, limit: None });
                 }
                 if block.motion.as_ref().is_some_and(|m| m.kind == MotionKind::ReferenceReturn) {
                     all.moves.stop();
@@ -148,7 +156,7 @@ fn motions(at: Surroundings<'_>, written: &TimedText<'_>, planned: &BTreeMap<u32
             }
             Ok(Way::Cut(cut)) => {
                 all.moves.cut(&cut, cut.time.unwrap_or(0.0));
-                let unknown = Meant { kind: MoveKind::Approach, limit: None };
+                let unknown = Meant { line: block.line, kind: MoveKind::Approach, limit: None };
                 all.meant.push(planned.get(&block.line).copied().unwrap_or(unknown));
             }
             Ok(Way::Stands) => {}

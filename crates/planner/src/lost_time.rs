@@ -1,0 +1,185 @@
+//! Time that passes take beyond the programmed feed, by cause, and what would help.
+
+use std::collections::BTreeMap;
+
+use facemill_inverse_kinematics::AxisKind;
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use crate::load::Job;
+use crate::moves::MoveKind;
+use crate::pole_detours::BESIDE_POLE;
+use crate::program::Timed;
+use crate::summary::clock;
+use crate::turning::Driven;
+
+/// Time that the passes of an operation lose to one cause.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct LostTimeReport {
+    /// Name of the operation.
+    pub operation: String,
+    /// Why the tip is slower than the programmed feed.
+    pub cause: LostTimeCause,
+    /// The axis that turns fast beside the pole, or that is at its largest velocity; `null` where it is not one alone.
+    pub axis: Option<String>,
+    /// Time lost against the programmed feed, s.
+    pub lost_s: f64,
+    /// Part of the operation's time in passes.
+    pub share: f64,
+    /// Line of the block that loses most.
+    pub line: u32,
+    /// What would help.
+    pub remedy: String,
+}
+
+/// Why the tip is slower than the programmed feed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum LostTimeCause {
+    /// The tool axis is within 10° of the pole of the rotary axes, where one of them turns much faster than the tool.
+    NearPole,
+    /// A rotary axis is at its largest velocity.
+    RotaryVelocity,
+    /// A linear axis is at its largest velocity.
+    LinearVelocity,
+    /// Axes cannot change their speeds faster from block to block within acceleration, jerk and the control's tolerance.
+    Acceleration,
+}
+
+/// Least part of an operation's time in passes that is reported.
+const LEAST_SHARE: f64 = 0.1;
+
+/// An axis that needs this part of a block's time is at its largest velocity.
+const AT_VELOCITY: f64 = 0.95;
+
+impl LostTimeReport {
+    /// The line of the summary.
+    pub(crate) fn summary_line(&self) -> String {
+        let axis = self.axis.as_deref().unwrap_or("");
+        let why = match self.cause {
+            LostTimeCause::NearPole => format!("axis {axis} turns fast beside the pole"),
+            LostTimeCause::RotaryVelocity | LostTimeCause::LinearVelocity => {
+                format!("axis {axis} is at its largest velocity")
+            }
+            LostTimeCause::Acceleration => "axes change their speeds no faster".to_owned(),
+        };
+        let Self { operation, line, remedy, .. } = self;
+        let (time, percent) = (clock(self.lost_s), 100.0 * self.share);
+        format!(
+            "  below the feed    {time}, {percent:.0} % of the passes of \"{operation}\": {why}, most at line {line}; to \
+             save it, {remedy}"
+        )
+    }
+}
+
+/// A block along a pass that is slower than programmed.
+struct SlowBlock {
+    cause: LostTimeCause,
+    axis: Option<usize>,
+    /// Time lost, s.
+    lost: f64,
+    line: u32,
+}
+
+/// What each cause takes of an operation.
+#[derive(Default)]
+struct OfOperation<'n> {
+    name: &'n str,
+    /// Time in passes, s.
+    total: f64,
+    causes: BTreeMap<(LostTimeCause, Option<usize>), Lost>,
+}
+
+/// What one cause takes of an operation.
+#[derive(Default)]
+struct Lost {
+    sum: f64,
+    /// Largest loss in a block, s, and its line.
+    worst: (f64, u32),
+}
+
+/// Causes that take more than a tenth of the time in passes of their operation, the largest first.
+///
+/// Times are those of the written text by the law, where there is one, else those at constant speeds.
+pub(crate) fn lost_times(job: &Job, timed: &Timed, driven: &[Driven<'_>]) -> Vec<LostTimeReport> {
+    let mut all: Vec<OfOperation<'_>> = Vec::new();
+    let cuts = timed.moves.iter().zip(driven).filter(|(m, _)| m.kind == MoveKind::Cut);
+    for (at, (m, of_move)) in cuts.enumerate() {
+        let time = timed.cut_times.get(&of_move.line).copied().unwrap_or(m.time);
+        let name = of_move.operation.name.as_str();
+        if all.last().is_none_or(|last| last.name != name) {
+            all.push(OfOperation { name, ..OfOperation::default() });
+        }
+        let Some(own) = all.last_mut() else { continue };
+        own.total += time;
+        // What chips make of the feed is not lost.
+        let feed = timed.cut_feeds.get(at).map_or(of_move.operation.feeds.cutting_mm_min, |f| f.asked.mm_min);
+        let Some(block) = slow_block(job, of_move, time, feed / 60.0) else { continue };
+        let lost = own.causes.entry((block.cause, block.axis)).or_default();
+        lost.sum += block.lost;
+        if block.lost > lost.worst.0 {
+            lost.worst = (block.lost, block.line);
+        }
+    }
+    let mut reports: Vec<LostTimeReport> = Vec::new();
+    for OfOperation { name, total, causes } in all {
+        let large = causes.into_iter().filter(|(_, lost)| lost.sum > LEAST_SHARE * total);
+        reports.extend(large.map(|((cause, axis), lost)| LostTimeReport {
+            operation: name.to_owned(),
+            cause,
+            axis: axis.map(|k| job.machine.axes()[k].letter.to_string()),
+            lost_s: lost.sum,
+            share: lost.sum / total,
+            line: lost.worst.1,
+            remedy: remedy(cause).to_owned(),
+        }));
+    }
+    reports.sort_by(|a, b| b.lost_s.total_cmp(&a.lost_s));
+    reports
+}
+
+/// A block along a pass that takes more time than its feed, mm/s, asks for, with the cause of it.
+fn slow_block(job: &Job, driven: &Driven<'_>, time: f64, feed: f64) -> Option<SlowBlock> {
+    let machine = &job.machine;
+    let from = driven.from.as_ref()?;
+    let lost = time - (driven.to.cl.tip - from.cl.tip).norm() / feed;
+    if lost <= 0.0 {
+        return None;
+    }
+    let needed = |k: &usize| (driven.to.axes[*k] - from.axes[*k]).abs() / machine.axes()[*k].max_velocity;
+    let of = |kind: AxisKind| (0..machine.axes().len()).filter(move |&k| machine.axes()[k].kind == kind);
+    let slowest = |kind: AxisKind| of(kind).max_by(|a, b| needed(a).total_cmp(&needed(b)));
+    let length = job.tool.gauge_length();
+    let angle = |axes| machine.angle_to_singular(&machine.cl_point(axes, length));
+    let is_near = [&from.axes, &driven.to.axes].into_iter().any(|q| angle(q).is_some_and(|a| a < BESIDE_POLE));
+    let rotary = slowest(AxisKind::Rotary).filter(|k| needed(k) > 0.0);
+    let at_velocity = |k: &usize| needed(k) > AT_VELOCITY * time;
+    let (cause, axis) = match (rotary, slowest(AxisKind::Linear)) {
+        (Some(k), _) if is_near => (LostTimeCause::NearPole, Some(k)),
+        (Some(k), _) if at_velocity(&k) => (LostTimeCause::RotaryVelocity, Some(k)),
+        (_, Some(k)) if at_velocity(&k) => (LostTimeCause::LinearVelocity, Some(k)),
+        _ => (LostTimeCause::Acceleration, None),
+    };
+    Some(SlowBlock { cause, axis, lost, line: driven.line })
+}
+
+fn remedy(cause: LostTimeCause) -> &'static str {
+    match cause {
+        LostTimeCause::NearPole => {
+            "mount the part so that its surface does not face along that axis (table_from_work), or let postures keep farther \
+             from the pole (search.singular_cone_deg, with a larger search.tilt_deg[1])"
+        }
+        LostTimeCause::RotaryVelocity => {
+            "let the tool turn less along the pass (a smaller search.max_turn_deg_per_mm, wider search.tilt_deg), or mount the \
+             part so that another rotary axis follows it (table_from_work)"
+        }
+        LostTimeCause::LinearVelocity => {
+            "mount the part nearer to the rotary axes (table_from_work), so that their turns ask for shorter ways"
+        }
+        LostTimeCause::Acceleration => {
+            "let the tool turn more evenly (a smaller search.max_turn_deg_per_mm), or give the control more room at corners \
+             where the part allows it (motion.control_tolerance of the machine file, and shorter blocks: \
+             tolerances.max_step_mm)"
+        }
+    }
+}
