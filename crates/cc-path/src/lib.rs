@@ -36,9 +36,10 @@
 //!
 //! Inside: `region` chooses triangles, `patch` cuts them at the box and refines them, `widths` asks for strip widths,
 //! `levels` chooses levels, `trace` finds their curves, `resample` puts points on them, `order` puts them in order; `samples` spreads
-//! points over a region, whatever is laid on it; `size` bounds all of them.
+//! points over a region, one in each cell of a `lattice`, whatever is laid on it; `size` bounds all of them.
 
 mod error;
+mod lattice;
 #[cfg(test)]
 mod laws;
 mod lay;

@@ -182,10 +182,9 @@ pub(crate) fn planned_setup(
     report.assumptions.extend(seen.map(|text| Assumption { line: None, text }));
     report.assumptions.extend(open_stock(&setup));
     report.findings = joined(report.findings, &rapid_lines(&program.read()?));
-    if settings.verify {
-        report.remaining = program.remaining(stages)?;
-        clock.lap("material left");
-    }
+    // Also of a program that is not run: whether it does what is asked is another question than whether it does harm.
+    report.remaining = program.remaining(stages)?;
+    clock.lap("material left");
     let chips = ChipFiles::new(&jobs, &setup.file.name, &operations, (&texts.timed, &texts.cut_lines()));
     let (suffix, state) = name_parts(job, &setup, &report);
     let files = vec![

@@ -57,8 +57,7 @@ pub(crate) fn stages_of(job: &Job, index: usize, settings: PlanSettings, has_sto
     stages.extend(settings.verify.then_some(VERIFY));
     stages.extend(settings.certificates.then_some(CERTIFY));
     stages.extend((cuts && job.file.verification.cut_stock).then_some(CUT));
-    stages.push(TIMES);
-    stages.extend(settings.verify.then_some(MATERIAL));
+    stages.extend([TIMES, MATERIAL]);
     stages
 }
 
@@ -83,7 +82,6 @@ pub(crate) fn stages_of_heads(job: &Job, index: usize, settings: PlanSettings, h
     stages.extend(settings.verify.then_some(["verify head 1", "verify head 2"]).into_iter().flatten());
     stages.extend(settings.certificates.then_some(["certify head 1", "certify head 2"]).into_iter().flatten());
     stages.extend((has_stock && settings.verify && job.file.verification.cut_stock).then_some(CUT));
-    stages.push(TIMES);
-    stages.extend(settings.verify.then_some(MATERIAL));
+    stages.extend([TIMES, MATERIAL]);
     stages
 }

@@ -2,12 +2,13 @@
 
 use facemill_cc_path::{AskedRegion, Region, RegionSample, Strategy};
 use facemill_cl_data::{CcPoint, Silent};
+use facemill_cutter_location::cusp::expected_strip_width;
 use facemill_nc_program::ReadProgram;
 use facemill_virtual_machine::{VerifySettings, VirtualSetup, swept_by_cuts};
 use facemill_z_map::{LeftHeight, SurfacePlace, SweptCutter, left_heights};
-use nalgebra::{Isometry3, Point3};
+use nalgebra::{Isometry3, Point3, Vector3};
 
-use crate::cell::budget;
+use crate::cell::{budget, search_curve};
 use crate::job_file::{OperationFile, PathFile};
 use crate::load::{Job, Setup};
 use crate::output::not_verified;
@@ -20,11 +21,26 @@ use crate::{Failure, Stages};
 /// mills leave. Smaller: more parts of motions to look at.
 const MOTION_TOLERANCE: f64 = 0.002;
 
-/// Samples of an operation's region, at most: 100,000 take a second of processor time on the sample job.
+/// How far a height may be off, mm.
+pub(crate) const ACCURACY: f64 = MOTION_TOLERANCE + SweptCutter::ACCURACY;
+
+/// Samples of an operation's region, at most, but for its border: 100,000 take a second of processor time on the sample job.
 const MAX_SAMPLES: f64 = 100_000.0;
 
-/// Samples across the largest step-over, at least, where [`MAX_SAMPLES`] allows it.
+/// Samples of it, at least.
+const MIN_SAMPLES: f64 = 10_000.0;
+
+/// Samples across the step that the cusp allows, at least, where [`MAX_SAMPLES`] allows it.
 const SAMPLES_ACROSS: f64 = 6.0;
+
+/// How often samples are made finer where box or levels leave a small part of the facets: each time up to a hundred times.
+const ROUNDS: usize = 4;
+
+/// Places of samples that the largest height is looked for around.
+const LARGEST_PLACES: usize = 32;
+
+/// How much finer it is looked for there.
+const FINER: f64 = 4.0;
 
 /// Samples of the whole drive surface for the part of it that no operation is asked to cut.
 const DRIVE_SAMPLES: f64 = 10_000.0;
@@ -64,10 +80,9 @@ pub(crate) fn remaining(
     let reach = heads.iter().map(|h| h.at.tool.cutter().radius()).fold(0.0, f64::max);
     let mut operations = Vec::new();
     for asked in &asked {
-        operations.push(asked.measured(setup, &sweeps, reach, stages)?);
+        operations.push(asked.measured((job, setup), &sweeps, reach, stages)?);
     }
-    let accuracy_mm = MOTION_TOLERANCE + SweptCutter::ACCURACY;
-    Ok(Some(RemainingReport { accuracy_mm, outside_fraction: outside(setup, &asked)?, operations }))
+    Ok(Some(RemainingReport { accuracy_mm: ACCURACY, outside_fraction: outside(setup, &asked)?, operations }))
 }
 
 /// What an operation is asked to cut.
@@ -97,33 +112,114 @@ impl<'a> Asked<'a> {
             .map_err(|e| Failure::Internal(format!("operation \"{}\": {e}", self.operation.name)))
     }
 
-    /// Area that each sample is taken for, mm².
-    fn area_each(&self, region: &AskedRegion<'_>) -> f64 {
-        let spacing = self.operation.tolerances.max_step_over_mm / SAMPLES_ACROSS;
-        let area = region.facet_area() * self.places.len() as f64;
-        (spacing * spacing).max(area / MAX_SAMPLES)
+    /// Distance between passes that decides how far samples are apart, mm: what the cusp allows on a plane, at most what the job allows.
+    fn step_over(&self, job: &Job) -> Result<f64, Failure> {
+        let tolerances = &self.operation.tolerances;
+        let most = tolerances.max_step_over_mm;
+        let curve = search_curve(job, self.operation, false)?;
+        let on_plane = CcPoint::new(Point3::origin(), Vector3::z(), Vector3::x());
+        let width =
+            |cc| expected_strip_width(job.tool.cutter(), &cc, None, &curve, tolerances.cusp_mm, most).clamp(0.0, most);
+        Ok(on_plane.map_or(most, width))
+    }
+
+    /// Samples of the region in one place of the pattern.
+    fn samples(&self, job: &Job, region: &AskedRegion<'_>) -> Result<Vec<RegionSample>, Failure> {
+        let (spacing, places) = (self.step_over(job)? / SAMPLES_ACROSS, self.places.len() as f64);
+        let area = region.facet_area() * places;
+        let mut area_each = (spacing * spacing).clamp(area / MAX_SAMPLES, area / MIN_SAMPLES);
+        let mut samples = Vec::new();
+        for _ in 0..ROUNDS {
+            samples = region.samples(area_each);
+            let n = samples.iter().filter(|s| s.area > 0.0).count() as f64 * places;
+            if n >= 0.9 * MIN_SAMPLES {
+                break;
+            }
+            area_each *= (n / MIN_SAMPLES).clamp(0.01, 1.0);
+        }
+        Ok(samples)
     }
 
     fn measured(
         &self,
-        setup: &Setup<'_>,
+        (job, setup): (&Job, &Setup<'_>),
         sweeps: &[SweptCutter],
         reach: f64,
         stages: &dyn Stages,
     ) -> Result<RemainingOnRegion, Failure> {
         let region = self.region(setup)?;
-        let area_each = self.area_each(&region);
-        let samples = region.samples(area_each);
-        let on: Vec<SurfacePlace> = self
-            .places
-            .iter()
-            .flat_map(|place| samples.iter().map(move |sample| (place, sample)))
-            .map(|(place, sample)| surface_place(setup, place, sample, reach))
-            .collect();
-        let monitor = stages.start(MATERIAL, on.len());
-        let heights: Vec<LeftHeight> = left_heights(sweeps, &on, &*monitor).map_err(|_| Failure::Interrupted)?;
+        let samples = self.samples(job, &region)?;
+        let on = |(place, sample): (usize, RegionSample)| Sampled {
+            place,
+            sample,
+            on: surface_place(setup, &self.places[place], &sample, reach),
+        };
+        let all: Vec<Sampled> =
+            (0..self.places.len()).flat_map(|k| samples.iter().map(move |s| (k, *s))).map(on).collect();
+        let monitor = stages.start(MATERIAL, all.len());
+        let heights = |of: &[Sampled]| {
+            let on: Vec<SurfacePlace> = of.iter().map(|s| s.on).collect();
+            left_heights(sweeps, &on, &*monitor).map_err(|_| Failure::Interrupted)
+        };
+        let mut measured = Measured::new(&all, &heights(&all)?);
+        let spacing = measured.spacing();
+        let near = |k: &usize| {
+            let Sampled { place, sample, .. } = all[*k];
+            region.around(&sample, spacing / FINER).into_iter().map(move |s| (place, s)).map(on)
+        };
+        let finer: Vec<Sampled> = measured.highest(LARGEST_PLACES).iter().flat_map(near).collect();
+        measured.add(&finer, &heights(&finer)?);
         drop(monitor);
-        Ok(RemainingOnRegion::new(self.operation, self.limit, area_each, &on, &heights))
+        Ok(RemainingOnRegion::new(self.operation, self.limit, &measured))
+    }
+}
+
+/// A sample in a place of the pattern.
+#[derive(Clone, Copy)]
+struct Sampled {
+    place: usize,
+    sample: RegionSample,
+    on: SurfacePlace,
+}
+
+/// What is left on samples.
+#[derive(Default)]
+pub(crate) struct Measured {
+    /// Area that each counts for, mm²; of borders and of places looked at for the largest none.
+    pub areas: Vec<f64>,
+    pub on: Vec<SurfacePlace>,
+    pub left: Vec<LeftHeight>,
+}
+
+impl Measured {
+    fn new(of: &[Sampled], left: &[LeftHeight]) -> Self {
+        let mut measured = Self::default();
+        measured.add(of, left);
+        measured
+    }
+
+    fn add(&mut self, of: &[Sampled], left: &[LeftHeight]) {
+        self.areas.extend(of.iter().map(|s| s.sample.area));
+        self.on.extend(of.iter().map(|s| s.on));
+        self.left.extend(left);
+    }
+
+    /// Number of samples that count for an area.
+    pub(crate) fn n_of_area(&self) -> usize {
+        self.areas.iter().filter(|&&a| a > 0.0).count()
+    }
+
+    /// Distance between samples, about, mm.
+    pub(crate) fn spacing(&self) -> f64 {
+        (self.areas.iter().sum::<f64>() / self.n_of_area().max(1) as f64).sqrt()
+    }
+
+    /// Indices of the highest samples, the highest first; of equal ones the first.
+    fn highest(&self, n: usize) -> Vec<usize> {
+        let mut all: Vec<usize> = (0..self.left.len()).collect();
+        all.sort_by(|&a, &b| self.left[b].height.total_cmp(&self.left[a].height));
+        all.truncate(n);
+        all
     }
 }
 
@@ -132,8 +228,7 @@ impl<'a> Asked<'a> {
 fn surface_place(setup: &Setup<'_>, place: &Isometry3<f64>, sample: &RegionSample, reach: f64) -> SurfacePlace {
     let normal = place * sample.normal;
     let position = place * sample.position + normal.into_inner() * setup.drive_allowance;
-    let feed =
-        normal.into_inner().cross(&if normal.x.abs() < 0.9 { nalgebra::Vector3::x() } else { nalgebra::Vector3::y() });
+    let feed = normal.into_inner().cross(&if normal.x.abs() < 0.9 { Vector3::x() } else { Vector3::y() });
     let above = CcPoint::new(position, normal.into_inner(), feed).map_or(0.0, |cc| setup.stock_above(&cc));
     let stock = if above > 0.0 || setup.stock_solid.is_some() { above.min(MAX_HEIGHT) } else { reach };
     SurfacePlace { position, normal, stock }
@@ -162,6 +257,7 @@ fn outside(setup: &Setup<'_>, asked: &[Asked<'_>]) -> Result<f64, Failure> {
         })
     };
     let samples = drive.samples(drive.facet_area() / DRIVE_SAMPLES);
-    let outside = samples.iter().filter(|s| !is_asked(s.triangle, &s.position)).count();
-    Ok(outside as f64 / samples.len().max(1) as f64)
+    let area = |all: &[RegionSample]| all.iter().map(|s| s.area).sum::<f64>();
+    let outside: Vec<RegionSample> = samples.iter().filter(|s| !is_asked(s.triangle, &s.position)).copied().collect();
+    Ok(area(&outside) / area(&samples).max(f64::MIN_POSITIVE))
 }

@@ -1,11 +1,12 @@
 //! Figures of the material that a program leaves, as reports have them.
 
 use facemill_virtual_machine::{Finding, FindingKind, Measure};
-use facemill_z_map::{LeftHeight, SurfacePlace};
+use facemill_z_map::LeftHeight;
 use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::job_file::{FinishFile, OperationFile};
+use crate::remaining::{ACCURACY, Measured};
 
 /// Material that a program leaves on the surface that its operations are asked to cut, measured on its written text.
 ///
@@ -30,9 +31,9 @@ pub struct RemainingOnRegion {
     pub operation: String,
     /// Area of the region.
     pub area_mm2: f64,
-    /// Places that were measured.
+    /// Places that were measured all over it. Places on its border and around the highest ones count for the largest alone.
     pub samples: usize,
-    /// Distance between them, about: what is narrower may be missed.
+    /// Distance between them, about: what is narrower may be missed. The largest is looked for a quarter of it apart.
     pub spacing_mm: f64,
     /// Half of the area has at most this height left.
     pub p50_mm: f64,
@@ -67,52 +68,71 @@ pub struct RemainingPlace {
     pub line: Option<u32>,
 }
 
+/// Heights that parts of the area have at most; 0 where nothing has an area.
+fn quantiles<const N: usize>(areas: &[f64], left: &[LeftHeight], shares: [f64; N]) -> [f64; N] {
+    let mut sorted: Vec<(f64, f64)> = left.iter().map(|l| l.height).zip(areas.iter().copied()).collect();
+    sorted.retain(|(_, area)| *area > 0.0);
+    sorted.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let area: f64 = sorted.iter().map(|(_, area)| area).sum();
+    shares.map(|share| {
+        let mut below = 0.0;
+        let reached = sorted.iter().find(|(_, each)| {
+            below += each;
+            below >= share * area
+        });
+        reached.or(sorted.last()).map_or(0.0, |(height, _)| *height)
+    })
+}
+
 impl RemainingOnRegion {
-    /// Figures of places with what is left on them.
-    pub(crate) fn new(
-        operation: &OperationFile,
-        limit_mm: f64,
-        area_each: f64,
-        on: &[SurfacePlace],
-        left: &[LeftHeight],
-    ) -> Self {
-        let mut sorted: Vec<f64> = left.iter().map(|l| l.height).collect();
-        sorted.sort_by(f64::total_cmp);
-        let last = sorted.len().saturating_sub(1);
-        let quantile = |share: f64| sorted.get((share * last as f64).ceil() as usize).copied().unwrap_or(0.0);
-        let share = |n: usize| n as f64 / left.len().max(1) as f64;
-        let above_fraction = share(left.iter().filter(|l| l.height > limit_mm).count());
-        let is_never_cut =
-            |(place, left): &(&SurfacePlace, &LeftHeight)| left.cut_by.is_none() && place.stock > limit_mm;
-        let never_cut_fraction = share(on.iter().zip(left).filter(is_never_cut).count());
+    /// Figures of what is left on samples.
+    pub(crate) fn new(operation: &OperationFile, limit_mm: f64, measured: &Measured) -> Self {
+        let Measured { areas, on, left } = measured;
+        let area: f64 = areas.iter().sum();
+        let share = |is: &dyn Fn(usize) -> bool| {
+            (0..left.len()).filter(|&k| is(k)).map(|k| areas[k]).sum::<f64>() / area.max(f64::MIN_POSITIVE)
+        };
+        let above_fraction = share(&|k| left[k].height > limit_mm);
+        // Stock as it was before the cut is not finished, however thin it is.
+        let never_cut_fraction = share(&|k| left[k].cut_by.is_none() && on[k].stock > ACCURACY);
         let higher = |a: usize, b: usize| if left[b].height > left[a].height { b } else { a };
         let largest = (0..left.len()).reduce(higher).map(|k| RemainingPlace {
             height_mm: left[k].height,
             at_mm: on[k].position.into(),
             line: left[k].cut_by,
         });
-        let allowed = operation.finish;
+        let [p50_mm, p90_mm, p99_mm] = quantiles(areas, left, [0.5, 0.9, 0.99]);
+        let (allowed, samples) = (operation.finish, measured.n_of_area());
         Self {
             operation: operation.name.clone(),
-            area_mm2: area_each * left.len() as f64,
-            samples: left.len(),
-            spacing_mm: area_each.sqrt(),
-            p50_mm: quantile(0.5),
-            p90_mm: quantile(0.9),
-            p99_mm: quantile(0.99),
+            area_mm2: area,
+            samples,
+            spacing_mm: measured.spacing(),
+            p50_mm,
+            p90_mm,
+            p99_mm,
             largest,
             limit_mm,
             above_fraction,
             never_cut_fraction,
             allowed,
-            exceeded: above_fraction > allowed.max_above_fraction
+            exceeded: samples == 0
+                || above_fraction > allowed.max_above_fraction
                 || never_cut_fraction > allowed.max_never_cut_fraction,
         }
+    }
+
+    /// Whether nothing is known of the region, because no sample lies in it.
+    fn is_unmeasured(&self) -> bool {
+        self.samples == 0
     }
 
     /// The figures in words, and what is wrong with them.
     fn summary(&self, several: bool) -> Vec<String> {
         let of = if several { format!(", operation \"{}\"", self.operation) } else { String::new() };
+        if self.is_unmeasured() {
+            return vec![format!("  NOT MEASURED      what is left: no sample lies in the region{of}")];
+        }
         let mut lines = vec![format!(
             "  left on surface   half of it {:.3} mm, 90 % {:.3}, 99 % {:.3}, largest {}{of}",
             self.p50_mm,
@@ -166,16 +186,23 @@ impl RemainingReport {
     /// the program.
     pub(crate) fn findings(&self, last_line: u32) -> Vec<Finding> {
         let finding = |o: &RemainingOnRegion| {
-            let note = format!(
-                "operation \"{}\": {:.2} % of its region is left more than {:.3} mm high, {:.2} % is never cut; the job allows {:.2} % \
+            let note = if o.is_unmeasured() {
+                format!(
+                    "operation \"{}\": no sample lies in its region, so that nothing is known of what is left",
+                    o.operation
+                )
+            } else {
+                format!(
+                    "operation \"{}\": {:.2} % of its region is left more than {:.3} mm high, {:.2} % is never cut; the job allows {:.2} % \
                  and {:.2} %",
-                o.operation,
-                100.0 * o.above_fraction,
-                o.limit_mm,
-                100.0 * o.never_cut_fraction,
-                100.0 * o.allowed.max_above_fraction,
-                100.0 * o.allowed.max_never_cut_fraction
-            );
+                    o.operation,
+                    100.0 * o.above_fraction,
+                    o.limit_mm,
+                    100.0 * o.never_cut_fraction,
+                    100.0 * o.allowed.max_above_fraction,
+                    100.0 * o.allowed.max_never_cut_fraction
+                )
+            };
             let line = o.largest.and_then(|p| p.line).unwrap_or(last_line);
             Finding {
                 measure: o.largest.map(|p| Measure::HeightMm(p.height_mm)),

@@ -73,7 +73,7 @@ pub struct Report {
     pub no_time_law: Vec<String>,
     /// Extreme values, each with its place.
     pub worst: Worst,
-    /// Material that the written program leaves on the regions of its operations; `null` where the program was not run.
+    /// Material that the written program leaves on the regions of its operations; `null` where the setup has none.
     pub remaining: Option<RemainingReport>,
     /// How the postures of each operation were chosen, and how the rotary axes move with them.
     pub postures: Vec<PosturesReport>,

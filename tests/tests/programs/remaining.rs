@@ -4,13 +4,15 @@ use std::path::Path;
 
 use facemill::nc_program::Dialect;
 use facemill::new_job::NewJob;
+use facemill::surface_model::{NamedNode, TriMesh, write_obj};
 use facemill::virtual_machine::FindingKind;
 use facemill::{
-    CutRequest, DeviationRequest, Job, Outcome, Planned, RemainingOnRegion, SilentStages, VerifyRequest, summary,
-    verify_program,
+    CutRequest, DeviationRequest, Job, Outcome, PlanSettings, Planned, RemainingOnRegion, SilentStages,
+    VerificationFile, VerifyRequest, plan_setup, summary, verify_program,
 };
 use facemill_tests::jobs::{JobFolder, unfinished};
 use facemill_tests::variants::{blink_patch, tiny_patch};
+use nalgebra::{Isometry3, Point3};
 use serde_json::json;
 
 fn planned(job: &JobFolder) -> Planned {
@@ -179,4 +181,103 @@ fn a_foot_of_a_wall_that_no_pass_reaches_is_told_with_its_height_and_place() {
     let largest = left.largest.expect("samples");
     assert!(left.above_fraction > 0.01, "{left:?}");
     assert!(largest.at_mm[0] > 10.0, "at the wall: {largest:?}");
+}
+
+/// A plate of 60 mm by 42 mm, its facets numbered along y.
+fn write_plate(job: &JobFolder, n: u32, m: u32) {
+    let at = |k: u32, of: u32, length: f64| length * (f64::from(k) / f64::from(of) - 0.5);
+    let row = |i: u32| (0..=m).map(move |j| Point3::new(at(i, n, 60.0), at(j, m, 42.0), 0.0));
+    let quad = |i: u32, j: u32| {
+        let a = i * (m + 1) + j;
+        [[a, a + m + 1, a + m + 2], [a, a + m + 2, a + 1]]
+    };
+    let triangles = (0..n).flat_map(|i| (0..m).flat_map(move |j| quad(i, j))).collect();
+    let mesh = TriMesh::new((0..=n).flat_map(row).collect(), triangles).expect("a plate");
+    let nodes = [NamedNode { name: "plate", mesh: 0, transform: Isometry3::identity() }];
+    job.write("patch.obj", &write_obj(&[&mesh], &nodes).expect("a mesh"));
+}
+
+/// A job on the plate whose passes are 6 mm apart, each in the same posture.
+fn plate() -> JobFolder {
+    let job = JobFolder::new(&NewJob::Patch { size_mm: 400.0 });
+    let arc = json!({ "tangential_arc": { "angle_deg": 8.0, "radius_mm": 60.0 } });
+    job.set(
+        "job.json",
+        &[
+            ("/operations/0/tolerances/max_step_over_mm", json!(6.0)),
+            ("/operations/0/tolerances/max_step_mm", json!(5.0)),
+            ("/operations/0/search/tilt_deg", json!([20.0, 20.0])),
+            ("/operations/0/search/rotate_deg", json!([0.0, 0.0])),
+            ("/operations/0/path/strategy/strategy", json!({ "parallel_planes": { "normal": [0, 1, 0] } })),
+            ("/operations/0/entry", arc.clone()),
+            ("/operations/0/exit", arc),
+            ("/setups/0/stock", json!({ "offset": { "allowance_mm": 0.5 } })),
+        ],
+    );
+    write_plate(&job, 6, 4);
+    job
+}
+
+/// A program without the cuts of one pass in the middle.
+fn without_a_pass(text: &str) -> String {
+    let lines: Vec<&str> = text.lines().collect();
+    let passes: Vec<usize> = (0..lines.len()).filter(|&k| lines[k].starts_with("(PASS")).collect();
+    let (from, to) = (passes[passes.len() / 2], passes[passes.len() / 2 + 1]);
+    [&lines[..from], &lines[to..]].concat().join("\n") + "\n"
+}
+
+fn verified(job: &JobFolder, text: &str) -> VerificationFile {
+    let read = Job::read(&job.job()).expect("a job");
+    let request = VerifyRequest::new(Path::new("program.nc"), Dialect::Fanuc);
+    verify_program(&read, text.as_bytes(), &request, &SilentStages).expect("a run").file
+}
+
+fn left_by(job: &JobFolder, text: &str) -> RemainingOnRegion {
+    verified(job, text).remaining.expect("an operation").operations.remove(0)
+}
+
+#[test]
+fn neither_facets_nor_step_over_nor_thin_stock_hide_a_pass_that_is_not_cut() {
+    let job = plate();
+    let settings = PlanSettings { verify: false, certificates: false };
+    let planned = |job: &JobFolder| {
+        plan_setup(&Job::read(&job.job()).expect("a job"), 0, settings, &SilentStages).unwrap_or_else(|e| panic!("{e}"))
+    };
+    let plan = planned(&job);
+    let finished = left(&plan);
+    assert!(!finished.exceeded && finished.samples >= 9_000, "{finished:?}");
+    let without = without_a_pass(&program(&plan));
+    let coarse = left_by(&job, &without);
+    assert!(coarse.exceeded && coarse.above_fraction > 0.02, "{coarse:?}");
+    // What is left is the same, however the plate is divided: the strip shows on every line across.
+    write_plate(&job, 150, 80);
+    let fine = left_by(&job, &without);
+    assert!((fine.above_fraction / coarse.above_fraction - 1.0).abs() < 0.01, "{coarse:?} {fine:?}");
+    let [of_fine, of_coarse] = [&fine, &coarse].map(|of| of.largest.expect("samples").height_mm);
+    assert!((of_fine - of_coarse).abs() < 0.003, "{of_fine} {of_coarse}");
+    write_plate(&job, 6, 4);
+    // Nor does a step-over that is no limit make samples few.
+    for step_over in [200.0, 2000.0] {
+        job.set("job.json", &[("/operations/0/tolerances/max_step_over_mm", json!(step_over))]);
+        let wide = left_by(&job, &without);
+        assert!(wide.exceeded && wide.samples >= 9_000, "{step_over}: {wide:?}");
+    }
+    // Stock that is thinner than what may be left has not been cut for that.
+    job.set("job.json", &[("/setups/0/stock", json!({ "offset": { "allowance_mm": 0.1 } }))]);
+    let empty: Vec<&str> =
+        without.lines().filter(|l| !l.contains("X") || l.contains("G28") || l.contains("G0")).collect();
+    let thin = left_by(&job, &(empty.join("\n") + "\n"));
+    assert!(thin.exceeded && thin.never_cut_fraction > 0.99 && thin.above_fraction == 0.0, "{thin:?}");
+}
+
+#[test]
+fn a_plan_that_is_not_run_measures_what_it_leaves() {
+    let job = plate();
+    // Passes on half of the plate.
+    job.set("job.json", &[("/operations/0/path/strategy/edge_margin_mm", json!(9.0))]);
+    let read = Job::read(&job.job()).expect("a job");
+    let settings = PlanSettings { verify: false, certificates: false };
+    let plan = plan_setup(&read, 0, settings, &SilentStages).unwrap_or_else(|e| panic!("{e}"));
+    assert!(!plan.report.verified && left(&plan).exceeded, "{:?}", left(&plan));
+    assert_eq!(plan.outcome(), Outcome::Incomplete);
 }

@@ -183,9 +183,9 @@ pub(crate) fn plan_dual_setup(
     report.assumptions.extend(seen.map(|text| Assumption { line: None, text }));
     report.findings = joined(report.findings, &rapid_lines(&program.read()?));
     report.stock = of_stock;
+    report.remaining = program.remaining(stages)?;
+    clock.lap("material left");
     if settings.verify {
-        report.remaining = program.remaining(stages)?;
-        clock.lap("material left");
         report.links = LinksReport::not_shortened("those of machines with two heads are not looked at");
     }
     let (suffix, state) = name_parts(job, setups[0], &report);
