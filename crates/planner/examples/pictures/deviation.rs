@@ -97,7 +97,8 @@ fn seen_from_above(glb: &[u8]) -> Result<Vec<Option<[u8; 3]>>> {
 
 fn drawn(cells: &[Option<[u8; 3]>], report: &DeviationReport) -> Result<String> {
     let side = CELLS as f64 * PIXELS;
-    let (width, height) = (side + 320.0, side + 70.0);
+    // The legend's longest line fits in DejaVu Sans, the widest of usual fonts.
+    let (width, height) = (side + 400.0, side + 70.0);
     let mut svg = crate::picture(width, height, "Deviation of the cut stock from the part");
     for row in 0..CELLS {
         let colours = &cells[row * CELLS..(row + 1) * CELLS];

@@ -22,12 +22,15 @@ pub(crate) struct Figure {
 impl Figure {
     /// An empty drawing of this size in pixels, on white ground.
     pub(crate) fn new(width: f64, height: f64, title: &str) -> Self {
-        let svg = format!(
+        let mut svg = format!(
             r##"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" width="{width}" height="{height}" font-family="Helvetica, Arial, sans-serif" font-size="13" fill="{INK}">
 <rect width="{width}" height="{height}" fill="#ffffff"/>
-<text x="20" y="28" font-size="16" font-weight="bold">{title}</text>
 "##
         );
+        for (k, line) in title_lines(title, width).iter().enumerate() {
+            let y = 28 + 20 * k;
+            let _ = writeln!(svg, r#"<text x="20" y="{y}" font-size="16" font-weight="bold">{line}</text>"#);
+        }
         Self { svg, origin: [0.0, 0.0], scale: [1.0, 1.0] }
     }
 
@@ -98,6 +101,23 @@ impl Figure {
     pub(crate) fn arc(&mut self, center: Mm, radius: f64, [from, to]: Mm, color: &str, width: f64) {
         self.curve(&arc(center, radius, from, to), color, width, "");
     }
+}
+
+/// Width that a letter of a bold title of 16 pixels is given, pixels: in DejaVu Sans, the widest font that pictures are drawn with,
+/// those of a title take 8.9 on the mean.
+const TITLE_LETTER: f64 = 10.0;
+
+/// A title in lines that fit a picture of this width.
+fn title_lines(title: &str, width: f64) -> Vec<String> {
+    let most = ((width - 40.0) / TITLE_LETTER) as usize;
+    let mut lines: Vec<String> = Vec::new();
+    for word in title.split(' ') {
+        match lines.last_mut().filter(|line| line.chars().count() + 1 + word.chars().count() <= most) {
+            Some(line) => *line = format!("{line} {word}"),
+            None => lines.push(word.to_owned()),
+        }
+    }
+    lines
 }
 
 /// Points of an arc.
