@@ -31,7 +31,7 @@
 //!
 //! Guaranteed: no input makes it panic; results do not depend on hash order or threads; a [`TriMesh`] has indices in range and
 //! finite coordinates; triangles without area are never returned by a query. Not guaranteed: that a mesh is closed, manifold
-//! or wound outward ([`Topology`] says whether it is), and the accuracy of [`CurvatureTensor`], which is an estimate.
+//! or wound outward ([`Topology`] and [`Orientation`] say what can be known of it), and the accuracy of [`CurvatureTensor`], which is an estimate.
 //!
 //! It must not know tools and machines, and opens no files.
 
@@ -42,6 +42,7 @@ mod export;
 mod import;
 mod level_curves;
 mod normals;
+mod orientation;
 mod ray;
 mod refine;
 mod repair;
@@ -62,6 +63,7 @@ pub use import::{
     ImportError, ImportFault, ImportSettings, Imported, LengthUnit, MeshFormat, UpAxis, import_mesh, no_external_files,
 };
 pub use level_curves::{LevelCurve, LevelPoint, level_curves, level_curves_among};
+pub use orientation::{Orientation, Winding, WoundPiece};
 pub use ray::RayHit;
 pub use refine::Refined;
 pub use repair::RepairReport;
