@@ -3,6 +3,7 @@
 use facemill_surface_model::{LengthUnit, UpAxis};
 
 use crate::load::Setup;
+use crate::mesh_winding::check_winding;
 use crate::output::try_template;
 use crate::path::lay;
 use crate::program::word_map;
@@ -33,11 +34,13 @@ pub fn describe_setup(job: &Job, index: usize) -> Result<Vec<String>, Failure> {
     let setup = Setup::read(job, index)?;
     let words = word_map(job, &setup, index)?;
     try_template(job, &setup, &words)?;
+    let undecided = check_winding(job, &setup, index)?;
     let mut lines = vec![format!("setup \"{}\"", setup.file.name)];
     for mesh in &setup.reports {
         let taken = format!("in {}, {} up", units(mesh.unit), up(mesh.up_axis));
         lines.push(format!("mesh {} {taken}: {}", mesh.file, mesh.told()));
     }
+    lines.extend(undecided);
     let b = setup.aabb();
     lines.push(format!(
         "everything lies in ({:.1}, {:.1}, {:.1}) to ({:.1}, {:.1}, {:.1}) mm of the workpiece frame",

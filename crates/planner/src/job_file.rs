@@ -219,6 +219,9 @@ pub struct MeshFile {
     /// Up axis of the file; y for glTF and z for others where the key is missing.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub up_axis: Option<UpAxisFile>,
+    /// Turns all triangles, of a file that is wound inside out; all entries with the same file say the same.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub reverse_winding: bool,
     /// Material that must be left on it by the cutter.
     #[serde(default)]
     pub allowance_mm: f64,
@@ -323,6 +326,9 @@ pub struct MeshStockFile {
     /// Up axis, as for meshes of the part.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub up_axis: Option<UpAxisFile>,
+    /// Turns all triangles, as for meshes of the part.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub reverse_winding: bool,
 }
 
 /// Surface that the whole workpiece lies inside of, workpiece frame.

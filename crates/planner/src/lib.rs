@@ -59,6 +59,9 @@ mod made_from;
 mod mending;
 mod mesh_files;
 mod mesh_told;
+mod mesh_winding;
+#[cfg(test)]
+mod mesh_winding_laws;
 #[cfg(test)]
 mod move_laws;
 mod moves;

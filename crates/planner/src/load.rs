@@ -214,6 +214,8 @@ pub(crate) struct Setup<'a> {
     pub around_drive: Surface,
     /// Groups of `around_drive` that are the drive surface.
     pub drive_groups: Vec<String>,
+    /// Files of `around_drive` in their order, with their number of triangles.
+    pub drive_files: Vec<(FileKey, usize)>,
     /// Everything that must not be cut or hit.
     pub obstacles: Vec<ObstacleMesh>,
     /// Thickness of the stock on part and check surfaces, mm; 0 where the stock is a solid of its own.
@@ -243,7 +245,8 @@ impl<'a> Setup<'a> {
         let mut selections: Vec<Selection> = Vec::new();
         for (k, entry) in file.meshes.iter().enumerate() {
             let at = format!("setups[{index}].meshes[{k}]");
-            let mesh = &read_files.get(&entry.file, entry.unit, entry.up_axis)?.mesh;
+            let file = FileKey::from(entry);
+            let mesh = &read_files.get(&file)?.mesh;
             let selected = selected_groups(job, &at, entry, mesh)?;
             if entry.role == RoleFile::Drive {
                 let mesh = only(mesh, &selected).transformed(&work_from_part);
@@ -257,18 +260,17 @@ impl<'a> Setup<'a> {
                 RoleFile::Check => ObstacleRole::Check,
                 RoleFile::Fixture => ObstacleRole::Fixture,
             };
-            let file = FileKey::new(&entry.file, entry.unit, entry.up_axis);
             select_also(&mut selections, Selection { role, allowance: entry.allowance_mm, file, groups: selected });
         }
         let drive = drive.ok_or_else(|| job.wrong(format!("setups[{index}].meshes: no drive surface")))?;
-        let (around_drive, drive_groups) = around_drive(file, &read_files, &work_from_part);
+        let (around_drive, drive_groups, drive_files) = around_drive(file, &read_files, &work_from_part);
         let mut obstacles = joined_obstacles(&selections, &read_files, &work_from_part);
         let mut stock_solid = None;
         let stock_thickness = match &file.stock {
             StockFile::Offset(offset) => offset.allowance_mm,
             solid => {
                 let mesh = match solid {
-                    StockFile::Mesh(m) => read_files.get(&m.file, m.unit, m.up_axis)?.mesh.transformed(&work_from_part),
+                    StockFile::Mesh(m) => read_files.get(&FileKey::from(m))?.mesh.transformed(&work_from_part),
                     other => stock_mesh(other),
                 };
                 stock_solid = Some(Surface::new(mesh.clone(), SurfaceSettings::default()));
@@ -285,6 +287,7 @@ impl<'a> Setup<'a> {
             drive: Surface::new(drive, SurfaceSettings::default()),
             around_drive: Surface::new(around_drive, SurfaceSettings::default()),
             drive_groups,
+            drive_files,
             obstacles,
             stock_thickness,
             stock_solid,
@@ -339,17 +342,21 @@ fn work_offset(register: &str) -> Option<WorkOffset> {
     (1..=WorkOffset::MAX).filter_map(WorkOffset::new).find(|w| w.to_string() == register)
 }
 
-/// All files with a drive surface, joined, and the names of the groups that are it.
-fn around_drive(file: &SetupFile, files: &MeshFiles<'_>, work_from_part: &Isometry3<f64>) -> (TriMesh, Vec<String>) {
+/// All files with a drive surface, joined, the names of the groups that are it, and the files with their numbers of triangles.
+fn around_drive(
+    file: &SetupFile,
+    files: &MeshFiles<'_>,
+    work_from_part: &Isometry3<f64>,
+) -> (TriMesh, Vec<String>, Vec<(FileKey, usize)>) {
     let mut around = TriMesh::default();
     let mut names = Vec::new();
-    let mut seen: Vec<FileKey> = Vec::new();
+    let mut seen: Vec<(FileKey, usize)> = Vec::new();
     for entry in file.meshes.iter().filter(|m| m.role == RoleFile::Drive) {
-        let key = FileKey::new(&entry.file, entry.unit, entry.up_axis);
+        let key = FileKey::from(entry);
         let Some(imported) = files.read.get(&key) else { continue };
-        if !seen.contains(&key) {
+        if !seen.iter().any(|(known, _)| *known == key) {
             around = around.joined(&imported.mesh.transformed(work_from_part));
-            seen.push(key);
+            seen.push((key, imported.mesh.triangles().len()));
         }
         let drives = |g: &&Group| {
             entry.groups.as_ref().is_none_or(|patterns| patterns.iter().any(|p| matches_pattern(p, &g.name)))
@@ -358,7 +365,7 @@ fn around_drive(file: &SetupFile, files: &MeshFiles<'_>, work_from_part: &Isomet
     }
     names.sort_unstable();
     names.dedup();
-    (around, names)
+    (around, names, seen)
 }
 
 /// The mesh files that a job names.

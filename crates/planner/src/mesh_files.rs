@@ -6,7 +6,7 @@ use std::path::Path;
 use facemill_surface_model::{ImportSettings, Imported, LengthUnit, MeshFormat, UpAxis, import_mesh};
 use nalgebra::Point3;
 
-use crate::job_file::{UnitFile, UpAxisFile};
+use crate::job_file::{MeshFile, MeshStockFile, UnitFile, UpAxisFile};
 use crate::report::MeshReport;
 use crate::validate::FARTHEST;
 use crate::{Failure, Job, files};
@@ -17,15 +17,31 @@ pub(crate) struct FileKey {
     pub(crate) name: String,
     unit: Option<UnitFile>,
     up: Option<UpAxisFile>,
+    reverse_winding: bool,
 }
 
 impl FileKey {
-    pub(crate) fn new(name: &str, unit: Option<UnitFile>, up: Option<UpAxisFile>) -> Self {
-        Self { name: name.to_owned(), unit, up }
+    /// Whether the job turns its triangles.
+    pub(crate) fn reverse_winding(&self) -> bool {
+        self.reverse_winding
     }
 }
 
-/// Mesh files already read, by name, unit and up axis.
+impl From<&MeshFile> for FileKey {
+    fn from(entry: &MeshFile) -> Self {
+        let MeshFile { file, unit, up_axis, reverse_winding, .. } = entry;
+        Self { name: file.clone(), unit: *unit, up: *up_axis, reverse_winding: *reverse_winding }
+    }
+}
+
+impl From<&MeshStockFile> for FileKey {
+    fn from(stock: &MeshStockFile) -> Self {
+        let MeshStockFile { file, unit, up_axis, reverse_winding } = stock;
+        Self { name: file.clone(), unit: *unit, up: *up_axis, reverse_winding: *reverse_winding }
+    }
+}
+
+/// Mesh files already read, by what is said of them.
 pub(crate) struct MeshFiles<'a> {
     job: &'a Job,
     pub(crate) read: BTreeMap<FileKey, Imported>,
@@ -36,28 +52,37 @@ impl<'a> MeshFiles<'a> {
         Self { job, read: BTreeMap::new() }
     }
 
-    pub(crate) fn get(
-        &mut self,
-        name: &str,
-        unit: Option<UnitFile>,
-        up: Option<UpAxisFile>,
-    ) -> Result<&Imported, Failure> {
-        let key = FileKey::new(name, unit, up);
-        if !self.read.contains_key(&key) {
-            let imported = read_mesh(&self.job.beside(name), unit, up)?;
+    /// Mesh of a file, turned where the job says so.
+    pub(crate) fn get(&mut self, key: &FileKey) -> Result<&Imported, Failure> {
+        if !self.read.contains_key(key) {
+            let mut imported = read_mesh(&self.job.beside(&key.name), key.unit, key.up)?;
+            if key.reverse_winding {
+                imported = reversed(imported);
+            }
             self.read.insert(key.clone(), imported);
         }
-        Ok(&self.read[&key])
+        Ok(&self.read[key])
     }
 
     /// What was found in the files, and what they were taken for.
     pub(crate) fn reports(&self) -> Vec<MeshReport> {
         let report = |(key, read): (&FileKey, &Imported)| {
             let format = MeshFormat::from_extension(Path::new(&key.name).extension()?.to_str()?)?;
-            Some(MeshReport::new(&key.name, import_settings(format, key.unit, key.up), &read.report))
+            let settings = import_settings(format, key.unit, key.up);
+            Some(MeshReport {
+                reverse_winding: key.reverse_winding,
+                ..MeshReport::new(&key.name, settings, &read.report)
+            })
         };
         self.read.iter().filter_map(report).collect()
     }
+}
+
+/// A mesh with all triangles turned, and what was found in it with them.
+fn reversed(Imported { mesh, mut report }: Imported) -> Imported {
+    report.components.iter_mut().for_each(|c| c.volume_mm3 = c.volume_mm3.map(|v| -v));
+    report.n_inverted = report.components.iter().filter(|c| c.is_inverted()).count();
+    Imported { mesh: mesh.reversed(), report }
 }
 
 /// How a mesh file is meant, with the unit and up axis that the job states, or the format's own.

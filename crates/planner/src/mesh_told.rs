@@ -32,6 +32,9 @@ impl MeshReport {
             (_, closed) => counted(closed, "1 of them closed", "# of them closed"),
         };
         parts.push(format!("kept {} in {components}, {closed}", counted(kept, "1 triangle", "# triangles")));
+        if self.reverse_winding {
+            parts.push("turned all of them (reverse_winding)".to_owned());
+        }
         parts.push(n("n_open_edges", "1 edge has one triangle", "# edges have one triangle"));
         parts.push(n("n_non_manifold_edges", "1 edge has more than two", "# edges have more than two"));
         parts.push(n(

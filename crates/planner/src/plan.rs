@@ -16,6 +16,7 @@ use crate::job_file::LinkStockFile;
 use crate::load::{Job, Setup};
 use crate::made_from::MadeFrom;
 use crate::mending::{ROUNDS, lines_to_mend, mend};
+use crate::mesh_winding::check_winding;
 use crate::open_meshes::open_stock;
 use crate::operation::{Ground, PlannedOperation};
 use crate::output::{
@@ -131,6 +132,7 @@ pub(crate) fn planned_setup(
     let reading = stages.start(READ, 0);
     let made_from = MadeFrom::of(job);
     let setup = Setup::read(job, index)?;
+    check_winding(job, &setup, index)?;
     let map = z_map(&setup)?;
     let words = word_map(job, &setup, index)?;
     try_template(job, &setup, &words)?;

@@ -399,6 +399,9 @@ pub struct MeshReport {
     pub unit: LengthUnit,
     /// Its axis that was taken to point up.
     pub up_axis: UpAxis,
+    /// Whether all its triangles were turned, as the job says.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub reverse_winding: bool,
     /// Counts.
     pub repair: BTreeMap<String, serde_json::Value>,
 }
@@ -410,7 +413,8 @@ impl MeshReport {
             Ok(serde_json::Value::Object(map)) => map.into_iter().collect(),
             _ => BTreeMap::new(),
         };
-        Self { file: file.to_owned(), unit: taken.unit, up_axis: taken.up_axis, repair: counts }
+        let file = file.to_owned();
+        Self { file, unit: taken.unit, up_axis: taken.up_axis, reverse_winding: false, repair: counts }
     }
 
     /// Whether a component of the mesh bounds no volume.

@@ -19,6 +19,7 @@ use crate::job_file::{OperationFile, PairFile};
 use crate::load::{Job, Setup};
 use crate::made_from::MadeFrom;
 use crate::mending::ROUNDS;
+use crate::mesh_winding::check_winding;
 use crate::moves::{Move, MoveSettings, PieceMoves};
 use crate::open_meshes::open_stock;
 use crate::operation::{Ground, PlannedOperation, move_settings};
@@ -101,6 +102,7 @@ pub(crate) fn plan_dual_setup(
     let jobs = [&planned_by[0], &planned_by[1]];
     let setups = [Setup::read(jobs[0], index)?, Setup::read(jobs[1], index)?];
     let setups = [&setups[0], &setups[1]];
+    check_winding(job, setups[0], index)?;
     let maps = [z_map(setups[0])?, z_map(setups[1])?];
     let machine = &job.machine;
     let shared: Vec<usize> = (0..machine.axes().len()).filter(|k| machine.is_shared(*k)).collect();
