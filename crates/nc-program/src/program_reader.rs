@@ -1,3 +1,5 @@
+use std::io::BufRead;
+
 use crate::{Dialect, FanucReader, HeidenhainReader, ReadBlock, ReadError, ReadNote, SiemensReader, ToolLengthNote};
 
 /// Reads a program of any dialect line by line, for programs that are not held in memory: [`crate::read_program`] without
@@ -31,11 +33,21 @@ impl ProgramReader {
     /// as controls do.
     #[must_use]
     pub fn of_text(dialect: Dialect, text: &[u8]) -> Self {
+        // A text that is there can be read.
+        Self::of_source(dialect, text).unwrap_or_else(|_| Self::new(dialect))
+    }
+
+    /// A reader of what this source gives, as [`ProgramReader::of_text`]. It is read only as far as it has to be known for that, in most
+    /// programs its first line; the lines to read come from the source's start again.
+    ///
+    /// # Errors
+    /// Those of the source.
+    pub fn of_source(dialect: Dialect, source: impl BufRead) -> std::io::Result<Self> {
         let mut reader = Self::new(dialect);
         if let Inner::Fanuc(reader) = &mut reader.0 {
-            reader.pass_leader(text);
+            reader.pass_leader(source)?;
         }
-        reader
+        Ok(reader)
     }
 
     /// Reads the next line, as [`FanucReader::read_line`]; its block has no text.

@@ -1,17 +1,18 @@
 //! `facemill feedrate`.
 
+use std::io::{BufReader, Seek};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
 use facemill::nc_program::Dialect;
 use facemill::{
-    BLEND_TOLERANCES, Failure, MAX_TOOL_LENGTH, RefeedLaw, RefeedLawTimes, RefeedSettings, RefeedSummary, TipFeed,
-    files, read_machine, refeed,
+    BLEND_TOLERANCES, Failure, MAX_TOOL_LENGTH, RefeedError, RefeedLaw, RefeedLawTimes, RefeedSettings, RefeedSummary,
+    TipFeed, files, read_machine, refeed_lines,
 };
 
 use crate::cli::{say, say_bytes};
-use crate::program_arguments::read_nc;
+use crate::program_arguments::open_nc;
 
 #[derive(Args)]
 pub(crate) struct FeedrateArguments {
@@ -93,7 +94,7 @@ fn dialect_of(path: &Path) -> Dialect {
 pub(crate) fn run(arguments: &FeedrateArguments) -> Result<ExitCode, Failure> {
     let read = read_machine(&arguments.machine)?;
     let machine = read.heads.first().ok_or_else(|| Failure::input(&arguments.machine, "has no head"))?;
-    let text = read_nc(&arguments.program)?;
+    let program = open_nc(&arguments.program)?;
     let settings = RefeedSettings {
         machine,
         tool_length: arguments.tool_length_mm,
@@ -103,17 +104,32 @@ pub(crate) fn run(arguments: &FeedrateArguments) -> Result<ExitCode, Failure> {
         time_law: arguments.time_law.then_some(RefeedLaw { blend_tolerance: arguments.blend_tolerance_mm }),
     };
     files::check_outputs(arguments.out.as_deref())?;
-    let refed = refeed(&text, &settings).map_err(|why| Failure::input(&arguments.program, why))?;
-    let told = told(&refed.summary, settings.dialect);
+    let failed = |why: RefeedError| match why {
+        RefeedError::Read(source) => Failure::Read { file: arguments.program.clone(), source },
+        RefeedError::Write(source) => Failure::Write { file: arguments.out.clone().unwrap_or_default(), source },
+        RefeedError::Program(why) => Failure::input(&arguments.program, why),
+    };
+    let from_start = || {
+        let mut file = program.try_clone()?;
+        file.rewind()?;
+        Ok(BufReader::with_capacity(AT_ONCE, file))
+    };
     let Some(out) = &arguments.out else {
-        say_bytes(&refed.text)?;
-        eprint!("{told}");
+        // Nothing of it is said before all of it is known to be right.
+        let mut text = Vec::new();
+        let summary = refeed_lines(from_start, &settings, &mut text).map_err(failed)?;
+        say_bytes(&text)?;
+        eprint!("{}", told(&summary, settings.dialect));
         return Ok(ExitCode::SUCCESS);
     };
-    files::write_one(out, refed.text)?;
-    say(&if arguments.json { facemill::file_format::to_json(&refed.summary) } else { told })?;
+    let summary = files::write_through(out, |new| refeed_lines(from_start, &settings, new))?.map_err(failed)?;
+    let told = told(&summary, settings.dialect);
+    say(&if arguments.json { facemill::file_format::to_json(&summary) } else { told })?;
     Ok(ExitCode::SUCCESS)
 }
+
+/// Bytes of a program that are read at once.
+const AT_ONCE: usize = 1 << 18;
 
 /// Hours, minutes and seconds with tenths.
 fn clock(seconds: f64) -> String {

@@ -1,5 +1,7 @@
 //! Reading input files and writing output files: whole or not at all.
 
+use std::fs::File;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use crate::Failure;
@@ -23,6 +25,17 @@ mod temporary;
 /// [`Failure::Read`], also of a device, a pipe or a folder.
 pub fn read(file: &Path) -> Result<Vec<u8>, Failure> {
     read_bounded(file, input::MOST).map_err(|source| Failure::Read { file: file.to_owned(), source })
+}
+
+/// Opens a file that the user named to be read part by part: a regular one of at most 2 GiB.
+///
+/// # Errors
+/// As [`read`].
+pub fn open(file: &Path) -> Result<File, Failure> {
+    let opened = input::open_at_most(file, input::MOST);
+    let opened = opened.map_err(|source| Failure::Read { file: file.to_owned(), source })?;
+    note_input(file);
+    Ok(opened)
 }
 
 /// Reads a file of text that people write: a job, a tool, a machine; at most 64 MiB.
@@ -135,6 +148,29 @@ pub fn check_outputs<'a>(files: impl IntoIterator<Item = &'a Path>) -> Result<()
 /// As [`write_each`].
 pub fn write_one(file: &Path, bytes: Vec<u8>) -> Result<(), Failure> {
     write_each(&[(file, bytes)])
+}
+
+/// Writes one file, as [`write_each`] does, part by part: it gets its name when all of it is written, and nothing is left where that fails.
+///
+/// # Errors
+/// As [`write_each`], and those of `write`.
+pub fn write_through<T, E>(
+    file: &Path,
+    write: impl FnOnce(&mut dyn Write) -> Result<T, E>,
+) -> Result<Result<T, E>, Failure> {
+    check_outputs([file])?;
+    let failed = |source: std::io::Error| Failure::Write { file: file.to_owned(), source };
+    let folder = folder_of(file);
+    std::fs::create_dir_all(folder).map_err(|source| Failure::Write { file: folder.to_owned(), source })?;
+    clear_left_behind(folder);
+    let mut temporary = Temporary::empty_in(folder).map_err(failed)?;
+    let written = match write(&mut temporary) {
+        Ok(written) => written,
+        Err(why) => return Ok(Err(why)),
+    };
+    temporary.finish().map_err(failed)?;
+    temporary.rename_to(file).map_err(failed)?;
+    Ok(Ok(written))
 }
 
 /// Writes files into folders that are there, all or none, and removes what is stale when all are written. What is told of a fault names a

@@ -146,7 +146,7 @@ pub use plan::{Outcome, PlanSettings, Planned, REJECTED, plan_setup};
 pub use plan_stock::{PlannedStockReport, plan_job};
 pub use program_stamp::{ProgramStamp, checksum};
 pub use program_times::ProgramTimes;
-pub use refeed::{MAX_TOOL_LENGTH, Refed, RefeedSettings, RefeedSummary, TipFeed, refeed};
+pub use refeed::{MAX_TOOL_LENGTH, Refed, RefeedError, RefeedSettings, RefeedSummary, TipFeed, refeed, refeed_lines};
 pub use refeed_law::{BLEND_TOLERANCES, RefeedLaw, RefeedLawTimes};
 pub use remaining_report::{RemainingOnRegion, RemainingPlace, RemainingReport};
 pub use rest_stock::read_rest;

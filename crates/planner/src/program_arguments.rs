@@ -1,5 +1,7 @@
 //! Arguments of commands that run a program as a job's setup stands.
 
+use std::fs::File;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
@@ -65,11 +67,27 @@ impl ProgramArguments {
 /// When the file cannot be read, or is a CL file.
 pub(crate) fn read_nc(path: &Path) -> Result<Vec<u8>, Failure> {
     let text = files::read(path)?;
-    if is_cl_file(&text) {
-        let what = "is a CL file (APT): it says where the tool is and not where axes are; give the NC program that a post wrote from it";
-        return Err(Failure::input(path, what));
-    }
-    Ok(text)
+    if is_cl_file(&text) { Err(cl_file(path)) } else { Ok(text) }
+}
+
+/// Opens an NC program to be read line by line.
+///
+/// # Errors
+/// As [`read_nc`].
+pub(crate) fn open_nc(path: &Path) -> Result<File, Failure> {
+    let file = files::open(path)?;
+    let mut head = Vec::new();
+    let read = (&file).take(HEAD).read_to_end(&mut head);
+    read.map_err(|source| Failure::Read { file: path.to_owned(), source })?;
+    if is_cl_file(&head) { Err(cl_file(path)) } else { Ok(file) }
+}
+
+/// Bytes at the start of a program by which a CL file is known.
+const HEAD: u64 = 1 << 16;
+
+fn cl_file(path: &Path) -> Failure {
+    let what = "is a CL file (APT): it says where the tool is and not where axes are; give the NC program that a post wrote from it";
+    Failure::input(path, what)
 }
 
 /// Index of the setup of this name or number.

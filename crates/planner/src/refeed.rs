@@ -1,5 +1,7 @@
 //! New feeds for a program that exists: the tip moves as fast as programmed, not the norm over all axes (FEED).
 
+use std::io::{BufRead, Write};
+
 use facemill_feedrate::{BlockFeed, FeedLimit, feed_for_block, rapid_time};
 use facemill_inverse_kinematics::{AxisKind, AxisValues, FeedRange, Machine};
 use facemill_nc_program::{
@@ -89,23 +91,60 @@ pub struct RefeedSummary {
 /// With a time law the tip never is asked for more than the axes reach in a block: the program is read twice, all its straight moves
 /// are timed between, and each F is lowered to what the largest speed in its block asks for.
 ///
-/// The program is read line by line; besides its text the new one is all that is held, and with a time law the ends of the moves.
+/// [`refeed_lines`] does the same without holding the text.
 ///
 /// # Errors
 /// With the line: what is not understood, or not evaluated and may move axes or skip blocks; an axis that the machine does not
 /// have; another work offset than the first; motions and feeds that a switch skips (`/`); a feed of zero, or none; an axis beyond its limits (of linear axes where the work
 /// offset is told); F below the control's smallest, or of more decimals than it takes.
 pub fn refeed(text: &[u8], settings: &RefeedSettings<'_>) -> Result<Refed, String> {
+    let mut out = Vec::with_capacity(text.len() + text.len() / 8);
+    let summary = refeed_lines(|| Ok(text), settings, &mut out).map_err(|stopped| stopped.to_string())?;
+    Ok(Refed { text: out, summary })
+}
+
+/// Why a program has no new feeds.
+#[derive(Debug, thiserror::Error)]
+pub enum RefeedError {
+    /// The program cannot be read.
+    #[error("{0}")]
+    Read(std::io::Error),
+    /// The new one cannot be written.
+    #[error("{0}")]
+    Write(std::io::Error),
+    /// What is wrong with it, or with what was asked for.
+    #[error("{0}")]
+    Program(String),
+}
+
+impl From<String> for RefeedError {
+    fn from(what: String) -> Self {
+        Self::Program(what)
+    }
+}
+
+/// [`refeed`] line by line from a source, which is opened at its start each time, to a new program: one line at a time is held, and with
+/// a time law the ends of all moves.
+///
+/// What has been written when it fails is no program.
+///
+/// # Errors
+/// As [`refeed`], and those of source and output.
+pub fn refeed_lines<R: BufRead>(
+    open: impl Fn() -> std::io::Result<R>,
+    settings: &RefeedSettings<'_>,
+    out: &mut dyn Write,
+) -> Result<RefeedSummary, RefeedError> {
     let words = word_map(settings)?;
     let Some(law) = &settings.time_law else {
-        let mut out = Vec::with_capacity(text.len() + text.len() / 8);
-        let run = read(text, Refeeder::new(settings, &words, Law::Off)?, Some(&mut out))?;
-        return Ok(Refed { text: out, summary: run.summary });
+        return Ok(read(&open, Refeeder::new(settings, &words, Law::Off)?, Some(out))?.summary);
     };
     let run = Refeeder::new(settings, &words, Law::Collecting(Moves::default()))?;
     let tolerance = blending(settings.machine, law)?;
     let control = settings.dialect.file().control_motion;
-    let Law::Collecting(moves) = read(text, run, None)?.law else { return Err("no moves were collected".to_owned()) };
+    let Law::Collecting(moves) = read(&open, run, None)?.law else {
+        return Err("no moves were collected".to_owned().into());
+    };
     let (peak_times, times) = timed(
         settings.machine,
         settings.tool_length,
@@ -113,31 +152,46 @@ pub fn refeed(text: &[u8], settings: &RefeedSettings<'_>) -> Result<Refed, Strin
         word_frame(settings.machine, &words),
         moves,
     )?;
-    let mut out = Vec::with_capacity(text.len() + text.len() / 8);
-    let mut summary = read(text, Refeeder::new(settings, &words, Law::Known(peak_times, 0))?, Some(&mut out))?.summary;
+    let known = Refeeder::new(settings, &words, Law::Known(peak_times, 0))?;
+    let mut summary = read(&open, known, Some(out))?.summary;
     summary.time_law = Some(RefeedLawTimes { lowered_blocks: summary.by_law, ..times });
-    Ok(Refed { text: out, summary })
+    Ok(summary)
 }
 
 /// Reads a program line by line, and writes it with its new feeds where it is to be written.
-fn read<'s>(text: &[u8], mut run: Refeeder<'s>, mut out: Option<&mut Vec<u8>>) -> Result<Refeeder<'s>, String> {
-    let settings = run.settings;
-    let mut reader = ProgramReader::of_text(settings.dialect, text);
+fn read<'s, R: BufRead>(
+    open: &impl Fn() -> std::io::Result<R>,
+    mut run: Refeeder<'s>,
+    mut out: Option<&mut dyn Write>,
+) -> Result<Refeeder<'s>, RefeedError> {
+    let start = || open().map_err(RefeedError::Read);
+    let mut reader = ProgramReader::of_source(run.settings.dialect, start()?).map_err(RefeedError::Read)?;
+    let mut source = start()?;
     let mut doubts = Doubts::default();
-    for line in text.split_inclusive(|byte| *byte == b'\n') {
-        let block = reader.read_line(line).map_err(|e| e.to_string())?;
+    let (mut line, mut new) = (Vec::new(), Vec::new());
+    loop {
+        line.clear();
+        if source.read_until(b'\n', &mut line).map_err(RefeedError::Read)? == 0 {
+            break;
+        }
+        let block = reader.read_line(&line).map_err(|e| e.to_string())?;
         if let Some(block) = &block {
             doubts.read(block);
         }
-        match (block.map(|block| run.block(&block).map(|edit| (block, edit))), &mut out) {
-            (None, Some(out)) => out.extend_from_slice(line),
-            (Some(Ok((block, edit))), Some(out)) => edit.apply(line, &block, out),
-            (None | Some(Ok(_)), None) => {}
-            (Some(Err(why)), _) => {
+        let edit = match &block {
+            Some(block) => run.block(block).map_err(|why| {
                 let shown = String::from_utf8_lossy(line.trim_ascii()).into_owned();
-                return Err(format!("{why}: {shown}"));
-            }
+                format!("{why}: {shown}")
+            })?,
+            None => Edit::Keep,
+        };
+        let Some(out) = &mut out else { continue };
+        new.clear();
+        match &block {
+            Some(block) => edit.apply(&line, block, &mut new),
+            None => new.extend_from_slice(&line),
         }
+        out.write_all(&new).map_err(RefeedError::Write)?;
     }
     doubts.check(&reader.finish().1)?;
     run.computed.check()?;

@@ -94,7 +94,11 @@ impl Moves {
         }
         if let Some(run) = self.runs.last_mut() {
             run.blocks.push(ProgramBlock { end: *end, tip_time, exact_stop: false });
-            run.vectors.push(vector);
+            // Most programs say none.
+            if vector.is_some() || !run.vectors.is_empty() {
+                run.vectors.resize(run.blocks.len() - 1, None);
+                run.vectors.push(vector);
+            }
         }
     }
 }
@@ -223,22 +227,47 @@ pub(crate) fn timed(
     let stops_at_corners = of_cuts.clone().next().is_some() && of_cuts.all(|(_, law)| law.stops_at_corners);
     let mut times = RefeedLawTimes { stops_at_corners, ..RefeedLawTimes::default() };
     let mut peak_times = Vec::new();
+    let mut cutting_times = Vec::new();
     for (is_rapid, law) in laws {
         let sum: f64 = law.times.iter().sum();
         if is_rapid {
             times.rapid_time_s += sum;
         } else {
             times.cutting_time_s += sum;
+            cutting_times.push(sum);
             peak_times.extend(law.peak_times);
         }
     }
-    // Once more at the feeds that there were.
-    let mut before = moves.before.iter();
+    // Once more at the feeds that there were, where these make another motion.
+    let (mut before, mut peaks) = (moves.before.as_slice(), peak_times.as_slice());
     moves.runs.retain(|run| !run.is_rapid);
-    let blocks = moves.runs.iter_mut().flat_map(|run| &mut run.blocks);
-    blocks.zip(before.by_ref()).for_each(|(block, before)| block.tip_time = *before);
-    let sum = |run: &Run| Ok(timer.time(run)?.times.iter().sum());
-    let sums: Result<Vec<f64>, String> = moves.runs.par_iter().map(sum).collect();
-    times.cutting_time_before_s = sums?.iter().sum();
+    let mut again = Vec::new();
+    for (run, time) in moves.runs.into_iter().zip(cutting_times) {
+        let (now, of_run) = (before.split_at(run.blocks.len()), peaks.split_at(run.blocks.len()));
+        (before, peaks) = (now.1, of_run.1);
+        if is_same_motion(&run, of_run.0, now.0) {
+            times.cutting_time_before_s += time;
+        } else {
+            again.push((run, now.0));
+        }
+    }
+    let sum = |(mut run, before): (Run, &[f64])| {
+        run.blocks.iter_mut().zip(before).for_each(|(block, before)| block.tip_time = *before);
+        Ok(timer.time(&run)?.times.iter().sum())
+    };
+    let sums: Result<Vec<f64>, String> = again.into_par_iter().map(sum).collect();
+    times.cutting_time_before_s += sums?.iter().sum::<f64>();
     Ok((peak_times, times))
 }
+
+/// Whether a run that was timed with the least times of its blocks would be run alike with these others: its motion keeps them, and no
+/// block that they would let be quicker was held back by its least time.
+fn is_same_motion(run: &Run, peak_times: &[f64], others: &[f64]) -> bool {
+    run.blocks.iter().zip(peak_times).zip(others).all(|((block, &peak), &other)| {
+        let was_free = peak > FREE * block.tip_time;
+        other == block.tip_time || (other <= peak && (other >= block.tip_time || was_free))
+    })
+}
+
+/// A block whose least time at its largest speed is so many times its least time was not held back by that.
+const FREE: f64 = 1.05;

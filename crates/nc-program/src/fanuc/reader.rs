@@ -4,6 +4,8 @@ use super::{
     macros::assignment_kind,
     variant::Variant,
 };
+use std::io::BufRead;
+
 use crate::{
     AxisLengths, Compensation, FeedPlace, MacroKind, NoteKind, ReadBlock, ReadCommand, ReadError, ReadFault, ReadNote,
     ReadProgram, RtcpRapids, SaidWords, ToolLengthNote,
@@ -87,7 +89,7 @@ impl FanucReader {
 
     /// Reads all lines of a text.
     pub(crate) fn read(mut self, text: &[u8]) -> Result<ReadProgram, ReadError> {
-        self.pass_leader(text);
+        self.pass_leader(text).unwrap_or_default();
         let mut blocks = Vec::new();
         for line in text.split(|byte| *byte == b'\n') {
             blocks.extend(self.read_line(line)?);
@@ -144,18 +146,37 @@ impl FanucReader {
     }
 
     /// Passes by what stands before the first `%` of a text that it begins, as controls do: two lines begin with `%`, and none before
-    /// the first looks like a block.
-    pub(crate) fn pass_leader(&mut self, text: &[u8]) {
+    /// the first looks like a block. Reads no more of the text than that takes.
+    ///
+    /// # Errors
+    /// Those of the source.
+    pub(crate) fn pass_leader(&mut self, mut source: impl BufRead) -> std::io::Result<()> {
         if self.variant == Variant::LinuxCnc {
-            return;
+            return Ok(());
         }
-        let lines = || text[byte_order_mark(text)..].split(|byte| *byte == b'\n').map(<[u8]>::trim_ascii);
-        let is_mark = |line: &[u8]| line.first() == Some(&b'%');
-        let Some(first) = lines().position(is_mark) else { return };
-        let is_enclosed = lines().skip(first + 1).any(is_mark);
-        if is_enclosed && !lines().take(first).any(looks_like_a_block) {
-            self.leader = u32::try_from(first).unwrap_or(u32::MAX);
+        let mut first = None;
+        let mut line = Vec::new();
+        for number in 0.. {
+            line.clear();
+            if source.read_until(b'\n', &mut line)? == 0 {
+                break;
+            }
+            let start = if number == 0 { byte_order_mark(&line) } else { 0 };
+            let text = line[start..].trim_ascii();
+            let is_mark = text.first() == Some(&b'%');
+            match first {
+                // Nothing stands before it.
+                None if is_mark && number == 0 => break,
+                None if is_mark => first = Some(number),
+                None if looks_like_a_block(text) => break,
+                Some(first) if is_mark => {
+                    self.leader = first;
+                    break;
+                }
+                _ => {}
+            }
         }
+        Ok(())
     }
 
     fn empty_block(&self, text: &[u8], line_start: usize) -> ReadBlock {

@@ -18,18 +18,31 @@ pub(super) const MOST: u64 = 2 << 30;
 /// # Errors
 /// As the system says; [`ErrorKind::InvalidInput`] when it is no regular file, [`ErrorKind::FileTooLarge`] when it has more bytes.
 pub(super) fn read_at_most(file: &Path, most: u64) -> Result<Vec<u8>> {
-    if !std::fs::metadata(file)?.is_file() {
-        return Err(Error::new(ErrorKind::InvalidInput, "it is no regular file; give one"));
-    }
-    let opened = File::open(file)?;
+    let opened = open_at_most(file, most)?;
     let mut bytes = Vec::new();
     // Its length may change, and that of a file of the system says nothing.
     opened.take(most + 1).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > most {
-        let what = format!("it has more than {most} bytes, the most that a file of its kind may have");
-        return Err(Error::new(ErrorKind::FileTooLarge, what));
+        return Err(too_large(most));
     }
     Ok(bytes)
+}
+
+/// Opens a regular file that says to have at most so many bytes.
+///
+/// # Errors
+/// As [`read_at_most`].
+pub(super) fn open_at_most(file: &Path, most: u64) -> Result<File> {
+    if !std::fs::metadata(file)?.is_file() {
+        return Err(Error::new(ErrorKind::InvalidInput, "it is no regular file; give one"));
+    }
+    let opened = File::open(file)?;
+    if opened.metadata()?.len() > most { Err(too_large(most)) } else { Ok(opened) }
+}
+
+fn too_large(most: u64) -> Error {
+    let what = format!("it has more than {most} bytes, the most that a file of its kind may have");
+    Error::new(ErrorKind::FileTooLarge, what)
 }
 
 /// Folders that files which a job names may be in.

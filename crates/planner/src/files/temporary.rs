@@ -1,12 +1,15 @@
 //! Files under temporary names, until they are whole.
 
 use std::fs::{File, OpenOptions, TryLockError};
-use std::io::{Error, ErrorKind, Result, Write};
+use std::io::{BufWriter, Error, ErrorKind, Result, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// What temporary names begin and end with; between them are the process and a count.
 const NAME: [&str; 2] = [".facemill-", ".tmp"];
+
+/// Bytes that are written at once.
+const AT_ONCE: usize = 1 << 18;
 
 /// Counts the temporary files of this process.
 static COUNT: AtomicU64 = AtomicU64::new(0);
@@ -14,7 +17,7 @@ static COUNT: AtomicU64 = AtomicU64::new(0);
 /// A file that is written and has not got its name yet. Its process holds a lock on it as long as it writes, so that whoever can lock it
 /// knows that its process is gone.
 pub(super) struct Temporary {
-    file: File,
+    waiting: BufWriter<File>,
     path: PathBuf,
 }
 
@@ -24,13 +27,17 @@ impl Temporary {
     /// # Errors
     /// As the system says; nothing is left then.
     pub(super) fn write_in(folder: &Path, bytes: &[u8]) -> Result<Self> {
-        let mut temporary = Self::new_in(folder)?;
-        temporary.file.write_all(bytes)?;
-        temporary.file.sync_all()?;
+        let mut temporary = Self::empty_in(folder)?;
+        temporary.write_all(bytes)?;
+        temporary.finish()?;
         Ok(temporary)
     }
 
-    fn new_in(folder: &Path) -> Result<Self> {
+    /// A new temporary file in a folder to be written to, and then [`Temporary::finish`]ed.
+    ///
+    /// # Errors
+    /// As the system says; nothing is left then.
+    pub(super) fn empty_in(folder: &Path) -> Result<Self> {
         let [first, last] = NAME;
         for _ in 0..100 {
             let count = COUNT.fetch_add(1, Ordering::Relaxed);
@@ -43,10 +50,19 @@ impl Temporary {
             let _ = file.lock();
             // Whoever clears the folder may have taken it before it was locked.
             if path.exists() {
-                return Ok(Self { file, path });
+                return Ok(Self { waiting: BufWriter::with_capacity(AT_ONCE, file), path });
             }
         }
         Err(Error::other("no temporary file can be made"))
+    }
+
+    /// Brings what was written through to the disk.
+    ///
+    /// # Errors
+    /// As the system says.
+    pub(super) fn finish(&mut self) -> Result<()> {
+        self.waiting.flush()?;
+        self.waiting.get_ref().sync_all()
     }
 
     /// Gives the file its name; what was there is replaced, a symbolic link itself and not what it leads to.
@@ -55,6 +71,16 @@ impl Temporary {
     /// As the system says; nothing is left under the temporary name then.
     pub(super) fn rename_to(self, place: &Path) -> Result<()> {
         std::fs::rename(&self.path, place)
+    }
+}
+
+impl Write for Temporary {
+    fn write(&mut self, bytes: &[u8]) -> Result<usize> {
+        self.waiting.write(bytes)
+    }
+
+    fn flush(&mut self) -> Result<()> {
+        self.waiting.flush()
     }
 }
 
