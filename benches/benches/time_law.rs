@@ -40,6 +40,24 @@ fn axes() -> [AxisBounds; 5] {
     [linear, linear, linear, rotary, rotary]
 }
 
+/// Numbers from −½ to ½.
+fn noise(mut state: u64) -> impl FnMut() -> f64 {
+    move || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+    }
+}
+
+/// The blocks at 60 mm/s, each end off the waves by so much at most in each linear axis, mm.
+fn jagged(n: usize, off: f64) -> (AxisValues, Vec<ProgramBlock>) {
+    let mut random = noise(9);
+    let (start, mut blocks) = dense(n, 60.0);
+    for block in &mut blocks {
+        (0..3).for_each(|k| block.end[k] += 2.0 * off * random());
+    }
+    (start, blocks)
+}
+
 /// Blocks of about 0.3 mm along waves, at a tip feed in mm/s.
 fn dense(n: usize, tip_feed: f64) -> (AxisValues, Vec<ProgramBlock>) {
     let at = |k: usize| {
@@ -55,11 +73,7 @@ fn dense(n: usize, tip_feed: f64) -> (AxisValues, Vec<ProgramBlock>) {
 
 /// Blocks of 5 mm to and fro with sharp corners.
 fn sharp(n: usize) -> (AxisValues, Vec<ProgramBlock>) {
-    let mut state = 5_u64;
-    let mut random = || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
-    };
+    let mut random = noise(5);
     let mut at = AxisValues::zeros(5);
     let mut block = || {
         at = AxisValues::from_fn(5, |k| at[k] + random() * if k < 3 { 10.0 } else { 0.05 });
@@ -84,8 +98,13 @@ fn programs(c: &mut Criterion) {
     group.sample_size(10).measurement_time(Duration::from_secs(10)).warm_up_time(Duration::from_millis(500));
     group.throughput(Throughput::Elements(N_BLOCKS as u64));
     type Make = fn(usize) -> (AxisValues, Vec<ProgramBlock>);
-    let kinds: [(&str, Make); 3] =
-        [("dense_at_60_mm_s", |n| dense(n, 60.0)), ("dense_without_cap", |n| dense(n, 1e9)), ("sharp_corners", sharp)];
+    let kinds: [(&str, Make); 5] = [
+        ("dense_at_60_mm_s", |n| dense(n, 60.0)),
+        ("dense_without_cap", |n| dense(n, 1e9)),
+        ("jagged_by_0_02_mm", |n| jagged(n, 0.02)),
+        ("jagged_by_0_1_mm", |n| jagged(n, 0.1)),
+        ("sharp_corners", sharp),
+    ];
     for (name, make) in kinds {
         let program = make(10 * N_BLOCKS);
         let (wall, processor) = (Instant::now(), processor_seconds());

@@ -5,7 +5,9 @@ use super::corner::{Line, stops_between};
 use super::knots::Grain;
 use super::law::{Alone, Motion, ProgramLaw};
 use super::polyline::Polyline;
+use super::rounded::RoundedLine;
 use super::section::Section;
+use super::spans::{RAMP, Spans};
 use crate::time_law::barrier::Scaled;
 use crate::{AxisBounds, MotionBounds, TimeLawError};
 
@@ -147,18 +149,38 @@ pub fn program_law(
     let grain = grain(axes, settings.resolution);
     let plan = |stretch: Stretch| match stretch {
         Stretch::Line(line) => Motion::Lines(vec![line]),
-        Stretch::Lines(polyline) => {
-            let section = Section::plan(&polyline, &tolerance, &grain, &scaled);
-            // Corners are told apart one by one, so that all together may still have been blended in vain.
-            let stops = polyline.stopping(axes);
-            let time: f64 = stops.iter().map(|line| line.curve.duration()).sum();
-            if time < section.duration() { Motion::Lines(stops) } else { Motion::Spline(Box::new((polyline, section))) }
-        }
+        Stretch::Lines(polyline) => blended(polyline, &tolerance, &grain, &scaled, axes),
     };
     let (points, stretches) = stretches(start, blocks, axes, settings.tolerance.as_ref());
     let planned: Vec<Motion> = stretches.into_par_iter().map(plan).collect();
     Ok(ProgramLaw::new(points, axes.len(), planned))
 }
+
+/// The quickest motion over several lines of those there are.
+fn blended(polyline: Polyline, tolerance: &AxisValues, grain: &Grain, scaled: &Scaled, axes: &[AxisBounds]) -> Motion {
+    // Corners are told apart one by one, so that all together may still have been blended in vain.
+    let stopping: f64 = polyline.stopping(axes).map(|line| line.curve.duration()).sum();
+    let path = Spans::along(&polyline, tolerance, grain);
+    let spans = path.len() as f64 - f64::from(2 * RAMP);
+    let lines = polyline.lines() as f64;
+    let rounded = if spans > SMOOTH * lines { RoundedLine::along(&polyline, axes, tolerance) } else { Vec::new() };
+    let rounding = rounded.iter().map(RoundedLine::duration).sum::<f64>();
+    let others = if rounded.is_empty() { stopping } else { stopping.min(rounding) };
+    if spans <= SPANS_A_LINE * lines {
+        let section = Section::plan(&polyline, path, scaled);
+        if section.duration() <= others {
+            return Motion::Spline(Box::new((polyline, section)));
+        }
+    }
+    if others < stopping { Motion::Rounded(rounded) } else { Motion::Lines(polyline.stopping(axes).collect()) }
+}
+
+/// Spans a line up to which a spline over several lines is so much quicker than rounded corners that these are not asked for.
+const SMOOTH: f64 = 0.7;
+
+/// Spans a line up to which a spline over several lines is worth its computing, besides those for the way from rest and back. Where
+/// there are more, each corner has spans of its own, and rounded corners take some percent more or less for a tenth of the computing.
+const SPANS_A_LINE: f64 = 3.0;
 
 /// What lies between two stops.
 enum Stretch {

@@ -9,9 +9,9 @@ pub(crate) struct Line {
     /// s at the axes' largest speeds.
     pub(crate) length: f64,
     /// Derivatives of the axes by r.
-    slopes: [f64; MAX_AXES],
+    pub(crate) slopes: [f64; MAX_AXES],
     /// Limits of ṙ and its first two derivatives.
-    limits: [f64; 3],
+    pub(crate) limits: [f64; 3],
 }
 
 impl Line {
@@ -37,7 +37,7 @@ impl Line {
     ///
     /// From the speed u of the line with the acceleration a and jerk j, changes of speed by jerk-limited ramps with the
     /// way that is left out run at u: (2c − c²/u)/(2a) + c·a/(2u·j) for the ramps less w/c − w/u for the blend.
-    fn saved_by_blend(&self, w: f64, c: f64) -> f64 {
+    pub(crate) fn saved_by_blend(&self, w: f64, c: f64) -> f64 {
         let [_, a, j] = self.limits;
         let u = self.alone().speed();
         if c >= u {

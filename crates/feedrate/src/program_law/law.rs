@@ -2,6 +2,7 @@ use facemill_inverse_kinematics::AxisValues;
 use rayon::prelude::*;
 
 use super::polyline::Polyline;
+use super::rounded::RoundedLine;
 use super::s_curve::SCurve;
 use super::section::Section;
 use super::spline::Quartic;
@@ -36,6 +37,8 @@ pub(crate) struct Alone {
 pub(crate) enum Motion {
     /// Over lines, each from rest to rest.
     Lines(Vec<Alone>),
+    /// Over several lines, each corner rounded by itself.
+    Rounded(Vec<RoundedLine>),
     /// Over several lines, blended.
     Spline(Box<(Polyline, Section)>),
 }
@@ -44,6 +47,7 @@ pub(crate) enum Motion {
 #[derive(Clone, Debug)]
 enum Timed {
     Line { block: usize, curve: SCurve, start: f64 },
+    Rounded(Box<(Vec<RoundedLine>, Vec<f64>)>),
     Spline(Box<(Section, Vec<f64>)>),
 }
 
@@ -51,6 +55,7 @@ impl Timed {
     fn start(&self) -> f64 {
         match self {
             Self::Line { start, .. } => *start,
+            Self::Rounded(lines) => lines.1[0],
             Self::Spline(spline) => spline.1[0],
         }
     }
@@ -58,6 +63,7 @@ impl Timed {
     fn end(&self) -> f64 {
         match self {
             Self::Line { curve, start, .. } => start + curve.duration(),
+            Self::Rounded(lines) => lines.1[lines.1.len() - 1],
             Self::Spline(spline) => spline.1[spline.1.len() - 1],
         }
     }
@@ -89,6 +95,7 @@ impl ProgramLaw {
         for motion in planned {
             match motion {
                 Motion::Lines(lines) => lines.into_iter().for_each(|line| law.push_line(line)),
+                Motion::Rounded(lines) => law.push_rounded(lines),
                 Motion::Spline(planned) => {
                     let (polyline, section) = *planned;
                     let starts = span_times(&section, law.total_time());
@@ -114,6 +121,20 @@ impl ProgramLaw {
         self.caps[block] = cap;
         self.peak_times[block] = curve.length() / curve.speed();
         self.sections.push(Timed::Line { block, curve, start });
+    }
+
+    fn push_rounded(&mut self, lines: Vec<RoundedLine>) {
+        let mut t = self.total_time();
+        let mut starts = Vec::with_capacity(lines.len() + 1);
+        starts.push(t);
+        for line in &lines {
+            t += line.duration();
+            starts.push(t);
+            self.block_ends[line.block] = t;
+            self.caps[line.block] = line.cap;
+            self.peak_times[line.block] = line.length() / line.peak();
+        }
+        self.sections.push(Timed::Rounded(Box::new((lines, starts))));
     }
 
     /// Notes when the ends of a section's blocks are passed.
@@ -146,6 +167,7 @@ impl ProgramLaw {
     pub fn parts(&self) -> usize {
         let parts = |section: &Timed| match section {
             Timed::Line { .. } => 1,
+            Timed::Rounded(lines) => lines.0.len(),
             Timed::Spline(spline) => spline.0.paces.len(),
         };
         self.sections.iter().map(parts).sum()
@@ -197,6 +219,25 @@ impl ProgramLaw {
                 }
                 rates[0]
             }
+            Some(Timed::Rounded(lines)) => {
+                let (lines, starts) = &**lines;
+                let k = starts.partition_point(|&start| start <= t).clamp(1, lines.len()) - 1;
+                let line = &lines[k];
+                let [r, rates @ ..] = line.at((t.min(starts[lines.len()]) - starts[k]).max(0.0));
+                let rates = if moving { rates } else { [0.0; 3] };
+                let slopes = [k.saturating_sub(1), k, (k + 1).min(lines.len() - 1)].map(|k| self.slopes(&lines[k]));
+                let from = self.point(line.block);
+                for axis in 0..self.n_axes {
+                    let [before, slope, after] = slopes.map(|s| s[axis]);
+                    let mut q = line.rounding(r, [slope - before, after - slope]);
+                    q[0] += from[axis] + slope * r;
+                    q[1] += slope;
+                    for (values, value) in out.iter_mut().zip(in_time(q, rates)) {
+                        values[axis] = value;
+                    }
+                }
+                rates[0]
+            }
             Some(Timed::Spline(spline)) => {
                 let (section, starts) = &**spline;
                 let spans = section.paces.len();
@@ -218,14 +259,20 @@ impl ProgramLaw {
         (AxisMotion { position, velocity, acceleration, jerk, tip_feed: None }, rate)
     }
 
+    /// Derivatives of the axes by r along a line.
+    fn slopes(&self, line: &RoundedLine) -> AxisValues {
+        let (from, to) = (self.point(line.block), self.point(line.block + 1));
+        AxisValues::from_fn(self.n_axes, |k| (to[k] - from[k]) / line.length())
+    }
+
     /// Axis values at the end of block `index` − 1, at the start for 0.
     fn point(&self, index: usize) -> AxisValues {
         let at = &self.points[index * self.n_axes..(index + 1) * self.n_axes];
         AxisValues::from_fn(self.n_axes, |k| at[k])
     }
 
-    /// What holds each block back: the limit that is used most at its middle and its ends, and the share of it that is
-    /// used there. `None` for blocks without motion.
+    /// What holds each block back: the limit that is used most at its middle and its ends, of equal ones that of the middle, and the
+    /// share of it that is used there. `None` for blocks without motion.
     pub fn block_limits(&self, axes: &[AxisBounds]) -> Vec<Option<(MotionLimit, f64)>> {
         let bounds = MotionBounds::new(axes.to_vec());
         let most = |block: usize| {
@@ -235,8 +282,9 @@ impl ProgramLaw {
                 let tip = (MotionLimit::TipFeed, rate / self.caps[block]);
                 motion.binding(&bounds).map(|axis| if tip.1 >= axis.1 { tip } else { axis })
             };
-            let found = [0.02, 0.5, 0.98].into_iter().filter_map(at);
-            if end > start { found.reduce(|most, next| if next.1 > most.1 { next } else { most }) } else { None }
+            let found = [0.5, 0.02, 0.98].into_iter().filter_map(at);
+            let more = |most: (MotionLimit, f64), next: (MotionLimit, f64)| next.1 > most.1 * (1.0 + 1e-9);
+            if end > start { found.reduce(|most, next| if more(most, next) { next } else { most }) } else { None }
         };
         (0..self.block_ends.len()).into_par_iter().map(most).collect()
     }

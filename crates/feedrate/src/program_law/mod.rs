@@ -7,6 +7,8 @@ mod law;
 mod look_ahead;
 mod machine;
 mod polyline;
+mod ride;
+mod rounded;
 mod s_curve;
 mod section;
 mod spans;

@@ -44,15 +44,16 @@ impl Polyline {
         self.caps.push(cap);
     }
 
-    /// The motion that stops at every vertex.
-    pub(crate) fn stopping(&self, axes: &[AxisBounds]) -> Vec<Alone> {
+    /// The motion that stops at every vertex, line by line.
+    pub(crate) fn stopping(&self, axes: &[AxisBounds]) -> impl Iterator<Item = Alone> {
+        let alone = move |k| Alone { block: self.blocks[k], curve: self.line(k, axes).alone(), cap: self.caps[k] };
+        (0..self.lines()).map(alone)
+    }
+
+    /// A line with its limits.
+    pub(crate) fn line(&self, index: usize, axes: &[AxisBounds]) -> Line {
         let at = |k: usize| AxisValues::from_fn(self.n_axes, |axis| self.vertex(k)[axis]);
-        let line = |k: usize| {
-            let length = self.r[k + 1] - self.r[k];
-            let curve = Line::new(&at(k), &at(k + 1), length, self.caps[k], axes).alone();
-            Alone { block: self.blocks[k], curve, cap: self.caps[k] }
-        };
-        (0..self.lines()).map(line).collect()
+        Line::new(&at(index), &at(index + 1), self.r[index + 1] - self.r[index], self.caps[index], axes)
     }
 
     /// Number of lines.

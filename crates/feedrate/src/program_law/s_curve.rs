@@ -11,11 +11,15 @@ pub(crate) struct SCurve {
     cruise: f64,
 }
 
+/// The speed that is reached between two stops: with the largest acceleration, or without reaching it.
+pub(crate) fn peak(length: f64, [a, j]: [f64; 2]) -> f64 {
+    let both = 0.5 * a * ((a / j).hypot(2.0 * (length / a).sqrt()) - a / j);
+    if both * j >= a * a { both } else { (0.25 * length * length * j).cbrt() }
+}
+
 impl SCurve {
     pub(crate) fn new(length: f64, [v, a, j]: [f64; 3]) -> Self {
-        // The speed that is reached: with the largest acceleration, or without reaching it.
-        let both = 0.5 * a * ((a / j).hypot(2.0 * (length / a).sqrt()) - a / j);
-        let peak = if both * j >= a * a { both } else { (0.25 * length * length * j).cbrt() };
+        let peak = peak(length, [a, j]);
         let speed = v.min(peak);
         let (ramp, steady) = if speed * j >= a * a { (a / j, speed / a - a / j) } else { ((speed / j).sqrt(), 0.0) };
         let change = speed * (2.0 * ramp + steady);

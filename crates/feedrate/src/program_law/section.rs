@@ -1,11 +1,9 @@
-use facemill_inverse_kinematics::AxisValues;
 use rayon::prelude::*;
 
-use super::knots::Grain;
 use super::polyline::Polyline;
 use super::spans::Spans;
 use super::spline::Quartic;
-use crate::time_law::barrier::{Part, Pinned, Problem, Scaled, end_weights};
+use crate::time_law::barrier::{Part, Pinned, Problem, Reach, Scaled, end_weights};
 use crate::time_law::certify::{speed_bound, stretch};
 use crate::time_law::descent::{Effort, lower};
 use crate::time_law::law::Pace;
@@ -30,31 +28,46 @@ struct Task<'a> {
     h: Vec<f64>,
     /// How far the limits of every span are drawn in.
     tightening: Vec<f64>,
+    /// The problem of all spans where they are one window.
+    kept: Option<Problem>,
 }
 
-/// Passes over all windows: where the first window ends, and how far each goes. The first one finds the motion between
-/// the windows' ends, which stay slow; the second one speeds these up; the third one takes back what the certificate
-/// says is too much, and what the tightening took too much.
-const PASSES: [(usize, Effort); 4] = [
-    (WINDOW, Effort { steps: 40, gaps: (0.5, 0.02) }),
-    (WINDOW / 2, Effort { steps: 25, gaps: (0.1, 0.005) }),
-    (WINDOW / 4, Effort { steps: 12, gaps: (0.01, 0.002) }),
-    (3 * WINDOW / 4, Effort { steps: 8, gaps: (0.004, 0.002) }),
+/// Passes over all windows where there are several: where the first window ends, and how far each goes. The second one speeds up what
+/// the first one held at the windows' ends.
+const SHIFTED: [(usize, Effort); 2] =
+    [(WINDOW, Effort { steps: 30, gaps: (0.1, 0.02) }), (WINDOW / 2, Effort { steps: 20, gaps: (0.02, 0.001) })];
+
+/// The pass where there is one window.
+const ALONE: [(usize, Effort); 1] = [(WINDOW, Effort { steps: 40, gaps: (0.1, 0.001) })];
+
+/// Passes that take back what the certificate says is too much, and what this took too much.
+const LAST: [(usize, Effort); 2] = [
+    (WINDOW / 4, Effort { steps: 8, gaps: (0.001, 0.001) }),
+    (3 * WINDOW / 4, Effort { steps: 8, gaps: (0.001, 0.001) }),
 ];
+
+/// Stretch of time from which on limits are drawn in and the motion is found again.
+const BEYOND: f64 = 1.01;
+
+/// Share of acceleration and jerk that the motion is started with.
+const LEISURE: f64 = 0.3;
+
+/// Certificates below this are not told apart.
+const FLOOR: f64 = 0.998;
 
 /// Limits are drawn in from the start by this, so that little is exceeded between the samples.
 const MARGIN: f64 = 1.001;
 
 impl Section {
-    /// The motion along a polyline from rest to rest.
-    pub(crate) fn plan(polyline: &Polyline, tolerance: &AxisValues, grain: &Grain, scaled: &Scaled) -> Self {
-        let path = Spans::along(polyline, tolerance, grain);
+    /// The motion along a polyline from rest to rest on these spans of it.
+    pub(crate) fn plan(polyline: &Polyline, path: Spans, scaled: &Scaled) -> Self {
         let n = path.len();
         let cap = |i| path.lines(i).map(|line| polyline.caps[line].powi(-2)).fold(0.0, f64::max);
         let caps = (0..n).map(cap).collect();
         let h = (0..n).map(|i| path.length(i)).collect();
-        let mut task = Task { path: &path, scaled, caps, h, tightening: vec![MARGIN; n] };
-        let paces = task.solve();
+        let mut task = Task { path: &path, scaled, caps, h, tightening: vec![MARGIN; n], kept: None };
+        task.kept = (task.windows(WINDOW).len() == 1).then(|| task.problem(0, n));
+        let paces = task.solve(n <= polyline.lines());
         Self { path, paces }
     }
 
@@ -80,28 +93,76 @@ impl Section {
 }
 
 impl Task<'_> {
-    /// The quickest certified motion of all passes.
-    fn solve(&mut self) -> Vec<Pace> {
-        let mut x = vec![1.0; self.h.len() + 2];
-        self.slow_down(&mut x, 1.5);
-        let mut best: Option<(f64, Vec<Pace>)> = None;
-        for (first, effort) in &PASSES {
+    /// The quickest certified motion of all passes; more of them where the path is smooth.
+    fn solve(&mut self, is_smooth: bool) -> Vec<Pace> {
+        let mut x = self.guess();
+        self.slow_down(&mut x, 1.1);
+        for (first, effort) in if self.kept.is_some() { &ALONE[..] } else { &SHIFTED } {
             self.improve(&mut x, *first, effort);
-            // The motion still is slow between the first windows.
-            if *first == WINDOW {
-                continue;
-            }
-            let (paces, stretches) = self.certified(&x);
-            let time: f64 = paces.iter().map(Pace::duration).sum();
-            if best.as_ref().is_none_or(|(least, _)| time < *least) {
-                best = Some((time, paces));
-            }
+        }
+        let (mut best, mut stretches) = self.certified(&x);
+        let most = stretches.iter().copied().fold(0.0, f64::max);
+        // Where spans are few more passes cost little, and where one is far beyond its limits all of them pay for it.
+        let more = if is_smooth { LAST.len() } else { usize::from(most >= BEYOND) };
+        let time = |paces: &[Pace]| paces.iter().map(Pace::duration).sum::<f64>();
+        for (first, effort) in &LAST[..more] {
             for (factor, stretch) in self.tightening.iter_mut().zip(&stretches) {
                 *factor *= stretch.max(1.0);
             }
+            self.kept = self.kept.is_some().then(|| self.problem(0, self.h.len()));
             self.slow_down(&mut x, 1.001);
+            self.improve(&mut x, *first, effort);
+            let again;
+            (again, stretches) = self.certified(&x);
+            if time(&again) < time(&best) {
+                best = again;
+            }
         }
-        best.map(|b| b.1).unwrap_or_default()
+        best
+    }
+
+    fn stretches(&self, paces: &[Pace]) -> Vec<f64> {
+        (0..paces.len()).into_par_iter().map(|i| self.stretch(i, &paces[i])).collect()
+    }
+
+    /// A motion to start from, nearly within the limits: at the steady speeds of the spans, with changes between that a part of
+    /// acceleration and jerk allow.
+    ///
+    /// From rest at the jerk j the square of the speed is β with β^¾ = 3/√2·√j·r, so that β^¾ may rise and fall by so much.
+    fn guess(&self) -> Vec<f64> {
+        let windows = self.windows(WINDOW);
+        let each = windows.par_iter().map(|&(a, b)| self.on((a, b), |problem| problem.reaches().to_vec()));
+        let reaches: Vec<Reach> = each.collect::<Vec<_>>().concat();
+        let n = reaches.len();
+        let mut x: Vec<f64> = reaches.iter().map(|reach| reach.steady).collect();
+        let limit = |x: &mut [f64], i: usize, from: usize| {
+            let d = 0.5 * (self.h[i] + self.h[from]);
+            let roots = x[from].sqrt();
+            let z = roots * roots.sqrt() + LEISURE * 1.5 * reaches[i].bend.sqrt() * d;
+            let root = z.cbrt();
+            x[i] = x[i].min(x[from] + LEISURE * reaches[i].change * d).min(root * root * root * root);
+        };
+        (1..n).for_each(|i| limit(&mut x, i, i - 1));
+        (0..n - 1).rev().for_each(|i| limit(&mut x, i, i + 1));
+        for _ in 0..2 {
+            let before = x.clone();
+            for i in 1..n - 1 {
+                let mean = 0.25 * (before[i - 1] + before[i + 1]) + 0.5 * before[i];
+                x[i] = mean.min(reaches[i].steady);
+            }
+        }
+        let (first, last) = (x[0], x[n - 1]);
+        x.insert(0, first);
+        x.push(last);
+        x
+    }
+
+    /// What the problem of a window says; that of the only one is kept.
+    fn on<T>(&self, (start, end): (usize, usize), ask: impl FnOnce(&Problem) -> T) -> T {
+        match &self.kept {
+            Some(problem) if (start, end) == (0, self.h.len()) => ask(problem),
+            _ => ask(&self.problem(start, end)),
+        }
     }
 
     /// Stretches time so that every sample is within its limits by this factor.
@@ -115,7 +176,7 @@ impl Task<'_> {
     /// The motion, stretched as a whole so that no span exceeds a limit; and by how much each span asks for it.
     fn certified(&self, x: &[f64]) -> (Vec<Pace>, Vec<f64>) {
         let paces = self.paces(x);
-        let stretches: Vec<f64> = (0..paces.len()).into_par_iter().map(|i| self.stretch(i, &paces[i])).collect();
+        let stretches = self.stretches(&paces);
         let most = stretches.iter().copied().fold(0.0, f64::max);
         (paces.into_iter().map(|p| p.scaled(most.powi(-2))).collect(), stretches)
     }
@@ -162,7 +223,7 @@ impl Task<'_> {
 
     fn dilation(&self, x: &[f64]) -> f64 {
         let windows = self.windows(WINDOW);
-        let each = windows.par_iter().map(|&(a, b)| self.problem(a, b).dilation(&x[a..b + 2]));
+        let each = windows.par_iter().map(|&(a, b)| self.on((a, b), |problem| problem.dilation(&x[a..b + 2])));
         each.collect::<Vec<f64>>().into_iter().fold(0.0, f64::max)
     }
 
@@ -170,9 +231,8 @@ impl Task<'_> {
     fn improve(&self, x: &mut [f64], first: usize, effort: &Effort) {
         let windows = self.windows(first);
         let solve = |&(a, b): &(usize, usize)| {
-            let problem = self.problem(a, b);
             let mut part = x[a..b + 2].to_vec();
-            lower(&problem, &mut part, effort);
+            self.on((a, b), |problem| lower(problem, &mut part, effort));
             part
         };
         let solved: Vec<Vec<f64>> = windows.par_iter().map(solve).collect();
@@ -195,6 +255,6 @@ impl Task<'_> {
     fn stretch(&self, span: usize, pace: &Pace) -> f64 {
         let (mut axes, mut limits) = (Vec::new(), Vec::new());
         let tip = [self.path.limited(span, &self.scaled.axes, &mut axes, &mut limits)];
-        stretch((&axes, &limits), (&tip, self.caps[span]), pace, 0.0)
+        stretch((&axes, &limits), (&tip, self.caps[span]), pace, FLOOR)
     }
 }

@@ -23,7 +23,7 @@ struct Place {
 }
 
 /// Spans of the first and the last piece, in which speeds grow from rest.
-const RAMP: u32 = 12;
+pub(crate) const RAMP: u32 = 12;
 
 /// Spans of a piece on one line at most. Its bends are about as far away as it is long, so that speeds change within it
 /// only where it is shorter than so many spans.

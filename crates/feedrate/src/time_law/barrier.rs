@@ -1,3 +1,4 @@
+use super::lanes::{LANES, Lanes};
 use super::span::eval;
 
 /// Limits in the form the solver works with: reciprocals of velocity², acceleration and jerk of every axis, and of the
@@ -7,25 +8,30 @@ pub(crate) struct Scaled {
     pub(crate) tip: Option<f64>,
 }
 
-/// What a sample says of β, β' and β'' (derivatives by r of β = ṙ²).
-struct Sample {
+/// What samples say of β, β' and β'' (derivatives by r of β = ṙ²), each lane of its own.
+struct Group {
     /// First of the three unknowns that it depends on.
-    first: u32,
+    first: [u32; LANES],
     /// β, β', β'' from the three unknowns.
-    rows: [[f64; 3]; 3],
+    rows: [[Lanes; 3]; 3],
+    /// β where the rows are 0: 1 in lanes without a sample, which then say nothing.
+    still: Lanes,
     /// Weight in the integral of the time.
-    weight: f64,
+    weight: Lanes,
     /// β·velocity ≤ 1.
-    velocity: f64,
+    velocity: Lanes,
     /// Range of its acceleration and jerk rows.
     lines: std::ops::Range<u32>,
 }
 
-/// One axis at a sample: |a·(β, β')| ≤ 1 and √β·|j·(β, β', β'')| ≤ 1.
+/// One axis at samples: |a·(β, β')| ≤ 1 and √β·|j·(β, β', β'')| ≤ 1; 0 where a sample has fewer axes.
 struct Line {
-    a: [f64; 2],
-    j: [f64; 3],
+    a: [Lanes; 2],
+    j: [Lanes; 3],
 }
+
+/// Samples of a span.
+const SAMPLES: usize = 3;
 
 /// A span as the solver sees it.
 pub(crate) struct Part<'a, const K: usize> {
@@ -52,10 +58,22 @@ pub(crate) struct Pinned {
     pub(crate) end: usize,
 }
 
+/// How far a span lets the motion go, by its samples.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Reach {
+    /// Largest β at constant speed.
+    pub(crate) steady: f64,
+    /// Largest |β'|, and largest √β·|β''|, where the other terms are 0.
+    pub(crate) change: f64,
+    pub(crate) bend: f64,
+}
+
 /// The discrete problem: least time over the unknowns of a quadratic spline β with all limits at the samples.
 pub(crate) struct Problem {
-    samples: Vec<Sample>,
+    groups: Vec<Group>,
     lines: Vec<Line>,
+    samples: usize,
+    reaches: Vec<Reach>,
     pub(crate) n: usize,
     pub(crate) pinned: Pinned,
 }
@@ -77,17 +95,43 @@ pub(crate) fn end_weights(h: &[f64], i: usize) -> ([f64; 2], [f64; 2]) {
 impl Problem {
     /// No samples yet, of spans with `n` unknowns together.
     pub(crate) fn new(n: usize) -> Self {
-        Self { samples: Vec::new(), lines: Vec::new(), n, pinned: Pinned::default() }
+        let groups = Vec::with_capacity((SAMPLES * n).div_ceil(LANES));
+        Self { groups, lines: Vec::new(), samples: 0, reaches: Vec::with_capacity(n), n, pinned: Pinned::default() }
     }
 
     /// Adds the samples of a span.
     pub(crate) fn push<const K: usize>(&mut self, part: &Part<K>) {
+        // The largest steady speed, and reciprocals: by velocity and acceleration, by jerk; of change and bend.
+        let mut most = [0.0; 4];
         for (s, weight) in [(0.0, 1.0 / 6.0), (0.5, 4.0 / 6.0), (1.0, 1.0 / 6.0)] {
-            self.sample(part, s, weight);
+            self.sample(part, s, weight, &mut most);
         }
+        let [still, jerk, change, bend] = most;
+        let steady = 1.0 / still.max(jerk.cbrt().powi(2));
+        self.reaches.push(Reach { steady, change: 1.0 / change, bend: 1.0 / bend });
     }
 
-    fn sample<const K: usize>(&mut self, part: &Part<K>, s: f64, weight: f64) {
+    /// What the spans let the motion do, in the order in which they were added.
+    pub(crate) fn reaches(&self) -> &[Reach] {
+        &self.reaches
+    }
+
+    /// The group and the lane of the next sample.
+    fn next_lane(&mut self) -> usize {
+        let lane = self.samples % LANES;
+        if lane == 0 {
+            let start = self.lines.len() as u32;
+            let (rows, weight) = ([[Lanes::ZERO; 3]; 3], Lanes::ZERO);
+            let (still, velocity, lines) = (Lanes::all(1.0), Lanes::ZERO, start..start);
+            self.groups.push(Group { first: [0; LANES], rows, still, weight, velocity, lines });
+        }
+        self.samples += 1;
+        lane
+    }
+
+    fn sample<const K: usize>(&mut self, part: &Part<K>, s: f64, weight: f64, most: &mut [f64; 4]) {
+        let lane = self.next_lane();
+        let Some(group) = self.groups.last_mut() else { return };
         let ([l0, l1], [r0, r1]) = part.ends;
         let t = 1.0 - s;
         // A combination of left end, middle control point and right end, in the unknowns.
@@ -98,10 +142,10 @@ impl Problem {
             row(-2.0 * t * d, 2.0 * (1.0 - 2.0 * s) * d, 2.0 * s * d),
             row(2.0 * d * d, -4.0 * d * d, 2.0 * d * d),
         ];
-        let start = self.lines.len() as u32;
         let f = part.tightening;
         let speed_sq: f64 = part.tip.iter().map(|c| (eval(c, s)[1] * d).powi(2)).sum();
         let mut velocity = speed_sq * part.tip_limit * f * f;
+        let mut line = group.lines.start as usize;
         for (c, limit) in part.axes.iter().zip(part.limits) {
             let limit = [limit[0] * f * f, limit[1] * f * f, limit[2] * f * f * f];
             let [_, q1, q2, q3] = eval(c, s);
@@ -109,33 +153,31 @@ impl Problem {
             velocity = velocity.max(q1 * q1 * limit[0]);
             let a = [q2 * limit[1], 0.5 * q1 * limit[1]];
             let j = [q3 * limit[2], 1.5 * q2 * limit[2], 0.5 * q1 * limit[2]];
-            if q1 != 0.0 || q2 != 0.0 || q3 != 0.0 {
-                self.lines.push(Line { a, j });
+            if q1 == 0.0 && q2 == 0.0 && q3 == 0.0 {
+                continue;
             }
+            if line == self.lines.len() {
+                self.lines.push(Line { a: [Lanes::ZERO; 2], j: [Lanes::ZERO; 3] });
+            }
+            let into = &mut self.lines[line];
+            (0..2).for_each(|k| into.a[k].0[lane] = a[k]);
+            (0..3).for_each(|k| into.j[k].0[lane] = j[k]);
+            line += 1;
+            let sizes = [a[0].abs(), j[0].abs(), a[1].abs(), j[2].abs()];
+            *most = std::array::from_fn(|k| most[k].max(sizes[k]));
         }
-        let lines = start..self.lines.len() as u32;
-        self.samples.push(Sample { first: part.first as u32, rows, weight: weight * part.h, velocity, lines });
-    }
-
-    fn state(sample: &Sample, x: &[f64]) -> [f64; 3] {
-        let k = sample.first as usize;
-        sample.rows.map(|w| w[0] * x[k] + w[1] * x[k + 1] + w[2] * x[k + 2])
+        most[0] = most[0].max(velocity);
+        group.lines.end = self.lines.len() as u32;
+        group.first[lane] = part.first as u32;
+        (0..3).for_each(|k| (0..3).for_each(|c| group.rows[k][c].0[lane] = rows[k][c]));
+        group.still.0[lane] = 0.0;
+        group.weight.0[lane] = weight * part.h;
+        group.velocity.0[lane] = velocity;
     }
 
     /// The factor by which time has to be stretched so that no sample exceeds a limit.
     pub(crate) fn dilation(&self, x: &[f64]) -> f64 {
-        // Squares of velocity, accelerations and squares of jerk: roots are dear.
-        let (mut velocity, mut acceleration, mut jerk) = (0.0_f64, 0.0_f64, 0.0_f64);
-        for sample in &self.samples {
-            let [b, b1, b2] = Self::state(sample, x);
-            velocity = velocity.max(b * sample.velocity);
-            for line in &self.lines[sample.lines.start as usize..sample.lines.end as usize] {
-                let j = line.j[0] * b + line.j[1] * b1 + line.j[2] * b2;
-                acceleration = acceleration.max((line.a[0] * b + line.a[1] * b1).abs());
-                jerk = jerk.max(b * j * j);
-            }
-        }
-        velocity.sqrt().max(acceleration.sqrt()).max(jerk.powf(1.0 / 6.0))
+        pulp::Arch::new().dispatch(Dilation { problem: self, x })
     }
 
     /// Time by Simpson's rule on each span and the sum of the barriers; `None` where a limit is reached.
@@ -144,33 +186,7 @@ impl Problem {
         if x.iter().any(|&x| x.is_nan() || x <= 0.0) {
             return None;
         }
-        // Logarithms are dear: factors are multiplied first, as long as they are far from underflow.
-        let (mut time, mut barrier, mut product) = (0.0, 0.0, 1.0);
-        for x in x {
-            product *= x;
-            flush(&mut product, &mut barrier);
-        }
-        for sample in &self.samples {
-            let [b, b1, b2] = Self::state(sample, x);
-            let slack = 1.0 - b * sample.velocity;
-            if slack <= 0.0 {
-                return None;
-            }
-            time += sample.weight / b.sqrt();
-            product *= slack;
-            for line in &self.lines[sample.lines.start as usize..sample.lines.end as usize] {
-                let a = line.a[0] * b + line.a[1] * b1;
-                let j = line.j[0] * b + line.j[1] * b1 + line.j[2] * b2;
-                let (sa, sj) = (1.0 - a * a, 1.0 - b * j * j);
-                if sa <= 0.0 || sj <= 0.0 {
-                    return None;
-                }
-                product *= sa * sj;
-                flush(&mut product, &mut barrier);
-            }
-        }
-        barrier -= product.ln();
-        (time.is_finite() && barrier.is_finite()).then_some((time, barrier))
+        pulp::Arch::new().dispatch(Value { problem: self, x })
     }
 
     /// Gradient and Hessian; `curved` is the share of the jerk limits' own curvature (which may make it indefinite).
@@ -180,25 +196,7 @@ impl Problem {
             out.gradient[i] = -1.0 / x;
             out.band[i][0] = 1.0 / (x * x);
         }
-        for sample in &self.samples {
-            let y = Self::state(sample, x);
-            let (g, h) = self.local(sample, y, kappa, curved);
-            let k = sample.first as usize;
-            let w = &sample.rows;
-            // H·W, then Wᵀ·(H·W).
-            let full = [[h[0], h[1], h[2]], [h[1], h[3], h[4]], [h[2], h[4], h[5]]];
-            let hw: [[f64; 3]; 3] = std::array::from_fn(|r| {
-                std::array::from_fn(|c| full[r][0] * w[0][c] + full[r][1] * w[1][c] + full[r][2] * w[2][c])
-            });
-            for ((w, hw), g) in w.iter().zip(&hw).zip(g) {
-                for (c, &wc) in w.iter().enumerate() {
-                    out.gradient[k + c] += g * wc;
-                    for (band, &hwd) in out.band[k + c].iter_mut().zip(&hw[c..]) {
-                        *band += wc * hwd;
-                    }
-                }
-            }
-        }
+        pulp::Arch::new().dispatch(Derivatives { problem: self, x, kappa, curved, out: &mut out });
         self.pin(&mut out);
         out
     }
@@ -214,43 +212,67 @@ impl Problem {
             }
         }
     }
+}
 
-    /// Gradient and Hessian by β, β', β'' of what one sample adds: (00, 01, 02, 11, 12, 22).
-    fn local(&self, sample: &Sample, [b, b1, b2]: [f64; 3], kappa: f64, curved: f64) -> ([f64; 3], [f64; 6]) {
-        let root = 1.0 / b.sqrt();
-        let root1 = -0.5 * root / b;
-        let root2 = 0.75 * root / (b * b);
-        let v = sample.velocity / (1.0 - b * sample.velocity);
-        let time = kappa * sample.weight;
+impl Group {
+    /// β, β' and β''.
+    #[inline(always)]
+    fn state(&self, x: &[f64]) -> [Lanes; 3] {
+        let mut at = [Lanes::ZERO; 3];
+        for (lane, &first) in self.first.iter().enumerate() {
+            let k = first as usize;
+            (0..3).for_each(|i| at[i].0[lane] = x[k + i]);
+        }
+        let [b, b1, b2] = self.rows.map(|w| w[0] * at[0] + w[1] * at[1] + w[2] * at[2]);
+        [b + self.still, b1, b2]
+    }
+
+    #[inline(always)]
+    fn lines<'a>(&self, problem: &'a Problem) -> &'a [Line] {
+        &problem.lines[self.lines.start as usize..self.lines.end as usize]
+    }
+
+    /// Gradient and Hessian by β, β', β'' of what samples add: (00, 01, 02, 11, 12, 22).
+    #[inline(always)]
+    fn local(&self, lines: &[Line], [b, b1, b2]: [Lanes; 3], kappa: f64, curved: f64) -> ([Lanes; 3], [Lanes; 6]) {
+        let one = Lanes::all(1.0);
+        let inverse_b = one.over(b);
+        let root = inverse_b.root();
+        let root1 = root * inverse_b * -0.5;
+        let root2 = root * inverse_b * inverse_b * 0.75;
+        let v = self.velocity.over(one - b * self.velocity);
+        let time = self.weight * kappa;
         // −ln(1 − β·j²) is −ln β − ln(1/√β − j) − ln(1/√β + j).
-        let lines = f64::from(sample.lines.end - sample.lines.start) / b;
-        let mut g = [v + time * root1 - lines, 0.0, 0.0];
-        let mut h = [v * v + time * root2 + lines / b, 0.0, 0.0, 0.0, 0.0, 0.0];
-        for line in &self.lines[sample.lines.start as usize..sample.lines.end as usize] {
+        let all = inverse_b * lines.len() as f64;
+        let mut g = [v + time * root1 - all, Lanes::ZERO, Lanes::ZERO];
+        let mut h = [Lanes::ZERO; 6];
+        h[0] = v * v + time * root2 + all * inverse_b;
+        for line in lines {
             let [a0, a1] = line.a;
             let a = a0 * b + a1 * b1;
             let [j0, j1, j2] = line.j;
             let j = j0 * b + j1 * b1 + j2 * b2;
             // Divisions are dear: one for both slacks.
-            let (slack_a, slack_j) = (1.0 - a * a, (root - j) * (root + j));
-            let inverse = 1.0 / (slack_a * slack_j);
+            let (slack_a, slack_j) = (one - a * a, (root - j) * (root + j));
+            let inverse = one.over(slack_a * slack_j);
             // −ln(1 − a²)
             let s = slack_j * inverse;
-            let (d, dd) = (2.0 * a * s, 2.0 * (1.0 + a * a) * s * s);
+            let (d, dd) = (a * s * 2.0, (one + a * a) * s * s * 2.0);
             g[0] += d * a0;
             g[1] += d * a1;
             h[0] += dd * a0 * a0;
             h[1] += dd * a0 * a1;
             h[3] += dd * a1 * a1;
             // −ln(root − j) − ln(root + j), root = 1/√β.
-            let (p, m) = ((root + j) * slack_a * inverse, (root - j) * slack_a * inverse);
+            let of_j = slack_a * inverse;
+            let (p, m) = ((root + j) * of_j, (root - j) * of_j);
             let dj = p - m;
             let (cross, square) = (m * m - p * p, p * p + m * m);
             let sum = p + m;
             g[0] += dj * j0 - sum * root1;
             g[1] += dj * j1;
             g[2] += dj * j2;
-            h[0] += square * (j0 * j0 + root1 * root1) + 2.0 * cross * j0 * root1 - curved * sum * root2;
+            h[0] += square * (j0 * j0 + root1 * root1) + cross * j0 * root1 * 2.0 - sum * root2 * curved;
             h[1] += square * j0 * j1 + cross * j1 * root1;
             h[2] += square * j0 * j2 + cross * j2 * root1;
             h[3] += square * j1 * j1;
@@ -261,10 +283,135 @@ impl Problem {
     }
 }
 
+/// The largest stretch of time that a sample asks for. Of its own type, as [`Value`] and [`Derivatives`] are, because of a closure
+/// called by [`pulp::Arch::dispatch`] only a shell would get the vector instructions.
+struct Dilation<'a> {
+    problem: &'a Problem,
+    x: &'a [f64],
+}
+
+impl pulp::NullaryFnOnce for Dilation<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn call(self) -> f64 {
+        // Squares of velocity, accelerations and squares of jerk: roots are dear.
+        let (mut velocity, mut acceleration, mut jerk) = (Lanes::ZERO, Lanes::ZERO, Lanes::ZERO);
+        for group in &self.problem.groups {
+            let [b, b1, b2] = group.state(self.x);
+            velocity = velocity.max(b * group.velocity);
+            for line in group.lines(self.problem) {
+                let j = line.j[0] * b + line.j[1] * b1 + line.j[2] * b2;
+                acceleration = acceleration.max((line.a[0] * b + line.a[1] * b1).size());
+                jerk = jerk.max(b * j * j);
+            }
+        }
+        velocity.largest().sqrt().max(acceleration.largest().sqrt()).max(jerk.largest().powf(1.0 / 6.0))
+    }
+}
+
+/// Time and barriers.
+struct Value<'a> {
+    problem: &'a Problem,
+    x: &'a [f64],
+}
+
+impl pulp::NullaryFnOnce for Value<'_> {
+    type Output = Option<(f64, f64)>;
+
+    #[inline(always)]
+    fn call(self) -> Self::Output {
+        // Logarithms are dear: factors are multiplied first, as long as they are far from underflow.
+        let (mut barrier, mut product) = (0.0, 1.0);
+        for x in self.x {
+            product *= x;
+            flush(&mut product, &mut barrier);
+        }
+        let one = Lanes::all(1.0);
+        let (mut time, mut products) = (Lanes::ZERO, one);
+        for group in &self.problem.groups {
+            let [b, b1, b2] = group.state(self.x);
+            let slack = one - b * group.velocity;
+            let mut least = slack;
+            time += group.weight.over(b.root());
+            products = products * slack;
+            for lines in group.lines(self.problem).chunks(AT_ONCE) {
+                for line in lines {
+                    let a = line.a[0] * b + line.a[1] * b1;
+                    let j = line.j[0] * b + line.j[1] * b1 + line.j[2] * b2;
+                    let (sa, sj) = (one - a * a, one - b * j * j);
+                    least = least.min(sa).min(sj);
+                    products = products * (sa * sj);
+                }
+                // What is no number is below nothing.
+                let least = least.least();
+                if least.is_nan() || least <= 0.0 {
+                    return None;
+                }
+                if products.least() < 1e-100 {
+                    barrier -= products.0.into_iter().map(f64::ln).sum::<f64>();
+                    products = one;
+                }
+            }
+        }
+        let time = time.sum();
+        barrier -= product.ln() + products.0.into_iter().map(f64::ln).sum::<f64>();
+        (time.is_finite() && barrier.is_finite()).then_some((time, barrier))
+    }
+}
+
+/// Axes whose slacks, of at least 1e-16 each, may be multiplied from 1e-100 on.
+const AT_ONCE: usize = 5;
+
+/// Adds what the samples do to gradient and Hessian.
+struct Derivatives<'a> {
+    problem: &'a Problem,
+    x: &'a [f64],
+    kappa: f64,
+    curved: f64,
+    out: &'a mut Quadratic,
+}
+
+impl pulp::NullaryFnOnce for Derivatives<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        for group in &self.problem.groups {
+            let y = group.state(self.x);
+            let (g, h) = group.local(group.lines(self.problem), y, self.kappa, self.curved);
+            let w = &group.rows;
+            // H·W, then Wᵀ·(H·W).
+            let full = [[h[0], h[1], h[2]], [h[1], h[3], h[4]], [h[2], h[4], h[5]]];
+            let mut hw = [[Lanes::ZERO; 3]; 3];
+            for (hw, h) in hw.iter_mut().zip(full) {
+                for (c, hw) in hw.iter_mut().enumerate() {
+                    *hw = h[0] * w[0][c] + h[1] * w[1][c] + h[2] * w[2][c];
+                }
+            }
+            let mut gradient = [Lanes::ZERO; 3];
+            let mut band = [[Lanes::ZERO; 3]; 3];
+            for c in 0..3 {
+                gradient[c] = g[0] * w[0][c] + g[1] * w[1][c] + g[2] * w[2][c];
+                for d in c..3 {
+                    band[c][d - c] = w[0][c] * hw[0][d] + w[1][c] * hw[1][d] + w[2][c] * hw[2][d];
+                }
+            }
+            for (lane, &first) in group.first.iter().enumerate() {
+                let k = first as usize;
+                for c in 0..3 {
+                    self.out.gradient[k + c] += gradient[c].0[lane];
+                    (0..3 - c).for_each(|d| self.out.band[k + c][d] += band[c][d].0[lane]);
+                }
+            }
+        }
+    }
+}
+
 /// Moves a product that has come near the ends of the range of numbers into the sum of −ln.
-#[inline]
+#[inline(always)]
 fn flush(product: &mut f64, barrier: &mut f64) {
-    // Slacks are at least 1e-16, unknowns of a usual size: three factors more are far from underflow.
+    // Unknowns are of a usual size: three factors more are far from underflow.
     if *product < 1e-200 || *product > 1e200 {
         *barrier -= product.ln();
         *product = 1.0;

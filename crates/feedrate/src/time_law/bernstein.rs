@@ -26,6 +26,21 @@ const BINOMIAL: [[f64; MAX_DEGREE + 1]; MAX_DEGREE + 1] = {
     b
 };
 
+/// One over each of them, as divisions are dear.
+const RECIPROCAL: [[f64; MAX_DEGREE + 1]; MAX_DEGREE + 1] = {
+    let mut out = [[0.0; MAX_DEGREE + 1]; MAX_DEGREE + 1];
+    let mut n = 0;
+    while n <= MAX_DEGREE {
+        let mut k = 0;
+        while k <= n {
+            out[n][k] = 1.0 / BINOMIAL[n][k];
+            k += 1;
+        }
+        n += 1;
+    }
+    out
+};
+
 impl Bernstein {
     pub(crate) fn zero(degree: usize) -> Self {
         Self { c: [0.0; MAX_DEGREE + 1], degree }
@@ -42,7 +57,7 @@ impl Bernstein {
         let n = powers.len() - 1;
         let mut out = Self::zero(n);
         for (k, row) in BINOMIAL.iter().enumerate().take(n + 1) {
-            out.c[k] = (0..=k).map(|i| row[i] / BINOMIAL[n][i] * powers[i]).sum();
+            out.c[k] = (0..=k).map(|i| row[i] * RECIPROCAL[n][i] * powers[i]).sum();
         }
         out
     }
@@ -51,7 +66,7 @@ impl Bernstein {
         let mut out = Self::zero(self.degree + other.degree);
         for i in 0..=self.degree {
             for j in 0..=other.degree {
-                let weight = BINOMIAL[self.degree][i] * BINOMIAL[other.degree][j] / BINOMIAL[out.degree][i + j];
+                let weight = BINOMIAL[self.degree][i] * BINOMIAL[other.degree][j] * RECIPROCAL[out.degree][i + j];
                 out.c[i + j] += weight * self.c[i] * other.c[j];
             }
         }
@@ -69,6 +84,11 @@ impl Bernstein {
 
     pub(crate) fn scaled(&self, factor: f64) -> Self {
         Self { c: self.c.map(|c| c * factor), degree: self.degree }
+    }
+
+    /// A bound of its size on [0, 1].
+    pub(crate) fn size(&self) -> f64 {
+        self.c[..=self.degree].iter().fold(0.0, |most, c| c.abs().max(most))
     }
 
     fn largest(&self) -> f64 {

@@ -32,17 +32,34 @@ pub(crate) fn stretch<const K: usize>(
     let rho1 = Bernstein::from_coefficients(&[2.0 * (b - a), 2.0 * (c - b)]);
     let rho2 = 2.0 * ((a - b) + (c - b));
     let mut most = floor;
+    // Bounds of the factors often are enough: then the products are not asked for.
+    let sizes = [rho.size(), rho1.size(), rho2.abs()];
     for (axis, limit) in axes.iter().zip(limits) {
-        let [q1, q2, q3] = [1, 2, 3].map(|d| derivative(axis, d));
-        let velocity_sq = q1.times(&q1).times(&rho).scaled(limit[0]);
-        most = most.max(velocity_sq.upper_bound(most.powi(2), ACCURACY).max(0.0).sqrt());
-        let acceleration = q2.times(&rho).plus(&q1.times(&rho1).scaled(0.5)).scaled(limit[1]);
-        for signed in [acceleration, acceleration.scaled(-1.0)] {
-            most = most.max(signed.upper_bound(most.powi(2), ACCURACY).max(0.0).sqrt());
+        let q1 = derivative(axis, 1);
+        let q2 = derivative(axis, 2);
+        let q3 = derivative(axis, 3);
+        let [s1, s2, s3] = [q1.size(), q2.size(), q3.size()];
+        if s1 * s1 * sizes[0] * limit[0] > most * most {
+            let velocity_sq = q1.times(&q1).times(&rho).scaled(limit[0]);
+            most = most.max(velocity_sq.upper_bound(most.powi(2), ACCURACY).max(0.0).sqrt());
+        }
+        if (s2 * sizes[0] + 0.5 * s1 * sizes[1]) * limit[1] > most * most {
+            let acceleration = q2.times(&rho).plus(&q1.times(&rho1).scaled(0.5)).scaled(limit[1]);
+            for signed in [acceleration, acceleration.scaled(-1.0)] {
+                most = most.max(signed.upper_bound(most.powi(2), ACCURACY).max(0.0).sqrt());
+            }
+        }
+        let limit = limit[2] * limit[2];
+        let far = s3 * sizes[0] + 1.5 * s2 * sizes[1] + 0.5 * s1 * sizes[2];
+        if far * far * sizes[0] * limit <= most.powi(6) {
+            continue;
         }
         let inner = q3.times(&rho).plus(&q2.times(&rho1).scaled(1.5)).plus(&q1.scaled(0.5 * rho2));
-        let jerk_sq = inner.times(&inner).times(&rho).scaled(limit[2] * limit[2]);
-        most = most.max(jerk_sq.upper_bound(most.powi(6), ACCURACY).max(0.0).powf(1.0 / 6.0));
+        let far = inner.size();
+        if far * far * sizes[0] * limit > most.powi(6) {
+            let jerk_sq = inner.times(&inner).times(&rho).scaled(limit);
+            most = most.max(jerk_sq.upper_bound(most.powi(6), ACCURACY).max(0.0).powf(1.0 / 6.0));
+        }
     }
     let squares = tip.iter().map(|c| derivative(c, 1)).map(|v| v.times(&v));
     if let Some(speed_sq) = squares.reduce(|sum, next| sum.plus(&next)) {

@@ -11,6 +11,13 @@ const STEPS: usize = 60;
 const GAP: f64 = 1e-6;
 const STAGES: usize = 40;
 
+/// Factor by which the barrier's share of the time shrinks at once where the steps follow its minima.
+const SHRINKING: f64 = 4.0;
+
+/// Decrease promised per unknown below which a point is near enough to the barrier's minimum to go on from, and near enough to stay.
+const CENTRED: f64 = 2.0;
+const DONE: f64 = 0.05;
+
 /// Decrease promised per unknown from which longer steps than Newton's are tried.
 const FAR: f64 = 0.3;
 
@@ -19,12 +26,14 @@ struct Iterate {
     x: Vec<f64>,
     time: f64,
     barrier: f64,
+    /// The length of step that is tried first from here, from what the last one was.
+    length: f64,
 }
 
 impl Iterate {
     /// `None` where a limit is reached.
     fn new(problem: &Problem, x: Vec<f64>) -> Option<Self> {
-        problem.value(&x).map(|(time, barrier)| Self { x, time, barrier })
+        problem.value(&x).map(|(time, barrier)| Self { x, time, barrier, length: 1.0 })
     }
 }
 
@@ -37,7 +46,7 @@ pub(crate) fn minimise(problem: &Problem) -> Vec<f64> {
     let mut kappa = problem.n as f64 / at.time;
     for _ in 0..STAGES {
         for _ in 0..STEPS {
-            match newton(problem, &mut at, kappa) {
+            match newton(problem, &mut at, (kappa, kappa)) {
                 Some(decrement) if decrement > 1e-3 => {}
                 _ => break,
             }
@@ -64,27 +73,42 @@ pub(crate) struct Effort {
 pub(crate) fn lower(problem: &Problem, x: &mut Vec<f64>, effort: &Effort) {
     let Some(mut at) = Iterate::new(problem, x.clone()) else { return };
     let (mut gap, last) = effort.gaps;
+    let n = problem.n as f64;
+    let mut centred = false;
     for _ in 0..effort.steps {
-        let kappa = 3.0 * problem.n as f64 / (gap * at.time);
-        match newton(problem, &mut at, kappa) {
+        let kappa = |gap: f64, time: f64| 3.0 * n / (gap * time);
+        let before = kappa(gap, at.time);
+        let foretold = centred && gap > last;
+        if foretold {
+            gap = (gap / SHRINKING).max(last);
+        }
+        let weights = (before, kappa(gap, at.time));
+        match newton(problem, &mut at, weights) {
             // A full step would still lower the mean barrier of a span by this.
-            Some(decrement) if decrement > 0.05 * problem.n as f64 => {}
-            _ if gap <= last => break,
-            _ => gap = (gap / 6.0).max(last),
+            Some(decrement) if foretold || decrement > CENTRED * n => centred = false,
+            Some(decrement) if gap <= last && decrement <= DONE * n => break,
+            Some(_) => centred = gap > last,
+            None if gap <= last => break,
+            None => (gap, centred) = ((gap / SHRINKING).max(last), false),
         }
     }
     *x = at.x;
 }
 
-/// One step of Newton's method, which stays strictly feasible and lowers κ·T + barrier. Returns the decrease that the
+/// One step of Newton's method, which stays strictly feasible and lowers κ·T + barrier, from a point that is about the minimum for the
+/// weight of time `before`.
+///
+/// With the slacks s of the limits that are reached, which fall as 1/κ, Newton's step for the weight κ would go to s·(2 − κ/before):
+/// beyond the limits where κ is twice as large. The one that goes to s·before/κ is that for before·(2 − before/κ). Returns the decrease that the
 /// full step promises, in units of one logarithm; `None` where there is no step.
-fn newton(problem: &Problem, at: &mut Iterate, kappa: f64) -> Option<f64> {
+fn newton(problem: &Problem, at: &mut Iterate, (before, kappa): (f64, f64)) -> Option<f64> {
     // The exact Hessian where it is positive definite; without the jerk limits' curvature it always is.
-    let exact = problem.derivatives(&at.x, kappa, 1.0);
+    let toward = before * (2.0 - before / kappa);
+    let exact = problem.derivatives(&at.x, toward, 1.0);
     let (step, gradient) = match newton_step(&exact) {
         Some(step) => (step, exact.gradient),
         None => {
-            let convex = problem.derivatives(&at.x, kappa, 0.0);
+            let convex = problem.derivatives(&at.x, toward, 0.0);
             (newton_step(&convex)?, convex.gradient)
         }
     };
@@ -95,7 +119,13 @@ fn newton(problem: &Problem, at: &mut Iterate, kappa: f64) -> Option<f64> {
         Iterate::new(problem, x).filter(|next| kappa * next.time + next.barrier <= value + 1e-4 * alpha * slope)
     };
     let worth = |at: &Iterate| kappa * at.time + at.barrier;
-    let mut best = (0..40).find_map(|k| trial(0.5_f64.powi(k)))?;
+    let mut length = at.length.min(1.0);
+    let mut best = (0..40).find_map(|_| {
+        let next = trial(length);
+        length *= if next.is_none() { 0.5 } else { 2.0 };
+        next
+    })?;
+    best.length = length;
     // Far below the limits a full step makes the square of the speed only 5/3 of what it was.
     if -slope > FAR * problem.n as f64 {
         let longer = (1..6).map_while(|k| trial(f64::from(1 << k)));
@@ -104,6 +134,7 @@ fn newton(problem: &Problem, at: &mut Iterate, kappa: f64) -> Option<f64> {
                 break;
             }
             best = next;
+            best.length = 1.0;
         }
     }
     *at = best;

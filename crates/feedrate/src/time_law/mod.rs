@@ -6,6 +6,7 @@ mod bounds;
 pub(crate) mod certify;
 pub(crate) mod descent;
 mod jet;
+mod lanes;
 pub(crate) mod law;
 mod optimal;
 mod path;

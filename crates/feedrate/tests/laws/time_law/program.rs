@@ -37,13 +37,13 @@ fn block(end: AxisValues) -> ProgramBlock {
 }
 
 /// Programs of all kinds by seed: sharp corners, reversals, dense curves, short blocks between long ones, blocks
-/// without motion, capped blocks, exact stops.
+/// without motion, jagged lines, capped blocks, exact stops.
 fn program(seed: u64) -> Vec<ProgramBlock> {
     let mut random = Random(seed.wrapping_mul(77) + 5);
-    let kind = seed % 4;
+    let kind = seed % 5;
     let mut at = start();
     let mut blocks = Vec::new();
-    for k in 0..if kind == 2 { 300 } else { 25 } {
+    for k in 0..[25, 25, 300, 25, 80][kind as usize] {
         let step = match kind {
             0 => [40.0 * (random.next() - 0.5), 40.0 * (random.next() - 0.5), 0.2 * (random.next() - 0.5)],
             1 => [if k % 2 == 0 { 12.0 } else { -9.0 }, 0.01 * random.next(), 0.0],
@@ -51,6 +51,7 @@ fn program(seed: u64) -> Vec<ProgramBlock> {
                 let angle = 0.03 * f64::from(k);
                 [0.4 * angle.cos(), 0.4 * angle.sin(), 0.002 * (2.0 * angle).sin()]
             }
+            4 => [0.3 + 0.2 * (random.next() - 0.5), 0.3 * (random.next() - 0.5), 0.002 * (random.next() - 0.5)],
             _ if k % 3 == 0 => [0.02 * random.next(), 1e-4 * random.next(), 1e-5],
             _ if k % 7 == 1 => [0.0; 3],
             _ => [25.0 * random.next(), 3.0 * random.next(), 0.0],
@@ -198,7 +199,9 @@ fn asking_only_for_the_peaks_costs_hardly_anything() {
         };
         // The law keeps some tenths of a percent from its caps, and with other caps it is another law within its accuracy.
         let (tight, loose) = (with_room(1.0), with_room(1.01));
-        assert!(tight < 0.01 && loose < 0.005, "{seed}: {tight} {loose}");
+        // On jagged lines, whose peaks differ from line to line, it holds each to those of the lines around.
+        let most = if seed % 5 == 4 { 0.01 } else { 0.005 };
+        assert!(tight < 0.01 && loose < most, "{seed}: {tight} {loose}");
     }
 }
 
@@ -266,6 +269,27 @@ fn blending_takes_no_longer_than_stopping() {
         let stopping = program_law(&start(), &blocks, &axes(), &ProgramSettings::stopping()).unwrap();
         let blended = blended(&blocks);
         assert!(blended.total_time() <= 1.01 * stopping.total_time(), "{seed}");
+    }
+}
+
+/// What the law costs, without a clock: spans take the computing, and no line has many of them, however it zigzags.
+#[test]
+fn jagged_lines_take_few_parts_each_and_less_time_than_stops() {
+    for (off, most_of_stopping) in [(0.02, 0.3), (0.1, 0.5), (0.3, 0.75), (1.0, 1.0)] {
+        let mut random = Random(3);
+        let mut at = |k: u32| {
+            let turn = 0.01 * f64::from(k);
+            let [x, y, c] = [random.next(), random.next(), random.next()].map(|r| off * (r - 0.5));
+            AxisValues::from([30.0 * turn.cos() + x, 30.0 * turn.sin() + y, 0.1 * turn + 0.01 * c])
+        };
+        let first = at(0);
+        let blocks: Vec<_> = (1..=600).map(|k| block(at(k))).collect();
+        let law = program_law(&first, &blocks, &axes(), &ProgramSettings::blended(tolerance())).unwrap();
+        let stopping = program_law(&first, &blocks, &axes(), &ProgramSettings::stopping()).unwrap().total_time();
+        let parts = law.parts() as f64 / 600.0;
+        assert!(parts <= 3.1, "{off}: {parts}");
+        let share = law.total_time() / stopping;
+        assert!(share <= most_of_stopping, "{off}: {share}");
     }
 }
 
