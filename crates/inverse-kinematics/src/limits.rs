@@ -35,7 +35,7 @@ pub const MACHINE_LIMITS: [MachineLimit; 18] = [
     limit("alpha_deg", -360.0, 360.0),
     limit("theta_deg", -360.0, 360.0),
     limit("rotation_xyz_deg", -360.0, 360.0),
-    limit("path_mm", 0.0, 2.0),
+    limit("path_mm", 0.0, 10.0),
     limit("orientation_deg", 0.0, 5.0),
     limit("min_mm_min", 1e-3, 1e6),
     limit("max_mm_min", 1e-3, 1e6),
