@@ -15,7 +15,7 @@ use crate::{
     feeds::Feeds,
     motion_modes::MotionModes,
     rolled_words::RolledWords,
-    spans::{MOST_TURNS, winds_too_far},
+    spans::LongTurns,
     tool_vectors::{Unturned, turned_to},
 };
 
@@ -114,6 +114,8 @@ struct State<'a> {
     section: usize,
     /// Axes that are beyond their limits, and the index of the fault of each.
     beyond: Vec<(usize, usize)>,
+    /// Turns of blocks that turn an axis by more than one.
+    long_turns: LongTurns,
     /// Where words of axes that count to 360 deg lead.
     rolled: RolledWords,
     /// Index of the fault that goes on where words say no positions.
@@ -150,6 +152,7 @@ impl<'a> State<'a> {
             spindle_axis: setup.words.axes().iter().position(|a| Some(a.letter) == own),
             section: 0,
             beyond: Vec::new(),
+            long_turns: LongTurns::default(),
             rolled: RolledWords::default(),
             unfollowed: None,
             out: Moves::default(),
@@ -481,10 +484,10 @@ impl<'a> State<'a> {
     /// Whether a motion turns an axis more often than is followed, which is a fault.
     fn winds_too_far(&mut self, index: usize, motion: &ReadMotion, ends: [&AxisValues; 2]) -> bool {
         let (machine, length) = (self.setup.machine, self.setup.tool.gauge_length());
-        let winds = winds_too_far(machine, self.law(motion), ends, length);
-        if winds {
-            let note = format!("more than {MOST_TURNS} turns of an axis in one block while others move: not run");
-            self.fault(FindingKind::UnknownBlock, index, None, note);
+        let why = self.long_turns.add(machine, self.law(motion), ends, length);
+        let winds = why.is_some();
+        if let Some(why) = why {
+            self.fault(FindingKind::UnknownBlock, index, None, why);
         }
         winds
     }

@@ -7,9 +7,16 @@ use facemill_inverse_kinematics::{AxisKind, AxisValues, BlockLaw, Machine, Motio
 
 use crate::stepping::stops;
 
-/// Whole turns of one axis that are followed in one move while others move, too. More take positions by the million for a way
-/// that the machine's travel does not ask for; fewer refuse a way home with the table wound far.
-pub(crate) const MOST_TURNS: f64 = 200.0;
+/// Whole turns of one axis that are followed in one rapid while other axes move, too. More take positions by the million for
+/// a way that the machine's travel does not ask for; fewer refuse a way home with the table wound far.
+const MOST_TURNS: f64 = 200.0;
+
+/// The same of a cut: longer spirals are written in shorter blocks.
+const MOST_TURNS_CUT: f64 = 50.0;
+
+/// Whole turns of all blocks together that turn an axis by more than one while others move: bounds the time of a run by the
+/// machine and not by the numbers of its text.
+const MOST_TURNS_OF_PROGRAM: f64 = 500.0;
 
 /// Way of the tip, mm, below which it stands while the rotary axes turn: rounding of forward kinematics.
 const STANDS: f64 = 1e-9;
@@ -77,14 +84,42 @@ fn divided([from, to]: [f64; 2], n: f64) -> impl Iterator<Item = [f64; 2]> {
     (0..n as usize).map(move |k| [at(k as f64), at((k + 1) as f64)])
 }
 
-/// Whether a move turns an axis so often, while others move, that it is not followed.
-pub(crate) fn winds_too_far(machine: &Machine, law: BlockLaw, ends: [&AxisValues; 2], tool_length: f64) -> bool {
-    let turns = rotary(machine).map(|k| (ends[1][k] - ends[0][k]).abs() / TAU).fold(0.0, f64::max);
-    if turns <= MOST_TURNS {
-        return false;
+/// Turns of the blocks of a program that turn an axis by more than one while others move.
+#[derive(Debug, Default)]
+pub(crate) struct LongTurns {
+    sum: f64,
+}
+
+impl LongTurns {
+    /// Adds those of a move. Returns why the move is not followed, if it is not.
+    pub(crate) fn add(
+        &mut self,
+        machine: &Machine,
+        law: BlockLaw,
+        ends: [&AxisValues; 2],
+        tool_length: f64,
+    ) -> Option<String> {
+        let all = rotary(machine).map(|k| (ends[1][k] - ends[0][k]).abs() / TAU).fold(0.0, f64::max);
+        if all <= 1.0 {
+            return None;
+        }
+        let repeated = Spans::new(machine, law, ends, tool_length).repeated.map_or(0.0, |r| r.turns);
+        let turns = all - repeated;
+        if turns <= 1.0 + ROUNDING {
+            return None;
+        }
+        let most = if matches!(law, BlockLaw::Rapid(_)) { MOST_TURNS } else { MOST_TURNS_CUT };
+        if turns > most {
+            return Some(format!("more than {most} turns of an axis in one block while others move: not run"));
+        }
+        self.sum += turns;
+        (self.sum > MOST_TURNS_OF_PROGRAM).then(|| {
+            format!(
+                "turns an axis by {turns:.0} turns while others move, more than {MOST_TURNS_OF_PROGRAM} with those of the \
+                 blocks before: not run"
+            )
+        })
     }
-    let Some(repeated) = Spans::new(machine, law, ends, tool_length).repeated else { return true };
-    turns - repeated.turns > MOST_TURNS
 }
 
 fn rotary(machine: &Machine) -> impl Iterator<Item = usize> + '_ {

@@ -75,9 +75,23 @@ fn a_move_of_less_than_a_turn_is_one_part() {
 #[test]
 fn turns_without_end_beside_another_motion_wind_too_far_and_alone_they_do_not() {
     let machine = Machine::head_b_table_c().unwrap();
-    let winds = |law, [start, end]: [AxisValues; 2]| winds_too_far(&machine, law, [&start, &end], LENGTH);
-    let axes_linear = BlockLaw::Cutting(CuttingLaw::AxesLinear);
-    assert!(winds(axes_linear, turned(2777.0, 5.0)) && !winds(axes_linear, turned(150.0, 5.0)));
-    assert!(!winds(axes_linear, turned(2777.0, 0.0)));
+    let winds =
+        |law, [start, end]: [AxisValues; 2]| LongTurns::default().add(&machine, law, [&start, &end], LENGTH).is_some();
+    let (cut, rapid) = (BlockLaw::Cutting(CuttingLaw::AxesLinear), BlockLaw::Rapid(RapidLaw::Linear));
+    assert!(winds(cut, turned(51.0, 5.0)) && !winds(cut, turned(49.0, 5.0)));
+    assert!(winds(rapid, turned(201.0, 5.0)) && !winds(rapid, turned(199.0, 5.0)));
+    assert!(!winds(cut, turned(2777.0, 0.0)));
     assert!(!winds(BlockLaw::Rapid(RapidLaw::PerAxis), turned(2777.0, 5.0)));
+}
+
+#[test]
+fn turns_of_long_blocks_have_an_end_together_and_those_of_short_ones_do_not() {
+    let machine = Machine::head_b_table_c().unwrap();
+    let cut = BlockLaw::Cutting(CuttingLaw::AxesLinear);
+    let followed = |turns: f64| {
+        let mut sum = LongTurns::default();
+        let [start, end] = turned(turns, 5.0);
+        (0..1000).take_while(|_| sum.add(&machine, cut, [&start, &end], LENGTH).is_none()).count()
+    };
+    assert_eq!([40.0, 10.0, 0.99].map(followed), [12, 50, 1000]);
 }
