@@ -355,7 +355,7 @@ pub enum NoteKind {
     Branch,
     /// Blocks with `/` are read as executed.
     Skippable,
-    /// A feed was given in inch/min; the part of it that belongs to rotary axes depends on the control.
+    /// A feed was given in inch/min; what it counts of rotary axes depends on the control.
     InchFeed,
     /// Lines behind the end mark `%` were not read.
     BehindEnd,

@@ -290,7 +290,7 @@ impl<'a> Follower<'a> {
         let mode = motion.feed.map_or(if is_rtcp { FeedMode::Rtcp } else { FeedMode::G94 }, |f| f.mode);
         let (counted, is_norm) = match mode {
             FeedMode::G94 if is_rtcp => return Err("F is not the tip's under RTCP there".to_owned()),
-            FeedMode::G94 => self.g94_length(motion, [from, to])?,
+            FeedMode::G94 => self.counted.length(self.dialect, machine, [from, to], motion.feed_unit)?,
             FeedMode::Rtcp if self.dialect == Dialect::Siemens840d => {
                 self.counted.check_tip(machine)?;
                 (way, false)
@@ -303,29 +303,6 @@ impl<'a> Follower<'a> {
         });
         let vector = motion.tool.as_ref().and_then(|tool| tool.axis).filter(|_| is_rtcp);
         Ok(FollowedCut { from: *from, to: *to, vector, way, mode, counted, is_norm, time })
-    }
-}
-
-impl Follower<'_> {
-    /// Way that F in mm/min or inch/min counts, mm, and whether it is the norm over all axes with 1 deg as 1 mm. In inch/min 1 deg
-    /// counts as 1 inch.
-    fn g94_length(&self, motion: &ReadMotion, [from, to]: [&AxisValues; 2]) -> Result<(f64, bool), String> {
-        let machine = self.at.machine;
-        let (counted, is_norm) = self.counted.length(self.dialect, machine, from, to)?;
-        let norm = |kind: AxisKind| {
-            let axes = machine.axes().iter().enumerate().filter(move |(_, a)| a.kind == kind);
-            axes.map(|(k, a)| a.in_word_unit(to[k] - from[k])).fold(0.0, f64::hypot)
-        };
-        let (linear, turn) = (norm(AxisKind::Linear), norm(AxisKind::Rotary));
-        let counts_turns = turn > 0.0 && (is_norm || linear == 0.0);
-        if motion.feed_unit == 1.0 || !counts_turns {
-            return Ok((counted, is_norm && motion.feed_unit == 1.0));
-        }
-        if self.dialect == Dialect::Heidenhain {
-            return Err("how F of a program in inches counts rotary axes is not known on this control; give one in mm"
-                .to_owned());
-        }
-        Ok((linear.hypot(motion.feed_unit * turn), false))
     }
 }
 

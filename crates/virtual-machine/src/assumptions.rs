@@ -363,6 +363,9 @@ impl State {
         let turns = motion.tool.is_some()
             || motion.position.iter().any(|(l, _)| l.kind() == AxisKind::Rotary && motion.position.is_programmed(l));
         let mode = motion.feed.map(|f| f.mode).filter(|mode| *mode != FeedMode::G93);
+        if motion.feed_unit != 1.0 && turns && mode == Some(FeedMode::G94) && self.dialect != Dialect::Heidenhain {
+            self.rests(block, "F in inch/min beside a rotary axis: 1 deg is taken to count as 1 inch".to_owned());
+        }
         if self.dialect == Dialect::Siemens840d && turns {
             let taken = match mode {
                 Some(FeedMode::Rtcp) => "F is taken as the speed of the tip",

@@ -53,7 +53,7 @@ impl CountedAxes {
     }
 
     /// Length of a block as F counts it, mm, and whether that is the norm over all axes (1 deg as 1 mm), which the
-    /// machine's range of F is of.
+    /// machine's range of F is of. `feed_unit` is how many mm/min an F of 1 is: in a program in inches 1 deg counts as 1 inch.
     ///
     /// # Errors
     /// When nothing moves that F counts, or it counts axes in a way that is not known.
@@ -61,29 +61,37 @@ impl CountedAxes {
         &self,
         dialect: Dialect,
         machine: &Machine,
-        from: &AxisValues,
-        to: &AxisValues,
+        [from, to]: [&AxisValues; 2],
+        feed_unit: f64,
     ) -> Result<(f64, bool), String> {
         let all = norm_of_all(machine, from, to);
+        let norm = |kind: AxisKind| {
+            let axes = machine.axes().iter().enumerate().filter(move |(_, a)| a.kind == kind);
+            axes.map(|(k, a)| a.in_word_unit(to.get_or_zero(k) - from.get_or_zero(k))).fold(0.0, f64::hypot)
+        };
+        let (linear, turn) = (norm(AxisKind::Linear), norm(AxisKind::Rotary));
         let counts_all = match dialect {
             Dialect::LinuxCnc => false,
             Dialect::Siemens840d => self.is_all(machine)?,
             _ => true,
         };
-        if counts_all {
-            return Ok((all, true));
+        let has_turns = turn > 0.0 && (counts_all || linear == 0.0);
+        if !counts_all && linear == 0.0 && all > 0.0 && dialect != Dialect::LinuxCnc {
+            return Err(
+                "rotary axes alone move, and FGROUP does not have them: what F means there is the machine's".to_owned()
+            );
         }
-        let ways = machine.axes().iter().enumerate().filter(|(_, a)| a.kind == AxisKind::Linear);
-        let linear = ways.map(|(k, _)| to.get_or_zero(k) - from.get_or_zero(k)).fold(0.0, f64::hypot);
-        match dialect {
-            // Where nothing linear moves F is deg/min.
-            Dialect::LinuxCnc if linear == 0.0 => Ok((all, false)),
-            _ if linear == 0.0 && all > 0.0 => {
-                Err("rotary axes alone move, and FGROUP does not have them: what F means there is the machine's"
-                    .to_owned())
+        if has_turns && feed_unit != 1.0 {
+            if dialect == Dialect::Heidenhain {
+                return Err(
+                    "how F of a program in inches counts rotary axes is not known on this control; give one in mm"
+                        .to_owned(),
+                );
             }
-            _ => Ok((linear, false)),
+            return Ok((linear.hypot(feed_unit * turn), false));
         }
+        // Of LinuxCNC F is deg/min where nothing linear moves.
+        Ok(if counts_all || linear == 0.0 { (all, counts_all && feed_unit == 1.0) } else { (linear, false) })
     }
 
     /// Whether F is the speed of the tip under TRAORI of a Siemens control, where FGROUP has the linear axes alone.

@@ -70,11 +70,9 @@ enum Scope {
 /// A kind that is not listed as harmless is not.
 fn scope(kind: FindingKind) -> Scope {
     match kind {
-        FindingKind::NoFeed
-        | FindingKind::SpindleOff
-        | FindingKind::SpindleSense
-        | FindingKind::InchFeed
-        | FindingKind::BehindEnd => Scope::Nothing,
+        FindingKind::NoFeed | FindingKind::SpindleOff | FindingKind::SpindleSense | FindingKind::BehindEnd => {
+            Scope::Nothing
+        }
         FindingKind::NoTool | FindingKind::UnsafeToolChange => Scope::Block,
         _ => Scope::Behind,
     }

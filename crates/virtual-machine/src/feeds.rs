@@ -31,7 +31,7 @@ impl Feeds {
     }
 
     /// The feed of a block as machines are timed by it: in mm/min the speed over all axes, 1 deg as 1 mm, or that of the
-    /// tip, whatever axes the control's F counts.
+    /// tip, whatever axes the control's F counts. `feed_unit` is how many mm/min an F of 1 is.
     ///
     /// # Errors
     /// When it is not known, and why where that has not been told.
@@ -39,14 +39,18 @@ impl Feeds {
         &mut self,
         machine: &Machine,
         feed: Feed,
+        feed_unit: f64,
         [start, end]: [&AxisValues; 2],
     ) -> Result<Feed, Option<String>> {
         let found = match (&self.changed, feed.mode) {
             (Some(why), _) => Err(why.clone()),
-            (None, FeedMode::G94) => self.counted.length(self.dialect, machine, start, end).map(|(length, is_all)| {
-                let share = if is_all || length == 0.0 { 1.0 } else { norm_of_all(machine, start, end) / length };
-                Feed { value: feed.value * share, ..feed }
-            }),
+            (None, FeedMode::G94) => {
+                let counted = self.counted.length(self.dialect, machine, [start, end], feed_unit);
+                counted.map(|(length, is_all)| {
+                    let share = if is_all || length == 0.0 { 1.0 } else { norm_of_all(machine, start, end) / length };
+                    Feed { value: feed.value * share, ..feed }
+                })
+            }
             (None, FeedMode::Rtcp) if self.dialect == Dialect::Siemens840d => {
                 self.counted.check_tip(machine).map(|()| feed)
             }

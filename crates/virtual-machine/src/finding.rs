@@ -286,8 +286,6 @@ pub enum FindingKind {
     OtherSpindleSpeed,
     /// A length, angle or feed without a decimal point, which controls may count in their least increments.
     NoDecimalPoint,
-    /// A feed in inch/min, of which controls take the part of rotary axes each in their own way.
-    InchFeed,
     /// Macro text that may skip, repeat or stop what follows.
     Branch,
     /// A line that a switch on the control may skip (`/`), which moves axes or changes what later blocks depend on.
@@ -450,7 +448,6 @@ impl fmt::Display for FindingKind {
             Self::FeedAboveJob => "tip faster than the job asks for",
             Self::OtherSpindleSpeed => "another spindle speed than the job's",
             Self::NoDecimalPoint => "number without decimal point",
-            Self::InchFeed => "feed in inch/min",
             Self::Branch => "branch that is not followed",
             Self::SkippableBlock => "block that may be skipped",
             Self::BehindEnd => "text behind the end of the program",

@@ -446,7 +446,7 @@ impl<'a> State<'a> {
             let (law, is_rapid) = (self.law(motion), motion.kind.is_rapid());
             let section = self.section;
             let feed = motion.feed.and_then(|feed| {
-                let found = self.feeds.over_all_axes(self.setup.machine, feed, [&start, &end]);
+                let found = self.feeds.over_all_axes(self.setup.machine, feed, motion.feed_unit, [&start, &end]);
                 found.map_err(|why| why.map(|note| self.fault(FindingKind::NoFeed, index, None, note))).ok()
             });
             // A motion of no axis is as it always was: one of the tool.

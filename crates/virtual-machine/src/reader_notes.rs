@@ -12,11 +12,10 @@ pub(crate) fn findings(program: &ReadProgram) -> impl Iterator<Item = Finding> +
 fn kind_of(note: NoteKind) -> Option<FindingKind> {
     match note {
         NoteKind::NoDecimalPoint => Some(FindingKind::NoDecimalPoint),
-        NoteKind::InchFeed => Some(FindingKind::InchFeed),
         NoteKind::Branch => Some(FindingKind::Branch),
         NoteKind::BehindEnd => Some(FindingKind::BehindEnd),
-        // Every block of these is judged by itself.
-        NoteKind::NotEvaluated | NoteKind::Skippable => None,
+        // Every block of these is judged by itself; what feeds in inches rest on is an assumption.
+        NoteKind::NotEvaluated | NoteKind::Skippable | NoteKind::InchFeed => None,
     }
 }
 
@@ -26,7 +25,6 @@ fn finding(program: &ReadProgram, note: &ReadNote, kind: FindingKind) -> Finding
     let block = program.blocks.get(index).filter(|b| b.line == note.line);
     let remedy = match kind {
         FindingKind::NoDecimalPoint => "controls may read 500 as 0.5: write 500.",
-        FindingKind::InchFeed => "write the program in mm (G21)",
         FindingKind::Branch => "read as if it went straight on: only a check that raises an alarm is followed",
         _ => "not read behind the end mark %",
     };

@@ -59,10 +59,9 @@ fn numbers_without_a_decimal_point_are_one_finding_at_the_first_of_them() {
 }
 
 #[test]
-fn feeds_in_inches_and_lines_behind_the_end_mark_are_findings() {
+fn lines_behind_the_end_mark_are_findings() {
     let shop = Shop::new();
     let start = || Text::new(&shop).line("G0 G43 X0. Y0. Z1000. B0. C0. H7");
-    assert_eq!(kinds(&start().line("G20 G1 X1. F10.")), [(FindingKind::InchFeed, HEAD + 2)]);
     assert_eq!(kinds(&start().line("%")), []);
     let v = start().line("%").line("").line(" G0 X0.").line("G0 X1.").verify();
     let f = kit::only(&v);
@@ -296,6 +295,23 @@ fn an_axis_with_a_word_of_unknown_value_is_lost_and_not_taken_to_stay() {
     // Where a cycle leaves the tool is not known, either: at its height or at where it came from.
     let cycle = "G21 G90 G94 G49\nG0 X0. Y0. Z0. B0. C0.\nG81 X5. Z-10. R2. F100.\nG80\nG0 X20.\nM30\n";
     assert_eq!(lost(cycle, Dialect::Fanuc), [(FindingKind::UnknownPosition, 3, Some("Z".to_owned()))]);
+}
+
+/// In inches 1 deg counts as 1 inch, which is an assumption where a rotary axis moves, and no finding.
+#[test]
+fn feeds_in_inches_count_a_degree_as_an_inch_and_are_no_findings() {
+    let shop = Shop::new();
+    for (axis, counted, rests) in [("", 1.0, false), (" C0.5", 1.0_f64.hypot(0.5), true)] {
+        let text = format!(
+            "G21 G90 G94\nT7 M6\nS2000 M3\nG0 G43 H7 Z400.\nG0 X0. Y0. Z400. B0. C0.\nG20\nG1 X1.{axis} F2.4\n"
+        );
+        let program = read_program(&text, Dialect::Fanuc).unwrap();
+        let found = verify(&program, &shop.setup(), &VerifySettings::default(), &Silent).unwrap();
+        assert!((found.cutting_time_s - 60.0 * counted / 2.4).abs() < 1e-9, "{axis}: {} s", found.cutting_time_s);
+        assert!(found.findings.iter().all(|f| f.kind == FindingKind::NoEnd), "{axis}: {:?}", found.findings);
+        let all = facemill_virtual_machine::assumptions(&program, shop.setup().machine);
+        assert_eq!(all.iter().any(|a| a.text.contains("1 inch")), rests, "{axis}: {all:?}");
+    }
 }
 
 /// What F counts: all axes with 1 deg as 1 mm, as FANUC does and FGROUP says it; or the linear axes alone, as Siemens and

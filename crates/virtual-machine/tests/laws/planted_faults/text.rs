@@ -80,9 +80,6 @@ pub(crate) fn rows() -> Vec<Row> {
         row("number without a point", FindingKind::NoDecimalPoint, |s| {
             pick(s, &Lines { wrong: &[START, "G0 X10"], right: &[START, "G0 X10."], at: 2 })
         }),
-        row("feed in inches", FindingKind::InchFeed, |s| {
-            pick(s, &Lines { wrong: &[START, "G20 G1 X1. F10."], right: &[START, "G21 G1 X1. F10."], at: 2 })
-        }),
         row("length cancelled over the work", FindingKind::UnsafeCancel, |s| {
             let home = if s > 1.0 { "G0 X1." } else { "G91 G28 Z0." };
             run_lines(&[START, "G0 G43 Z1500. H7", home, "G90 G49", "M30"], HEAD + 4)
