@@ -121,7 +121,9 @@ impl BlockReading<'_> {
             682..=684 => self.leave(Cause::Plane, PLANE),
             950 => self.leave(Cause::Feed, PER_TURN),
             960 => self.leave(Cause::SurfaceSpeed, PER_TURN),
-            _ => return Err(self.unknown(word)),
+            24 | 34 | 62 => self.leave_path("an arc in space or a NURBS curve is not followed"),
+            411 | 421 => self.leave(Cause::Forever, "an axis that turns along the path by itself is not followed"),
+            _ => self.leave(Cause::Forever, "a G code that is not known here may do anything"),
         }
         Ok(())
     }

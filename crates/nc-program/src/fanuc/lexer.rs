@@ -56,6 +56,8 @@ pub(super) struct Line {
     number: u32,
     /// A comment has parentheses inside, behind which a control may find words.
     pub(super) has_doubtful_comment: bool,
+    /// A comment is a program that the control runs.
+    pub(super) has_program: bool,
 }
 
 /// How comments of a line are read.
@@ -65,6 +67,8 @@ pub(super) struct CommentForm {
     pub(super) keeps_all: bool,
     /// They may have parentheses inside.
     pub(super) nests: bool,
+    /// Those that begin with PY are run.
+    pub(super) runs_python: bool,
 }
 
 impl Line {
@@ -72,6 +76,7 @@ impl Line {
     pub(super) fn split(&mut self, number: u32, bytes: &[u8], form: CommentForm) -> Result<(), ReadError> {
         self.number = number;
         self.has_doubtful_comment = false;
+        self.has_program = false;
         self.code.clear();
         self.columns.clear();
         self.comments.clear();
@@ -88,11 +93,11 @@ impl Line {
                     let first = first.ok_or(self.error_at(column, ReadFault::OpenComment))?;
                     let length = nested_length(rest).filter(|_| form.nests).unwrap_or(first);
                     self.has_doubtful_comment |= has_words(&rest[first..length]);
-                    self.keep_comment(&rest[..length], form.keeps_all);
+                    self.keep_comment(&rest[..length], form);
                     at += length + 1;
                 }
                 b';' => {
-                    self.keep_comment(bytes[at + 1..].trim_ascii(), form.keeps_all);
+                    self.keep_comment(bytes[at + 1..].trim_ascii(), form);
                     return Ok(());
                 }
                 _ if byte.is_ascii_whitespace() => {}
@@ -106,8 +111,10 @@ impl Line {
         Ok(())
     }
 
-    fn keep_comment(&mut self, text: &[u8], keeps_all: bool) {
-        if keeps_all || is_length(text) {
+    fn keep_comment(&mut self, text: &[u8], form: CommentForm) {
+        let mut letters = text.iter().filter(|b| !b.is_ascii_whitespace()).map(u8::to_ascii_uppercase);
+        self.has_program |= form.runs_python && letters.next() == Some(b'P') && letters.next() == Some(b'Y');
+        if form.keeps_all || is_length(text) {
             self.comments.push(String::from_utf8_lossy(text).into_owned());
         }
     }

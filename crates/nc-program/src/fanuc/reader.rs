@@ -130,13 +130,14 @@ impl FanucReader {
             self.has_started = true;
             return Ok(None);
         }
-        let form = CommentForm { keeps_all: !self.keeps_no_text, nests: self.variant != Variant::LinuxCnc };
+        let is_linuxcnc = self.variant == Variant::LinuxCnc;
+        let form = CommentForm { keeps_all: !self.keeps_no_text, nests: !is_linuxcnc, runs_python: is_linuxcnc };
         self.line.split(self.line_number, line, form)?;
         if self.line.code.first() == Some(&b'%') {
             return self.tape_mark();
         }
         self.has_started = true;
-        if self.keeps_no_text && self.line.code.is_empty() {
+        if self.keeps_no_text && self.line.code.is_empty() && !self.line.has_program {
             self.keep_comments(None);
             return Ok(None);
         }
@@ -209,6 +210,14 @@ impl FanucReader {
         } else {
             self.keep_comments(Some(block));
             self.read_words(start, macro_kind, text, block)?;
+        }
+        if self.line.has_program {
+            // It may move axes and set anything.
+            self.variables.forget_all();
+            self.modal.forget_motion();
+            self.note(NoteKind::NotEvaluated, text);
+            let text = String::from_utf8_lossy(text).into_owned();
+            block.commands.push(ReadCommand::Macro { kind: MacroKind::Call, text });
         }
         (block.compensation, block.lengths) = (self.modal.compensation, self.modal.lengths);
         Ok(())

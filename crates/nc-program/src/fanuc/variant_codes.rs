@@ -7,7 +7,7 @@ use super::{
     variant::Variant,
 };
 use crate::{
-    CallKind, Compensation, MacroKind, ReadCall, ReadCommand, ReadError, ReadFault, StateWord, WorkOffset,
+    CallKind, Compensation, MacroKind, ReadCall, ReadCommand, ReadError, StateWord, WorkOffset,
     readers::unfollowed::Cause,
 };
 
@@ -204,9 +204,5 @@ impl BlockReading<'_> {
             _ => return false,
         }
         true
-    }
-
-    pub(super) fn unknown(&self, word: &Word) -> ReadError {
-        self.fault(word, ReadFault::UnknownWord)
     }
 }

@@ -139,7 +139,17 @@ impl Parser<'_> {
         let length = self.text[self.at..].iter().take_while(|b| b.is_ascii_digit() || **b == b'.').count();
         let value = number::parse(&self.text[self.at..self.at + length]).ok_or(self.at)?;
         self.at += length;
-        Ok(Some(value))
+        // `1.5EX-1`: the power of ten of a Siemens control.
+        let Some(digits) = self.text[self.at..].strip_prefix(b"EX").filter(|_| self.syntax == Syntax::Parentheses)
+        else {
+            return Ok(Some(value));
+        };
+        let signed = usize::from(matches!(digits.first(), Some(b'+' | b'-')));
+        let length = signed + digits[signed..].iter().take_while(|b| b.is_ascii_digit()).count();
+        let power = std::str::from_utf8(&digits[..length]).ok().and_then(|text| text.parse::<i32>().ok());
+        let power = power.filter(|power| power.abs() <= 38).ok_or(self.at)?;
+        self.at += 2 + length;
+        Ok(Some(format!("{value}e{power}").parse().unwrap_or(f64::NAN)))
     }
 
     /// `[…]`, the opening mark included.

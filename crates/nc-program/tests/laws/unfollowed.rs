@@ -223,3 +223,45 @@ fn functions_with_arguments_are_the_machine_builders() {
         assert!(commands.contains(&ReadCommand::Function(202)), "{commands:?}");
     }
 }
+
+#[test]
+fn nothing_is_known_behind_a_code_or_statement_that_the_reader_does_not_know() {
+    for (dialect, line) in [
+        (Dialect::Fanuc, "G77.7"),
+        (Dialect::Fanuc, "G10.6 X1."),
+        (Dialect::Haas, "G2.4 X1. Y2. Z3. I1. J1. K1."),
+        (Dialect::Mazak, "G41.1"),
+        (Dialect::LinuxCnc, "G6.2 X1 Y2 P1"),
+        (Dialect::LinuxCnc, "(PY, move)"),
+        (Dialect::LinuxCnc, "X5 ; py,move"),
+        (Dialect::Siemens840d, "G77"),
+        (Dialect::Siemens840d, "INIT(2,\"/_N_MPF_DIR/_N_X_MPF\")"),
+        (Dialect::Siemens840d, "START(2)"),
+        (Dialect::Heidenhain, "PRESET SELECT #2"),
+        (Dialect::Heidenhain, "SECTION MONITORING START"),
+        (Dialect::Heidenhain, "FUNCTION MODE MILL \"KIN2\""),
+        (Dialect::Heidenhain, "RND R2 M128"),
+    ] {
+        let axis = if dialect == Dialect::Heidenhain { "L Y+5 R0 FMAX" } else { "G0 Y5." };
+        let program = read(&format!("{}{line}\n{axis}\n", head(dialect)), dialect);
+        assert!(!program.is_evaluated(), "{dialect:?} {line}");
+        let x = last(&program).and_then(|places| places[0]);
+        let named_later = program.blocks.last().is_some_and(|b| b.motion.is_some());
+        assert!(x.is_none() || !named_later, "{dialect:?} {line}: {x:?}");
+    }
+    // Comments that only begin alike are comments, and so are all of other controls.
+    for (dialect, line) in [(Dialect::LinuxCnc, "(POLYGON)"), (Dialect::Fanuc, "(PY, move)")] {
+        assert!(read(&format!("{HEAD}{line}\n"), dialect).is_evaluated(), "{line}");
+    }
+}
+
+#[test]
+fn powers_of_ten_of_siemens_are_numbers() {
+    for (text, value) in
+        [("G0 X=1EX1", 10.0), ("G0 X=1.5EX-1", 0.15), ("G0 X=-2EX+2+1", -199.0), ("G0 X=1EX39", f64::NAN)]
+    {
+        let program = read_program(text, Dialect::Siemens840d).ok();
+        let x = program.and_then(|p| p.motions().last().and_then(|(_, m)| m.position.get(letter('X'))));
+        assert_eq!(x, (!value.is_nan()).then_some(AxisAt::Word(value)), "{text}");
+    }
+}

@@ -11,8 +11,8 @@ use crate::{
 };
 
 impl State {
-    /// M functions that switch nothing that words depend on.
-    pub(super) fn simple_function(&mut self, code: u32, block: &mut ReadBlock) {
+    /// M functions that switch nothing that words depend on. Returns whether the function is one.
+    pub(super) fn simple_function(&mut self, code: u32, block: &mut ReadBlock) -> bool {
         let commands: &[ReadCommand] = match code {
             0 | 1 => &[ReadCommand::Stop { optional: code == 1 }],
             2 | 30 => &[ReadCommand::End],
@@ -28,6 +28,7 @@ impl State {
             _ => &[ReadCommand::Function(code)],
         };
         block.commands.extend_from_slice(commands);
+        !commands.is_empty()
     }
 }
 

@@ -97,6 +97,13 @@ impl HeidenhainReader {
             (b"FPOL" | b"FL" | b"FLT" | b"FC" | b"FCT" | b"FSELECT" | b"SPL", _) => {
                 self.contour(start, Cause::Block, "free contours and splines are not followed", block);
             }
+            _ if first.len() > 2 && code.words(start).is_err() => {
+                // A statement that is not known may move, call or set anything.
+                block.commands.push(line_macro(MacroKind::Call, line));
+                self.state.modal.forget_motion();
+                self.state.pole = [None; 3];
+                self.state.polar = [None; 2];
+            }
             // A block of words alone: M functions, or one axis.
             _ => self.motion_block(b"L", start, line, block)?,
         }
@@ -119,7 +126,11 @@ impl HeidenhainReader {
                 "R0" => self.state.modal.unfollowed.end(Cause::Radius),
                 _ => {
                     if let Some(code) = word.strip_prefix('M').and_then(|number| number.parse().ok()) {
-                        self.state.simple_function(code, block);
+                        if self.state.simple_function(code, block) {
+                            continue;
+                        }
+                        let why = "a function beside a contour that changes what later words mean is not followed";
+                        self.state.modal.unfollowed.begin(Cause::Forever, why);
                     }
                 }
             }
@@ -313,9 +324,10 @@ impl HeidenhainReader {
                 self.state.has_tcpm = false;
                 self.state.update_compensation();
             }
-            ["FUNCTION", "MODE", "MILL", ..] => self.state.modal.unfollowed.end(Cause::Mapping),
+            ["FUNCTION", "MODE", "MILL"] => self.state.modal.unfollowed.end(Cause::Mapping),
             ["FUNCTION", "MODE", ..] => {
-                self.state.modal.unfollowed.begin(Cause::Mapping, "a mode other than milling is not followed");
+                let why = "a mode other than milling, or with kinematics of its own, is not followed";
+                self.state.modal.unfollowed.begin(Cause::Mapping, why);
             }
             ["FUNCTION", "DWELL", rest @ ..] => {
                 let seconds = rest.concat().strip_prefix("TIME").and_then(|t| t.parse().ok());

@@ -77,7 +77,7 @@ impl BlockReading<'_> {
                 self.leave(Cause::Block, "an approach on a path of its own is not followed");
             }
             291 => return Err(self.unsupported(item, "another dialect from here")),
-            _ => return Err(self.fault(item, ReadFault::UnknownWord)),
+            _ => self.leave(Cause::Forever, "a G code that is not known here may do anything"),
         }
         Ok(())
     }

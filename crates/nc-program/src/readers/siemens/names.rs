@@ -48,7 +48,7 @@ const MODES: &str = "\
     ORIANGLE ORIAXES ORIAXPOS ORIC ORICONIO ORICURVE ORID ORIEULER ORIMKS ORIPATH ORIPATHS ORIPLANE ORIRESET \
     ORIRPY ORIRPY2 ORISOF ORISON ORIVECT ORIVIRT1 ORIVIRT2 ORIWKS OSC OSD OSOF OSS OSSE OST OTOL OVR OVRA OVRRAP \
     RTLIOF RTLION SAVE SBLOF SBLON SD SOFT SOFTA SPATH STARTFIFO STOLF STOPFIFO STOPRE TILTOF UPATH VELOLIM \
-    VELOLIMA WAITE WAITM WAITMC WAITP WAITS WALIMOF WALIMON WORKPIECE CLEARM SETM INIT START MEAC FB FD FZ SVC FMA \
+    VELOLIMA WAITE WAITM WAITMC WAITP WAITS WALIMOF WALIMON WORKPIECE CLEARM SETM MEAC FB FD FZ SVC FMA \
     FPR FPRAON FPRAOF FAD";
 
 /// Words of the control that a program assigns to, and that are not followed: no variables, whatever they set. They end a
@@ -140,7 +140,7 @@ pub(super) fn statement(name: &str) -> Option<Statement> {
         "MSG" => Statement::Message,
         "WRITE" | "DELETE" | "EXTOPEN" | "EXTCLOSE" => Statement::Output,
         "SETAL" => Statement::Alarm,
-        "CALL" | "PCALL" | "ISOCALL" | "EXTCALL" => Statement::Call,
+        "CALL" | "PCALL" | "ISOCALL" | "EXTCALL" | "INIT" | "START" => Statement::Call,
         _ => return None,
     })
 }

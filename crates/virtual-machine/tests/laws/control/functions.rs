@@ -46,8 +46,8 @@ fn what_calls_jumps_or_changes_the_tool_is_a_fault_on_its_line() {
         (Fanuc, &["M198 P1000", "M96 P1000", "M97", "M60", "M61", "M88", "M100"][..]),
         (Mazak, &["M198 P1000", "M96 P1000", "M97"]),
         (Haas, &["M198 P1000", "M96 P10 Q5", "M97 P1000", "M39", "M36", "M50", "M61", "M199"]),
-        (LinuxCnc, &["M61 Q5", "M60", "M72", "M100", "M150 P1 Q2", "M199", "M62 P0", "M430"]),
-        (Siemens840d, &["M70", "M88", "M98", "H5", "L100", "M140"]),
+        (LinuxCnc, &["M61 Q5", "M60", "M72", "M100", "M150 P1 Q2", "M199", "M62 P0", "M430", "(PY,x=1)", ";py,x"]),
+        (Siemens840d, &["M70", "M88", "M98", "H5", "L100", "M140", "START(2)", "G77"]),
         (
             Heidenhain,
             &[
@@ -60,6 +60,8 @@ fn what_calls_jumps_or_changes_the_tool_is_a_fault_on_its_line() {
                 "M120 LA3",
                 "M124 T0.1",
                 "M138 C",
+                "FUNCTION MODE MILL \"KIN2\"",
+                "PRESET SELECT #2",
                 "M143",
                 "M104",
                 "M88",
