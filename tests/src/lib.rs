@@ -14,12 +14,13 @@
 //!
 //! Helpers: [`jobs`] writes small jobs and plans them, [`variants`] plans variants of one by the command, [`program`] runs the
 //! `facemill` command, [`commands`] runs it on the files of a job, [`shared`] finds the shared data, [`meshes`]
-//! plans every shared mesh, [`random`] makes seeded numbers.
+//! plans every shared mesh, [`golden`] has jobs whose bytes are fixed, [`random`] makes seeded numbers.
 
 pub mod brute;
 pub mod chip_trial;
 pub mod commands;
 pub mod craig;
+pub mod golden;
 pub mod interpreter;
 pub mod jobs;
 pub mod meshes;
