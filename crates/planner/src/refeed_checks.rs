@@ -167,7 +167,7 @@ mod tests {
     use facemill_inverse_kinematics::Machine;
 
     use super::*;
-    use crate::refeed::{RefeedSettings, TipFeed, refeed};
+    use crate::refeed::{RefeedSettings, TipFeed, refeed, refeed_lines};
 
     fn settings(machine: &Machine, dialect: Dialect) -> RefeedSettings<'_> {
         RefeedSettings {
@@ -178,6 +178,71 @@ mod tests {
             dialect,
             time_law: None,
         }
+    }
+
+    /// A program that is made as it is read, which asserts that its lines have been written but for so many.
+    struct Stream<'a> {
+        made: std::collections::VecDeque<u8>,
+        line: u32,
+        read: usize,
+        written: &'a std::cell::Cell<usize>,
+        most_held: usize,
+    }
+
+    impl std::io::Read for Stream<'_> {
+        fn read(&mut self, into: &mut [u8]) -> std::io::Result<usize> {
+            while self.made.len() < into.len() && self.line < 20_000 {
+                let k = f64::from(self.line);
+                let text = format!("G1 X{:.3} Y{:.3} B{:.3} F500.\n", 0.01 * k, (0.01 * k).sin(), (0.001 * k).sin());
+                let head = "G90 G94\nG0 X0. Y0. Z100. B0. C0.\n";
+                self.made.extend(if self.line == 0 { head.bytes() } else { text.bytes() });
+                self.line += 1;
+            }
+            let held = self.read.saturating_sub(self.written.get());
+            assert!(held <= self.most_held, "{held} lines are held at line {}", self.line);
+            let n = self.made.read(into)?;
+            self.read += lines(&into[..n]);
+            Ok(n)
+        }
+    }
+
+    fn lines(bytes: &[u8]) -> usize {
+        bytes.iter().filter(|byte| **byte == b'\n').count()
+    }
+
+    struct Sink<'a>(&'a std::cell::Cell<usize>, Vec<u8>);
+
+    impl std::io::Write for Sink<'_> {
+        fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+            self.0.set(self.0.get() + lines(bytes));
+            self.1.write(bytes)
+        }
+
+        fn flush(&mut self) -> std::io::Result<()> {
+            Ok(())
+        }
+    }
+
+    /// However long it is; and what is written is what the whole text gives.
+    #[test]
+    fn a_program_without_a_law_of_motion_is_held_for_a_window_alone() {
+        const WINDOW: usize = 4096;
+        let machine = Machine::head_b_table_c().unwrap();
+        let settings = RefeedSettings { tip_feed: TipFeed::Given(500.0), ..settings(&machine, Dialect::Fanuc) };
+        let (free, written) = (std::cell::Cell::new(usize::MAX), std::cell::Cell::new(0));
+        let source = |written, most_held| {
+            let made = std::collections::VecDeque::new();
+            let stream = Stream { made, line: 0, read: 0, written, most_held };
+            std::io::BufReader::with_capacity(WINDOW, stream)
+        };
+        let mut sink = Sink(&written, Vec::new());
+        let by_line = refeed_lines(|| Ok(source(&written, WINDOW / 16)), &settings, &mut sink).unwrap();
+        let mut text = Vec::new();
+        std::io::Read::read_to_end(&mut source(&free, usize::MAX), &mut text).unwrap();
+        let whole = refeed(&text, &settings).unwrap();
+        assert_eq!(by_line.blocks, 19_999);
+        assert_eq!((by_line, &sink.1), (whole.summary, &whole.text));
+        assert!(text.len() > 100 * WINDOW);
     }
 
     /// Speeds in a frame that is not followed are not known; words that switch one off change nothing.
