@@ -4,9 +4,15 @@ use std::cell::Cell;
 
 use facemill_cl_data::{Aabb, CcPoint};
 use facemill_surface_model::Tree;
-use nalgebra::{Point3, Vector3};
 
 use crate::cusp::{CutPoint, Strip};
+use ends::{BesideEnd, continued};
+use found::Found;
+use section::section_crossing;
+
+mod ends;
+mod found;
+mod section;
 
 /// A pass, or a piece of one, among others.
 #[derive(Clone, Debug, PartialEq)]
@@ -34,6 +40,9 @@ pub struct Neighbours {
     /// Pass of each segment, and the number of its first point.
     segments: Vec<[u32; 2]>,
     tree: Tree,
+    /// Pass of each end, and whether it is the first point.
+    ends: Vec<(u32, bool)>,
+    end_tree: Tree,
     reach: NeighbourReach,
 }
 
@@ -49,7 +58,8 @@ pub struct OwnPlace {
 /// A pass beside a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Neighbour {
-    /// Where the plane across the point's feed meets it, with the posture of the nearer of the two points around.
+    /// Where the plane across the point's feed meets it, with the posture of the nearer of the two points around; its end where
+    /// it ends beside the point.
     pub point: CutPoint,
     /// The surface on the way there.
     pub strip: Strip,
@@ -103,6 +113,10 @@ const LEAST_ALONG: f64 = 0.5;
 /// walls.
 const LARGEST_STEP: f64 = 0.8;
 
+/// How far before the plane a pass may end and still be beside the point, in distances aside: on the diagonal between, halfway to
+/// a pass twice as far, it cuts as little as that.
+const LARGEST_GAP: f64 = 1.0;
+
 impl Neighbours {
     /// The passes of one place, in cutting order.
     pub fn new(passes: Vec<CutPass>, reach: NeighbourReach) -> Self {
@@ -114,10 +128,18 @@ impl Neighbours {
                 let [a, b] = [&pair[0].cc, &pair[1].cc];
                 // A curve with these feeds at its ends may bulge by this much.
                 let bulge = 0.25 * (b.position - a.position).norm() * (1.0 - a.feed.dot(&b.feed)).max(0.0).sqrt();
-                boxes.push(Aabb::of_points([&a.position, &b.position]).dilated(bulge + END_REACH));
+                boxes.push(Aabb::of_points([&a.position, &b.position]).dilated(bulge));
             }
         }
-        Self { tree: Tree::build(&boxes), passes, segments, reach }
+        let of_pass = |pass: usize| [(pass as u32, true), (pass as u32, false)];
+        let ends: Vec<(u32, bool)> =
+            (0..passes.len()).filter(|&pass| passes[pass].points.len() > 1).flat_map(of_pass).collect();
+        let place = |&(pass, is_first): &(u32, bool)| {
+            let points = &passes[pass as usize].points;
+            points[if is_first { 0 } else { points.len() - 1 }].cc.position
+        };
+        let end_boxes: Vec<Aabb> = ends.iter().map(|end| Aabb::of_points([&place(end)])).collect();
+        Self { tree: Tree::build(&boxes), end_tree: Tree::build(&end_boxes), passes, segments, ends, reach }
     }
 
     /// The passes, as they were given.
@@ -144,14 +166,11 @@ impl Neighbours {
     }
 
     fn find(&self, own: &CutPoint, at: Option<OwnPlace>) -> Beside {
-        let (position, feed) = (own.cc.position, own.cc.feed);
         let mut found = Found::default();
         let farthest = Cell::new(self.reach.far);
         let enter = |b: &Aabb| {
-            let (center, half) = (nalgebra::center(&b.min, &b.max), 0.5 * (b.max - b.min));
-            let reaches = feed.x.abs() * half.x + feed.y.abs() * half.y + feed.z.abs() * half.z;
-            feed.dot(&(center - position)).abs() <= reaches + SAME_POINT
-                && b.distance_sq(&position) <= farthest.get() * farthest.get()
+            plane_distance(&own.cc, b) <= SAME_POINT
+                && b.distance_sq(&own.cc.position) <= farthest.get() * farthest.get()
         };
         self.tree.visit_boxes(enter, |k| {
             let [pass, segment] = self.segments[k as usize].map(|n| n as usize);
@@ -161,16 +180,51 @@ impl Neighbours {
                 return;
             }
             let points = &self.passes[pass].points;
-            let Some(crossing) = self.crossing(own, [&points[segment], &points[segment + 1]]) else { return };
-            let distance = (crossing.point.cc.position - position).norm();
+            let crossing = section_crossing(&own.cc, [&points[segment], &points[segment + 1]]);
+            let Some(crossing) = crossing.and_then(|point| self.neighbour(own, point)) else { return };
+            let distance = (crossing.point.cc.position - own.cc.position).norm();
             if at.is_some_and(|at| self.is_apart(at, (pass, &crossing), distance)) {
                 return;
             }
-            let is_earlier = at.is_none_or(|at| pass < at.pass || (pass == at.pass && segment < at.point));
-            found.take(distance, Neighbour { is_earlier, ..crossing });
+            found.take(distance, Neighbour { is_earlier: is_earlier(at, pass, segment), ..crossing });
             farthest.set(found.farthest(self.reach.far));
         });
+        found.take_ends(&self.ends_beside(own, at, farthest.get()));
         found.beside()
+    }
+
+    /// Passes that end beside a point, within a distance.
+    fn ends_beside(&self, own: &CutPoint, at: Option<OwnPlace>, within: f64) -> Vec<BesideEnd> {
+        let enter =
+            |b: &Aabb| plane_distance(&own.cc, b) <= within && b.distance_sq(&own.cc.position) <= 2.0 * within * within;
+        let mut found = Vec::new();
+        self.end_tree.visit_boxes(enter, |k| found.extend(self.end_beside(own, at, self.ends[k as usize])));
+        found
+    }
+
+    fn end_beside(&self, own: &CutPoint, at: Option<OwnPlace>, (pass, is_first): (u32, bool)) -> Option<BesideEnd> {
+        let pass = pass as usize;
+        let points = &self.passes[pass].points;
+        let last = points.len() - 1;
+        let end = if is_first { &points[0] } else { &points[last] };
+        let there = self.neighbour(own, continued(&own.cc, points, is_first)?)?;
+        let aside = (there.point.cc.position - own.cc.position).norm();
+        let ahead = own.cc.feed.dot(&(end.cc.position - own.cc.position));
+        if ahead.abs() > LARGEST_GAP * aside || at.is_some_and(|at| self.is_apart(at, (pass, &there), aside)) {
+            return None;
+        }
+        let is_at_own_end = at.is_some_and(|at| {
+            let points = &self.passes[at.pass].points;
+            let own_end = if ahead > 0.0 { points.first() } else { points.last() };
+            own_end.is_some_and(|end| (end.cc.position - own.cc.position).norm() < aside)
+        });
+        let is_earlier = is_earlier(at, pass, if is_first { 0 } else { last });
+        Some(BesideEnd {
+            neighbour: Neighbour { point: *end, is_earlier, ..there },
+            aside,
+            gap: ahead.abs(),
+            is_at_own_end,
+        })
     }
 
     /// Whether a crossing is not a neighbour for the side on which both passes have their uncut stock: of two arms of the same
@@ -184,10 +238,8 @@ impl Neighbours {
         opposed && (pass == at.pass || distance > self.reach.opposed)
     }
 
-    /// Where a segment crosses the plane across the feed, as a neighbour; `None` where it does not, or where what it
-    /// crosses is no neighbour.
-    fn crossing(&self, own: &CutPoint, ends: [&CutPoint; 2]) -> Option<Neighbour> {
-        let point = section_crossing(&own.cc, ends)?;
+    /// A place of another pass in the plane across the feed, as a neighbour; `None` where it is none.
+    fn neighbour(&self, own: &CutPoint, point: CutPoint) -> Option<Neighbour> {
         let between = point.cc.position - own.cc.position;
         let chord = between.norm();
         let along = own.cc.feed.dot(&point.cc.feed).abs();
@@ -211,85 +263,14 @@ impl Neighbours {
     }
 }
 
-/// The nearest crossings so far, with their distances.
-#[derive(Default)]
-struct Found {
-    nearest: [Option<(f64, Neighbour)>; 2],
-    earlier: [Option<(f64, Neighbour)>; 2],
+/// Whether what is at a point or segment of a pass is cut before a point of one of the passes.
+fn is_earlier(at: Option<OwnPlace>, pass: usize, place: usize) -> bool {
+    at.is_none_or(|at| pass < at.pass || (pass == at.pass && place < at.point))
 }
 
-impl Found {
-    fn take(&mut self, distance: f64, neighbour: Neighbour) {
-        let side = usize::from(neighbour.is_left);
-        put(&mut self.nearest[side], distance, neighbour);
-        if neighbour.is_earlier {
-            put(&mut self.earlier[side], distance, neighbour);
-        }
-    }
-
-    /// Distance beyond which nothing is wanted.
-    fn farthest(&self, reach: f64) -> f64 {
-        let all = self.nearest.iter().chain(&self.earlier);
-        all.map(|f| f.as_ref().map_or(reach, |(distance, _)| *distance)).fold(0.0, f64::max)
-    }
-
-    fn beside(self) -> Beside {
-        let only = |f: Option<(f64, Neighbour)>| f.map(|(_, neighbour)| neighbour);
-        Beside { nearest: self.nearest.map(only), earlier: self.earlier.map(only) }
-    }
-}
-
-/// Puts a neighbour where the one there is farther. Of equal distances the same one stays whatever order they come in.
-fn put(best: &mut Option<(f64, Neighbour)>, distance: f64, neighbour: Neighbour) {
-    let key = |n: &Neighbour| n.point.cc.position;
-    let better = best
-        .as_ref()
-        .is_none_or(|(d, b)| (distance, key(&neighbour).coords.as_slice()) < (*d, key(b).coords.as_slice()));
-    if better {
-        *best = Some((distance, neighbour));
-    }
-}
-
-/// How far past its end a pass counts as beside a point, mm: little against what a cutter reaches.
-const END_REACH: f64 = 0.02;
-
-/// Bisections of a segment of 5 mm to 5 nm.
-const CROSSING_STEPS: u32 = 20;
-
-/// Where the segment between two points crosses the plane through `cc` across its feed.
-///
-/// The segment is the cubic with both feeds at its ends where they go its way, so that points far apart on a strong bend
-/// do not cut the corner; else the chord.
-fn section_crossing(cc: &CcPoint, [a, b]: [&CutPoint; 2]) -> Option<CutPoint> {
-    let ahead = |p: &Point3<f64>| (p - cc.position).dot(&cc.feed);
-    let (at_a, at_b) = (ahead(&a.cc.position), ahead(&b.cc.position));
-    if (at_a > 0.0) == (at_b > 0.0) {
-        // Passes that all end on one line: which end lies beyond the plane is rounding.
-        let end = if at_a.abs() < at_b.abs() { a } else { b };
-        return (at_a.abs().min(at_b.abs()) <= END_REACH).then_some(*end);
-    }
-    let chord = b.cc.position - a.cc.position;
-    let length = chord.norm();
-    let goes_along = |p: &CutPoint| p.cc.feed.dot(&chord) > 0.5 * length;
-    let linear = at_a / (at_a - at_b);
-    let (t, position) = if goes_along(a) && goes_along(b) {
-        let (from, to) = (a.cc.feed.into_inner() * length, b.cc.feed.into_inner() * length);
-        let at = |t: f64| {
-            let s = 1.0 - t;
-            a.cc.position + chord * (t * t * (3.0 - 2.0 * t)) + from * (t * s * s) - to * (t * t * s)
-        };
-        let (mut low, mut high) = (0.0, 1.0);
-        for _ in 0..CROSSING_STEPS {
-            let middle = 0.5 * (low + high);
-            if (ahead(&at(middle)) > 0.0) == (at_a > 0.0) { low = middle } else { high = middle }
-        }
-        let t = 0.5 * (low + high);
-        (t, at(t))
-    } else {
-        (linear, a.cc.position + chord * linear)
-    };
-    let nearer = if t < 0.5 { a } else { b };
-    let blend = |p: &Vector3<f64>, q: &Vector3<f64>| p * (1.0 - t) + q * t;
-    let cc = CcPoint::new(position, blend(&a.cc.normal, &b.cc.normal), blend(&a.cc.feed, &b.cc.feed)).ok()?;
-    Some(CutPoint { cc, posture: nearer.posture })
+/// Distance of a box from the plane through a point across its feed; 0 where it meets it.
+fn plane_distance(cc: &CcPoint, b: &Aabb) -> f64 {
+    let (center, half) = (nalgebra::center(&b.min, &b.max), 0.5 * (b.max - b.min));
+    let reaches = cc.feed.x.abs() * half.x + cc.feed.y.abs() * half.y + cc.feed.z.abs() * half.z;
+    (cc.feed.dot(&(center - cc.position)).abs() - reaches).max(0.0)
 }

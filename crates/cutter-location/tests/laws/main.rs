@@ -14,6 +14,7 @@ mod mesh_bodies;
 mod neighbours;
 mod pairs;
 mod pass_costs;
+mod pass_ends;
 mod passes;
 mod postures;
 mod rapid_blocks;
