@@ -37,6 +37,8 @@ pub struct Stand {
     pub length_register: Option<u32>,
     /// Control that the program is for.
     pub dialect: Dialect,
+    /// Dialect file of that control, whose harmless functions count; the dialect's own where it is not given.
+    pub dialect_file: Option<PathBuf>,
     /// Where the workpiece frame is on the machine's table, mm along the table's axes.
     pub mount: [f64; 3],
     /// X, Y and Z of the machine where the program's are 0, mm.
@@ -124,7 +126,11 @@ impl Stand {
             }],
             "operations": [],
             // No program is written; what the control's own words cannot say does not matter.
-            "post": { "dialect": self.dialect, "feed_mode": feed_mode(self.dialect) },
+            "post": {
+                "dialect": self.dialect,
+                "feed_mode": feed_mode(self.dialect),
+                "dialect_file": self.dialect_file.as_deref().map(name).transpose()?,
+            },
         }))
     }
 

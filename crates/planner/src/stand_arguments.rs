@@ -41,9 +41,14 @@ pub(crate) struct StandArguments {
     /// Machine positions of X, Y and Z where the program's words are 0, mm; 0,0,0 where it is not given
     #[arg(long, value_name = "X,Y,Z", value_parser = place, allow_hyphen_values = true, requires = "part")]
     work_offset: Option<[f64; 3]>,
-    /// Register that holds the work offset; G54 where it is not given
+    /// Register that holds the work offset: G54, G54P1 and on, also for controls that call them otherwise (preset 1 of Heidenhain
+    /// is G54); G54 where it is not given
     #[arg(long, value_name = "NAME", requires = "part")]
     work_register: Option<String>,
+    /// Dialect file of the control, for functions that its machine builder made harmless; the dialect's own where it is not
+    /// given
+    #[arg(long, value_name = "FILE", requires = "part")]
+    dialect_file: Option<PathBuf>,
     /// Register that holds the tool's length (H); the tool file's where it is not given
     #[arg(long, value_name = "N", requires = "part")]
     length_register: Option<u32>,
@@ -130,6 +135,7 @@ impl StandArguments {
             tool: tool.clone(),
             length_register: self.length_register,
             dialect,
+            dialect_file: self.dialect_file.clone(),
             mount: self.mount.unwrap_or_default(),
             work_offset: self.work_offset.unwrap_or_default(),
             register: self.work_register.clone().unwrap_or_else(|| WORK_REGISTER.to_owned()),

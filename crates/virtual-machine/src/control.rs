@@ -195,7 +195,7 @@ impl<'a> Control<'a> {
             ReadCommand::Function(code) => {
                 let note = format!(
                     "M{code} may move, call or change anything; one that does not belongs into harmless_functions of the \
-                     job's dialect file"
+                     dialect file (post.dialect_file of a job, --dialect-file with --part)"
                 );
                 self.last(FindingKind::UnknownFunction, index, note);
             }

@@ -3,11 +3,13 @@
 use std::path::Path;
 
 use facemill::nc_program::Dialect;
+use facemill::virtual_machine::FindingKind;
 use facemill::{
     CutRequest, Job, STAND_GOUGE_LIMIT, SilentStages, Stand, StandStock, VerificationFile, VerifyRequest,
     verify_program,
 };
 use facemill_tests::jobs::JobFolder;
+use facemill_tests::shared::workspace;
 use serde_json::json;
 
 use super::{ALLOWANCE, TABLE, plate, program};
@@ -23,6 +25,7 @@ fn stand(job: &JobFolder) -> Stand {
         tool: job.path("tool.json"),
         length_register: None,
         dialect: Dialect::Fanuc,
+        dialect_file: None,
         mount: [0.0, 0.0, TABLE],
         work_offset: [0.0; 3],
         register: "G54".to_owned(),
@@ -67,6 +70,17 @@ fn a_program_has_the_same_findings_by_a_job_and_by_its_files() {
     assert_ne!(findings(&other(&|s| s.length_register = Some(7))), all);
     assert_ne!(findings(&other(&|s| s.register = "G55".to_owned())), all);
     assert_ne!(findings(&other(&|s| s.work_offset = [0.0, 0.0, -1.0])), all);
+    // A function of the machine builder is harmless where a dialect file says so.
+    let own = std::fs::read(workspace().join("crates/nc-program/dialects/fanuc.json")).unwrap();
+    let mut rules: serde_json::Value = serde_json::from_slice(&own).unwrap();
+    rules["harmless_functions"].as_array_mut().unwrap().push(json!(202));
+    job.write("dialect.json", rules.to_string().as_bytes());
+    let counted = |dialect_file| {
+        let job = Job::of_stand(&Stand { dialect_file, ..stand(&job) }).unwrap();
+        let found = run(&job, &text.replace("M30", "M202\nM30"));
+        found.verification.findings.iter().filter(|f| f.kind == FindingKind::UnknownFunction).count()
+    };
+    assert_eq!([counted(None), counted(Some(job.path("dialect.json")))], [1, 0]);
     // A program that flies above the stock says so, and one that meets it does not.
     let in_air =
         |found: &VerificationFile| found.assumptions.iter().any(|a| a.text.contains("takes anything of the stock"));
