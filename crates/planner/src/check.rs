@@ -2,14 +2,16 @@
 
 use facemill_surface_model::{LengthUnit, UpAxis};
 
-use crate::load::Setup;
+use crate::load::{Setup, pose};
 use crate::mesh_winding::check_winding;
 use crate::output::try_template;
+use crate::part_size::{part_box, unit_advice};
 use crate::path::lay;
 use crate::program::word_map;
+use crate::reach::check_reach;
 use crate::{Failure, Job};
 
-fn units(unit: LengthUnit) -> &'static str {
+pub(crate) fn units(unit: LengthUnit) -> &'static str {
     match unit {
         LengthUnit::Metre => "metres",
         LengthUnit::Centimetre => "centimetres",
@@ -41,13 +43,17 @@ pub fn describe_setup(job: &Job, index: usize) -> Result<Vec<String>, Failure> {
         lines.push(format!("mesh {} {taken}: {}", mesh.file, mesh.told()));
     }
     lines.extend(undecided);
+    lines.push(part_line(&setup));
+    lines.extend(unit_advice(job, &setup));
     let b = setup.aabb();
     lines.push(format!(
-        "everything lies in ({:.1}, {:.1}, {:.1}) to ({:.1}, {:.1}, {:.1}) mm of the workpiece frame",
+        "everything on the table, its own bodies included, lies in ({:.1}, {:.1}, {:.1}) to ({:.1}, {:.1}, {:.1}) mm of the workpiece frame",
         b.min.x, b.min.y, b.min.z, b.max.x, b.max.y, b.max.z
     ));
     for (k, operation) in job.operations_of(setup.file) {
         let laid = lay(job, &setup, k, operation)?;
+        let head = job.seen_by(operation.head.saturating_sub(1) as usize, 0.0);
+        check_reach(&head, &setup, operation, &laid.tasks).map_err(|e| job.wrong(e))?;
         let points: usize = laid.tasks.iter().map(|t| t.pass.points.len()).sum();
         let copies = operation.pattern.as_ref().map_or(1, |p| p.copies);
         lines.push(format!(
@@ -58,4 +64,14 @@ pub fn describe_setup(job: &Job, index: usize) -> Result<Vec<String>, Failure> {
         ));
     }
     Ok(lines)
+}
+
+/// Size and place of the part by itself.
+fn part_line(setup: &Setup<'_>) -> String {
+    let b = part_box(&setup.obstacles, &pose(&setup.file.work_from_part));
+    let size = b.max - b.min;
+    format!(
+        "the part is {:.1} x {:.1} x {:.1} mm: it lies in ({:.1}, {:.1}, {:.1}) to ({:.1}, {:.1}, {:.1}) mm of its own frame",
+        size.x, size.y, size.z, b.min.x, b.min.y, b.min.z, b.max.x, b.max.y, b.max.z
+    )
 }

@@ -20,6 +20,8 @@ use crate::obstacle_meshes::{
     ObstacleMesh, ObstacleRole, Selection, joined_obstacles, matches_pattern, obstacle, only, select_also,
     selected_groups, table_bodies,
 };
+use crate::operation::clearance_surface;
+use crate::part_size::unit_inside;
 use crate::post_load::read_post;
 use crate::report::MeshReport;
 use crate::stock::stock_mesh;
@@ -278,10 +280,15 @@ impl<'a> Setup<'a> {
                 0.0
             }
         };
-        check_enclosure(&format!("setups[{index}]"), file, stock_thickness, &obstacles).map_err(|e| job.wrong(e))?;
+        let reports = read_files.reports();
+        check_enclosure(&format!("setups[{index}]"), file, stock_thickness, &obstacles).map_err(|e| {
+            let clearance = clearance_surface(&file.clearance);
+            let unit = reports.first().map(|r| r.unit);
+            let advice = unit.and_then(|unit| unit_inside(job, unit, &obstacles, &work_from_part, &clearance));
+            job.wrong(advice.map_or_else(|| e.clone(), |advice| format!("{advice} As it is: {e}")))
+        })?;
         let table_from_work = pose(&file.table_from_work);
         obstacles.extend(table_bodies(&job.machine, &table_from_work));
-        let reports = read_files.reports();
         Ok(Self {
             file,
             drive: Surface::new(drive, SurfaceSettings::default()),

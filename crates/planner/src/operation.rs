@@ -29,6 +29,7 @@ use crate::plan::Clock;
 use crate::plan_stages::{BETWEEN, HELP, LAY, LINKS, PICTURE, PLACES, POSTURES};
 use crate::pole::Tests;
 use crate::pole_detours::Detours;
+use crate::reach::check_reach;
 use crate::solution_space::mapped_range;
 use crate::solution_svg::map_svg;
 use crate::winding::wound;
@@ -86,6 +87,7 @@ impl<'a> PlannedOperation<'a> {
         let mut cell = workcell(job, setup, operation, map);
         let laying = stages.start(LAY, 0);
         let laid = lay(job, setup, index, operation)?;
+        check_reach(job, setup, operation, &laid.tasks).map_err(|e| job.wrong(e))?;
         drop(laying);
         settle_branch(&mut cell, &laid.tasks);
         let test = PoseTest::new(&cell);

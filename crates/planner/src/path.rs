@@ -12,6 +12,7 @@ use crate::job_file::{
     LevelOrderFile, LinkingFile, OperationFile, PathFile, PathFromFile, PathFromStrategy, UncutSideFile,
 };
 use crate::load::{Job, Setup};
+use crate::part_size::unit_advice;
 use crate::pieces::LaidTask;
 use crate::{Failure, files};
 
@@ -29,8 +30,16 @@ pub(crate) struct LaidPath {
 /// Lays or projects the path of an operation.
 ///
 /// # Errors
-/// When the path file is wrong, or the region holds nothing that passes could be laid on.
+/// When the path file is wrong, or the region holds nothing that passes could be laid on; a part of a size that cannot be meant
+/// has the likely unit in the message.
 pub(crate) fn lay(job: &Job, setup: &Setup<'_>, index: usize, operation: &OperationFile) -> Result<LaidPath, Failure> {
+    laid(job, setup, index, operation).map_err(|e| match unit_advice(job, setup) {
+        Some(advice) => job.wrong(format!("{advice} As it is, no passes can be laid for \"{}\"", operation.name)),
+        None => e,
+    })
+}
+
+fn laid(job: &Job, setup: &Setup<'_>, index: usize, operation: &OperationFile) -> Result<LaidPath, Failure> {
     let at = format!("operations[{index}].path");
     let (passes, dropped_pieces) = match &operation.path {
         PathFile::File(file) => {
