@@ -45,10 +45,10 @@ mod tests {
 
     #[test]
     fn tolerances_of_stock_are_within_their_range() {
-        for text in ["0", "-1", "9e-4", "0.51", "nan", "inf", "ten"] {
-            assert!(stock_tolerance(text).is_err_and(|why| why.contains("from 0.001 to 0.5 mm")), "{text}");
+        for text in ["0", "-1", "9e-5", "0.51", "nan", "inf", "ten"] {
+            assert!(stock_tolerance(text).is_err_and(|why| why.contains("from 0.0001 to 0.5 mm")), "{text}");
         }
-        assert_eq!(["1e-3", "0.05", "0.5"].map(stock_tolerance), [Ok(0.001), Ok(0.05), Ok(0.5)]);
+        assert_eq!(["1e-4", "0.05", "0.5"].map(stock_tolerance), [Ok(0.0001), Ok(0.05), Ok(0.5)]);
     }
 
     #[test]

@@ -20,7 +20,7 @@ use crate::{Failure, Stages};
 
 /// Tolerances that stock can be cut within, mm. Smaller: motions fall into more parts than memory holds. Larger: what goes less deep into
 /// the stock than twice the tolerance is no finding.
-pub const STOCK_TOLERANCES: RangeInclusive<f64> = 1e-3..=0.5;
+pub const STOCK_TOLERANCES: RangeInclusive<f64> = 0.0001..=0.5;
 
 /// How stock is cut.
 #[derive(Clone, Debug)]

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use facemill::new_job::{NewJob, Series};
 use facemill_tests::commands::facemill_in;
-use facemill_tests::jobs::{JobFolder, copy_of, small_patch, small_propeller};
+use facemill_tests::jobs::{JobFolder, copy_of, small_patch, small_propeller, unfinished};
 use facemill_tests::program::{code_and_errors, facemill, run};
 use facemill_tests::shared::workspace;
 use facemill_tests::variants::{box_obj, tiny_patch};
@@ -70,8 +70,9 @@ fn trimming_more_than_allowed_is_exit_1_with_files_and_stopping_is_exit_1_withou
         report["findings"].as_array().unwrap().iter().filter(|f| f["kind"] != "near_miss").collect();
     assert!(report["verified"] == true && faults.is_empty(), "{faults:?}");
 
-    job.set("job.json", &[("/operations/0/infeasible/trim/max_trimmed_fraction", json!(1.0))]);
-    assert_eq!(plan(&job, "generous", &["--no-verify"]).0, 0);
+    job.set("job.json", &[("/operations/0/infeasible/trim/max_trimmed_fraction", json!(1.0)), unfinished()]);
+    let (code, errors) = plan(&job, "generous", &["--no-verify"]);
+    assert_eq!(code, 0, "{errors}");
 
     job.set("job.json", &[("/operations/0/infeasible", json!("stop"))]);
     let (code, errors) = plan(&job, "stopped", &[]);

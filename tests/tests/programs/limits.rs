@@ -104,7 +104,7 @@ fn values_that_no_tool_machine_or_control_has_are_refused_with_file_key_and_limi
             "machine.json",
             "/motion/control_tolerance/path_mm".into(),
             json!(1e300),
-            &["control_tolerance.path_mm", "from 0 to 2"],
+            &["control_tolerance.path_mm", "from 0 to 10"],
         ),
         (
             "machine.json",
@@ -116,7 +116,7 @@ fn values_that_no_tool_machine_or_control_has_are_refused_with_file_key_and_limi
             "job.json",
             "/verification/stock_tolerance_mm".into(),
             json!(1e-9),
-            &["verification.stock_tolerance_mm", "from 0.001 to 0.5"],
+            &["verification.stock_tolerance_mm", "from 0.0001 to 0.5"],
         ),
         (
             "job.json",

@@ -45,6 +45,7 @@ fn over_a_ridge() -> JobFolder {
             ("/operations/0/tolerances/max_lift_mm", json!(0.5)),
             ("/operations/0/tolerances/linearisation_mm", json!(0.01)),
             ("/operations/0/infeasible", json!({ "trim": { "max_trimmed_fraction": 0.2 } })),
+            facemill_tests::jobs::unfinished(),
         ],
     );
     job

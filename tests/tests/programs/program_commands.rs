@@ -493,7 +493,6 @@ fn programs_from_anywhere_are_run_as_the_job_stands() {
     let expected = [
         "both sides",
         "the mesh patch.obj is not closed",
-        "feeds of cuts are held against 2000 mm/min",
         "how rapids go",
         "motion.control_tolerance",
         "times by acceleration and jerk take the control as",

@@ -188,6 +188,6 @@ fn a_link_with_nothing_in_the_way_is_one_block_and_is_so_again() {
 fn programs_that_are_not_understood_are_refused_with_their_line() {
     let job = tiny_patch();
     let refused = |dialect, text: &str| faster(&job, dialect, text).unwrap_err().to_string();
-    assert!(refused(Dialect::Fanuc, "G0 X1.\nG77 X2.\n").contains("line 2"));
+    assert!(refused(Dialect::Fanuc, "G0 X1.\nG1 X2.5.2\n").contains("line 2"));
     assert!(refused(Dialect::Heidenhain, "0 BEGIN PGM A MM\n1 L X+1 R9 FMAX\n").contains("line 2"));
 }

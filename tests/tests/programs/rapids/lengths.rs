@@ -125,7 +125,7 @@ fn a_flange_passes_over_the_wall_by_the_margin() {
     let into = PAST.replace("X5.", "X22.");
     let none = lengths(&job, &into, None, false).unwrap();
     assert!(none.tool.is_some() || none.file.none_is_free.is_some());
-    let faults = lengths(&job, &PAST.replace("G1 Y10.", "G77 Y10."), None, false).unwrap_err().to_string();
+    let faults = lengths(&job, &PAST.replace("G1 Y10.", "G1 Y10.5.2"), None, false).unwrap_err().to_string();
     assert!(faults.contains("line 8"), "{faults}");
 }
 

@@ -133,7 +133,10 @@ fn what_cannot_be_meant_is_exit_2_and_writes_nothing() {
         (format!("{job_of} --margin-mm inf"), &["--margin-mm", "at least 0"]),
         (format!("{job_of} --longest-mm -1"), &["--longest-mm", "at least 0"]),
         (format!("{job_of} --stock-cell-mm 0"), &["--stock-cell-mm", "above 0 mm"]),
-        (format!("{job_of} --stock-cell-mm 1 --stock-tolerance-mm -1"), &["--stock-tolerance-mm", "above 0 mm"]),
+        (
+            format!("{job_of} --stock-cell-mm 1 --stock-tolerance-mm -1"),
+            &["--stock-tolerance-mm", "from 0.0001 to 0.5 mm"],
+        ),
         (format!("{job_of} --rest tool.json"), &["tool.json"]),
         (job_of.replace("past.nc", "wrong.nc"), &["wrong.nc", "line 8, column"]),
         (job_of.replace("--job job.json", ""), &["--job"]),

@@ -140,7 +140,7 @@ fn what_cannot_be_done_is_exit_2_and_writes_nothing() {
         ("old.nc --job job.json -o new.nc --gouge-mm -1", &["--gouge-mm", "at least 0"]),
         ("old.nc --job job.json -o new.nc --stock-cell-mm 0", &["--stock-cell-mm", "above 0 mm"]),
         ("old.nc --job job.json -o new.nc --stock-cell-mm 1e-4", &["lines", "use 0.", "--stock-cell-mm"]),
-        ("old.nc --job job.json -o new.nc --stock-tolerance-mm 0", &["--stock-tolerance-mm", "above 0 mm"]),
+        ("old.nc --job job.json -o new.nc --stock-tolerance-mm 0", &["--stock-tolerance-mm", "from 0.0001 to 0.5 mm"]),
         ("old.nc --job job.json -o new.nc --rest tool.json", &["tool.json"]),
         ("old.nc --job job.json -o new.nc --rest a.stock --stock-cell-mm 1", &["--rest", "--stock-cell-mm"]),
         ("tnc.nc --job job.json -o new.nc --dialect heidenhain", &["tnc.nc", "line 2, column"]),

@@ -287,7 +287,7 @@ fn cutting_the_stock_hides_nothing_that_stands_between_its_lines() {
         }
     }
     let told = facemill_in(&job, &format!("verify program.nc {stand} --stock-cell-mm 1 --stock-tolerance-mm 0.6"));
-    assert!(told.code == 2 && told.errors.contains("at most 0.5 mm"), "{}", told.errors);
+    assert!(told.code == 2 && told.errors.contains("to 0.5 mm"), "{}", told.errors);
     let told = facemill_in(&job, &format!("verify program.nc {stand} --stock-cell-mm 500"));
     assert!(told.code == 2 && told.errors.contains("none of its lines, 500 mm apart"), "{}", told.errors);
 }
