@@ -195,7 +195,7 @@ fn turn(normal: &Unit<Vector3<f64>>, random: &mut Random) -> UnitQuaternion<f64>
     }
 }
 
-/// The parts of the sweep by name: patch, propeller and rotor blade from their tables (about 200,000 triangles each when
+/// The parts of the sweep by name: patch, propeller, its hub alone, and rotor blade from their tables (about 200,000 triangles each when
 /// `is_full`, some hundreds otherwise), a soup of awkward triangles, and every mesh of the shared data that is there.
 ///
 /// # Panics
@@ -206,6 +206,9 @@ pub fn parts(is_full: bool) -> Vec<(String, TriMesh)> {
     let mut parts = vec![("patch".to_owned(), patch(&spec, n, n).expect("numbers are in range"))];
     let (radial, chord_tolerance) = if is_full { ((100, 110), 0.05) } else { ((8, 10), 4.0) };
     parts.push(("propeller".to_owned(), propeller(radial, chord_tolerance)));
+    // Thick enough for bodies of every kind inside.
+    let spec = PropellerSpec::new(PropellerSeries::Dtmb4119, 500.0).expect("numbers are in range");
+    parts.push(("hub".to_owned(), hub(&spec, 0.1 * chord_tolerance).expect("numbers are in range")));
     let (span, between) = if is_full { (200, 8) } else { (6, 1) };
     parts.push(("rotor 37".to_owned(), rotor37(RotorResolution::new(span, between).expect("numbers are in range"))));
     parts.push(("soup".to_owned(), soup(if is_full { 3000 } else { 200 })));
