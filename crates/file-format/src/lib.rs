@@ -7,6 +7,10 @@
 //!
 //! It must not know what the files hold, and opens none.
 
+mod key_limit;
+
+pub use key_limit::KeyLimit;
+
 use schemars::{JsonSchema, generate::SchemaSettings};
 use serde::{Serialize, de::DeserializeOwned};
 

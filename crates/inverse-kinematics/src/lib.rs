@@ -96,7 +96,7 @@ pub use family::{Family, RotaryRole};
 pub use import::{ImportError, import_autodesk_machine};
 pub use inverse_solution::{Branch, BranchPreference, InverseSolution, InverseSolutions, MAX_SOLUTIONS, Unreachable};
 pub use joint_lines::JointLine;
-pub use limits::{MACHINE_LIMITS, MachineLimit};
+pub use limits::MACHINE_LIMITS;
 pub use linearise::{Linearisation, LineariseError, Linearised, MotionTolerance, PoseFraction, linearise};
 pub use machine::{FeedRange, FieldProblem, Machine, MachineError};
 pub use machine_file::{

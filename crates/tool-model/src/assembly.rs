@@ -1,5 +1,5 @@
 use facemill_cl_data::{PlacedSolid, RoundFrustum, Solid};
-use facemill_file_format::FormatError;
+use facemill_file_format::{FormatError, KeyLimit};
 use nalgebra::Isometry3;
 
 use crate::{Cutter, CutterError, SpindleRotation, Stack, ToolFile};
@@ -49,37 +49,22 @@ pub enum ToolFileError {
 /// Sections written in tenths may miss their sum by rounding; a gap of this size (mm) hides nothing that could collide.
 const GAP: f64 = 1e-6;
 
-/// Range of a key's value, in the key's own unit.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ToolLimit {
-    /// Key of the file, as written; in whichever part of the file it is.
-    pub key: &'static str,
-    /// Least value.
-    pub least: f64,
-    /// Largest value.
-    pub most: f64,
-}
-
-const fn limit(key: &'static str, least: f64, most: f64) -> ToolLimit {
-    ToolLimit { key, least, most }
-}
-
 /// Limits of the keys that have some of their own.
 ///
 /// Lengths: no spindle carries a tool of ten metres, and below 10 µm nothing is turned. A body or holder without a diameter would collide
 /// with nothing. T words have eight digits; the largest face mills have about a hundred inserts.
-pub const TOOL_LIMITS: [ToolLimit; 11] = [
-    limit("radius_mm", 0.01, 1e4),
-    limit("flute_length_mm", 0.01, 1e4),
-    limit("stick_out_mm", 0.01, 1e4),
-    limit("gauge_length_mm", 0.01, 1e4),
-    limit("length_mm", 1e-12, 1e4),
-    limit("diameter_low_mm", 0.01, 1e4),
-    limit("diameter_high_mm", 0.01, 1e4),
-    limit("clearance_mm", 0.0, 1e3),
-    limit("max_ramp_angle_deg", 0.0, 90.0),
-    limit("number", 1.0, 99_999_999.0),
-    limit("n_inserts", 1.0, 500.0),
+pub const TOOL_LIMITS: [KeyLimit; 11] = [
+    KeyLimit::new("radius_mm", 0.01, 1e4),
+    KeyLimit::new("flute_length_mm", 0.01, 1e4),
+    KeyLimit::new("stick_out_mm", 0.01, 1e4),
+    KeyLimit::new("gauge_length_mm", 0.01, 1e4),
+    KeyLimit::new("length_mm", 1e-12, 1e4),
+    KeyLimit::new("diameter_low_mm", 0.01, 1e4),
+    KeyLimit::new("diameter_high_mm", 0.01, 1e4),
+    KeyLimit::new("clearance_mm", 0.0, 1e3),
+    KeyLimit::new("max_ramp_angle_deg", 0.0, 90.0),
+    KeyLimit::new("number", 1.0, 99_999_999.0),
+    KeyLimit::new("n_inserts", 1.0, 500.0),
 ];
 
 /// Largest register that controls have for lengths.
@@ -271,10 +256,8 @@ fn check(field: impl Into<String>, value: f64, ok: bool, expected: impl Into<Str
 /// Checks a number against the limits of its key, which is the last part of the field's path.
 fn check_limits(field: impl Into<String>, value: f64) -> Result<(), ToolFileError> {
     let field = field.into();
-    let key = field.rsplit('.').next().unwrap_or(&field);
-    let Some(limit) = TOOL_LIMITS.iter().find(|l| l.key == key) else { return Ok(()) };
-    let (least, most) = (limit.least, limit.most);
-    check(field, value, (least..=most).contains(&value), format!("from {least} to {most}"))
+    let Some(limit) = KeyLimit::of(&TOOL_LIMITS, &field) else { return Ok(()) };
+    check(field, value, limit.contains(value), format!("from {} to {}", limit.least, limit.most))
 }
 
 fn check_numbers(file: &ToolFile) -> Result<(), ToolFileError> {

@@ -36,7 +36,7 @@ mod outline;
 mod silhouette;
 mod tool_file;
 
-pub use assembly::{TOOL_LIMITS, ToolAssembly, ToolFileError, ToolLimit, ToolSection};
+pub use assembly::{TOOL_LIMITS, ToolAssembly, ToolFileError, ToolSection};
 pub use contact::cl_from_cc;
 pub use cusp::{Cusp, cusp_height_between, step_over_for_cusp};
 pub use cutter::{Cutter, CutterError};
