@@ -240,6 +240,7 @@ fn nothing_is_known_behind_a_code_or_statement_that_the_reader_does_not_know() {
         (Dialect::Heidenhain, "PRESET SELECT #2"),
         (Dialect::Heidenhain, "SECTION MONITORING START"),
         (Dialect::Heidenhain, "FUNCTION MODE MILL \"KIN2\""),
+        (Dialect::Heidenhain, "FUNCTION MODE MILL \"KIN2\"\nFUNCTION MODE MILL"),
         (Dialect::Heidenhain, "RND R2 M128"),
     ] {
         let axis = if dialect == Dialect::Heidenhain { "L Y+5 R0 FMAX" } else { "G0 Y5." };

@@ -325,9 +325,14 @@ impl HeidenhainReader {
                 self.state.update_compensation();
             }
             ["FUNCTION", "MODE", "MILL"] => self.state.modal.unfollowed.end(Cause::Mapping),
+            ["FUNCTION", "MODE", "MILL", ..] => {
+                self.state
+                    .modal
+                    .unfollowed
+                    .begin(Cause::Forever, "kinematics that are chosen by a name are not followed");
+            }
             ["FUNCTION", "MODE", ..] => {
-                let why = "a mode other than milling, or with kinematics of its own, is not followed";
-                self.state.modal.unfollowed.begin(Cause::Mapping, why);
+                self.state.modal.unfollowed.begin(Cause::Mapping, "a mode other than milling is not followed");
             }
             ["FUNCTION", "DWELL", rest @ ..] => {
                 let seconds = rest.concat().strip_prefix("TIME").and_then(|t| t.parse().ok());
