@@ -107,10 +107,11 @@ pub(crate) fn lost_times(job: &Job, timed: &Timed, driven: &[Driven<'_>]) -> Vec
     for (at, (m, of_move)) in cuts.enumerate() {
         let time = timed.cut_times.get(&of_move.line).copied().unwrap_or(m.time);
         let name = of_move.operation.name.as_str();
-        if all.last().is_none_or(|last| last.name != name) {
+        let known = all.iter().position(|operation| operation.name == name).unwrap_or_else(|| {
             all.push(OfOperation { name, ..OfOperation::default() });
-        }
-        let Some(own) = all.last_mut() else { continue };
+            all.len() - 1
+        });
+        let own = &mut all[known];
         own.total += time;
         // What chips make of the feed is not lost.
         let feed = timed.cut_feeds.get(at).map_or(of_move.operation.feeds.cutting_mm_min, |f| f.asked.mm_min);
