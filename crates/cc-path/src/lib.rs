@@ -67,6 +67,7 @@ pub use project::{ProjectSettings, project};
 pub use region::{NormalCone, Region};
 pub use samples::{AskedRegion, RegionSample};
 pub use settings::{Direction, LaySettings, LevelOrder, Pattern, UncutSide};
+pub use size::MAX_POINTS;
 pub use strategy::{CylindricalSections, ParallelPlanes, Strategy};
 pub use strategy_file::{
     BoxFile, CylindricalSectionsFile, NormalConeFile, ParallelPlanesFile, RegionFile, StrategyFile,

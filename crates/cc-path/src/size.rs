@@ -9,8 +9,8 @@ use crate::{LaySettings, PathError, Remedy, Strategy, patch::Fineness};
 /// Most passes of a path. A blade of 4 m cut at 0.2 mm has as many; more is a wrong setting.
 pub(crate) const MAX_LEVELS: usize = 20_000;
 
-/// Most points of a path: at 1 mm, 2 km of passes. A plan takes a few kB for each.
-pub(crate) const MAX_POINTS: usize = 2_000_000;
+/// Most points of a path: at 1 mm, 2 km of passes. A plan takes about 4 kB for each.
+pub const MAX_POINTS: usize = 2_000_000;
 
 /// Most facets that passes cross, each counted once for each pass: 100 bytes for each.
 pub(crate) const MAX_CROSSINGS: usize = 20_000_000;

@@ -1,8 +1,8 @@
 //! CC points of an operation, from a path file or laid by a strategy.
 
 use facemill_cc_path::{
-    Direction, LaySettings, LevelOrder, PathError, Pattern, ProjectSettings, Remedy, UncutSide, lay_passes, project,
-    read_path_file,
+    Direction, LaySettings, LevelOrder, MAX_POINTS, PathError, Pattern, ProjectSettings, Remedy, UncutSide, lay_passes,
+    project, read_path_file,
 };
 use facemill_cl_data::{CcPoint, Pass, Silent};
 use facemill_cutter_location::cusp::expected_strip_width;
@@ -139,7 +139,7 @@ fn from_strategy(
         uncut: wanted.map(|left| if left { UncutSide::Left } else { UncutSide::Right }),
         edge_margin: file.edge_margin_mm,
         min_pass_length: file.min_pass_length_mm,
-        max_points: (MOST_POINTS / n_places(operation)).max(1),
+        max_points: (MAX_POINTS / n_places(operation)).max(1),
         ..LaySettings::default()
     };
     let curve = search_curve(job, operation, wanted.unwrap_or(false))?;
@@ -153,9 +153,6 @@ fn from_strategy(
     let passes = laid.passes.into_iter().map(|p| (p.pass, p.uncut == UncutSide::Left)).collect();
     Ok((passes, laid.n_dropped_pieces))
 }
-
-/// Most CC points of an operation, in all places of its pattern: a plan takes about 4 kB for each.
-const MOST_POINTS: usize = 2_000_000;
 
 fn n_places(operation: &OperationFile) -> usize {
     operation.pattern.as_ref().map_or(1, |p| p.copies as usize)
@@ -184,11 +181,11 @@ fn keys(remedy: Remedy, operation: &OperationFile) -> String {
 fn check_number(passes: &[SidedPass], operation: &OperationFile) -> Result<(), String> {
     let n: usize = passes.iter().map(|(pass, _)| pass.points.len()).sum();
     let places = n_places(operation);
-    if n.saturating_mul(places) <= MOST_POINTS {
+    if n.saturating_mul(places) <= MAX_POINTS {
         return Ok(());
     }
     Err(format!(
-        "{n} points in {places} place(s) are more than the {MOST_POINTS} that a plan may have; give every second one, or share them among \
+        "{n} points in {places} place(s) are more than the {MAX_POINTS} that a plan may have; give every second one, or share them among \
          several jobs"
     ))
 }

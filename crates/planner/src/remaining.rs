@@ -257,7 +257,7 @@ fn outside(setup: &Setup<'_>, asked: &[Asked<'_>]) -> Result<f64, Failure> {
         })
     };
     let samples = drive.samples(drive.facet_area() / DRIVE_SAMPLES);
-    let area = |all: &[RegionSample]| all.iter().map(|s| s.area).sum::<f64>();
+    let area = |all: &[RegionSample]| all.iter().fold(0.0, |sum, s| sum + s.area);
     let outside: Vec<RegionSample> = samples.iter().filter(|s| !is_asked(s.triangle, &s.position)).copied().collect();
     Ok(area(&outside) / area(&samples).max(f64::MIN_POSITIVE))
 }

@@ -90,7 +90,8 @@ impl RemainingOnRegion {
         let Measured { areas, on, left } = measured;
         let area: f64 = areas.iter().sum();
         let share = |is: &dyn Fn(usize) -> bool| {
-            (0..left.len()).filter(|&k| is(k)).map(|k| areas[k]).sum::<f64>() / area.max(f64::MIN_POSITIVE)
+            (0..left.len()).filter(|&k| is(k)).map(|k| areas[k]).fold(0.0, |sum, a| sum + a)
+                / area.max(f64::MIN_POSITIVE)
         };
         let above_fraction = share(&|k| left[k].height > limit_mm);
         // Stock as it was before the cut is not finished, however thin it is.
