@@ -10,6 +10,7 @@ use ends::{BesideEnd, continued};
 use found::Found;
 use section::section_crossing;
 
+mod crosses;
 mod ends;
 mod found;
 mod section;

@@ -8,7 +8,7 @@ use facemill_cutter_location::cusp::{CutPoint, Ridge};
 use facemill_cutter_location::neighbours::{CutPass, Neighbour, NeighbourReach, Neighbours, OwnPlace};
 use facemill_cutter_location::{Hints, Optimum, Outcome, PassSettings, PassTask, PlannedPass, plan_passes, search};
 use facemill_surface_model::Surface;
-use facemill_tool_model::{Outline, step_over_for_cusp};
+use facemill_tool_model::{Cusp, Outline, step_over_for_cusp};
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
@@ -20,6 +20,7 @@ use crate::pole_detours::Detours;
 use crate::{Failure, Stages};
 
 /// Passes with the poses of their points, in cutting order.
+#[derive(Clone)]
 pub(crate) struct PlannedPath {
     pub(crate) tasks: Vec<LaidTask>,
     pub(crate) outcomes: Vec<Pass<Outcome>>,
@@ -91,11 +92,17 @@ impl<'a> Interposer<'_, 'a> {
             if between.is_empty() {
                 break;
             }
+            let (before, left) = (path.clone(), self.left_beyond(path));
             let put_in = self.put_in(path, between, &mut extra.refused, stages)?;
-            extra.between += put_in;
             if put_in == 0 {
                 break;
             }
+            if self.left_beyond(path) >= left {
+                // Longer, and no better.
+                *path = before;
+                break;
+            }
+            extra.between += put_in;
         }
         Ok(extra)
     }
@@ -179,13 +186,40 @@ impl<'a> Interposer<'_, 'a> {
                         let share = k as f64 / (n + 1) as f64;
                         let places = stretch.clone().filter_map(|p| Some((&points[p].cc, wanted[p]?.0, share)));
                         let task = &path.tasks[planned.task[run]];
-                        extras.extend(self.laid(places, task).map(|task| Extra { before: planned.task[run], task }));
+                        let laid = self.laid(places, task).filter(|t| !neighbours.is_crossed_by(&t.pass.points));
+                        extras.extend(laid.map(|task| Extra { before: planned.task[run], task }));
                     }
                 }
             }
             extras
         };
         (0..neighbours.passes().len()).into_par_iter().map(of_run).collect::<Vec<_>>().into_iter().flatten().collect()
+    }
+
+    /// Stock that ridges leave beyond the allowed cusp, mm³, as if they were as high over the whole strip: a measure to compare
+    /// rounds by. A strip that stays uncut counts as high as it is wide.
+    fn left_beyond(&self, path: &PlannedPath) -> f64 {
+        let neighbours = Neighbours::new(path.planned().passes(), self.reach);
+        let cutter = self.tests.plain.cell.tool.cutter();
+        let of_point = |pass: usize, point: usize| -> f64 {
+            let points = &neighbours.passes()[pass].points;
+            let at = |k: usize| points[k.min(points.len() - 1)].cc.position;
+            let length = 0.5 * (at(point + 1) - at(point.saturating_sub(1))).norm();
+            let beside = neighbours.of(OwnPlace { pass, point });
+            let beyond = |n: &Neighbour| {
+                let wide = n.strip.step_over;
+                match Ridge::toward(cutter, &points[point], n).cusp {
+                    Cusp::Height(height) => (height.min(wide) - self.cusp).max(0.0) * wide * length,
+                    Cusp::Uncut => wide * wide * length,
+                }
+            };
+            beside.before().map(beyond).sum()
+        };
+        let of_pass = |pass: usize| -> f64 {
+            (0..neighbours.passes()[pass].points.len()).map(|point| of_point(pass, point)).sum()
+        };
+        let found: Vec<f64> = (0..neighbours.passes().len()).into_par_iter().map(of_pass).collect();
+        found.iter().sum()
     }
 
     /// How many passes a ridge asks for between a point and the pass beside it.

@@ -224,3 +224,33 @@ fn what_is_on_another_arm_wall_or_across_is_no_neighbour() {
         assert!(steps(&both, 1).iter().all(Vec::is_empty));
     }
 }
+
+#[test]
+fn a_pass_goes_across_another_on_one_surface_alone() {
+    let shapes = [PLANE, CYLINDER, SADDLE];
+    for shape in &shapes {
+        let laid =
+            Neighbours::new(vec![pass(shape, &line(-30.0, 30.0, 0.0)), pass(shape, &line(-30.0, 30.0, STEP))], REACH);
+        let is_across = |curve: &[[f64; 2]]| {
+            let points: Vec<CcPoint> = pass(shape, curve).points.iter().map(|p| p.cc).collect();
+            laid.is_crossed_by(&points)
+        };
+        let lean = |from: f64, to: f64| -> Vec<[f64; 2]> {
+            (0..=20).map(|k| f64::from(k) / 20.0).map(|t| [-20.0 + 40.0 * t, from + (to - from) * t]).collect()
+        };
+        // Between, beside, and ending short of the one it leads to; then over one of them at a slant, and over both.
+        assert!(!is_across(&line(-30.0, 30.0, 0.5 * STEP)) && !is_across(&lean(-0.3 * STEP, -0.1 * STEP)));
+        assert!(!is_across(&lean(0.1 * STEP, 0.9 * STEP)));
+        assert!(is_across(&lean(-0.1 * STEP, 0.2 * STEP)) && is_across(&lean(0.9 * STEP, 1.1 * STEP)));
+        assert!(is_across(&lean(-STEP, 2.0 * STEP)));
+    }
+    // Above and below it crosses in a picture alone, and on the other side of a thin wall another surface is cut.
+    let laid = Neighbours::new(vec![pass(&PLANE, &line(-30.0, 30.0, 0.0))], REACH);
+    let over: Vec<[f64; 2]> = line(-10.0, 10.0, 0.0).into_iter().map(|[a, b]| [b, a]).collect();
+    let above = Shape { at: |x, y| Point3::new(x, y, 20.0), normal: |_, _| Vector3::z() };
+    let below = Shape { at: |x, y| Point3::new(x, y, -0.5), normal: |_, _| -Vector3::z() };
+    for shape in [above, below] {
+        let points: Vec<CcPoint> = pass(&shape, &over).points.iter().map(|p| p.cc).collect();
+        assert!(!laid.is_crossed_by(&points));
+    }
+}
