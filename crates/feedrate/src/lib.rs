@@ -47,7 +47,7 @@ pub use pair::{PairBlock, PairFeed, PairLimit, feed_for_pair, plan_pair_feeds};
 pub use plan::{FeedBlock, PlanFeedsError, plan_feeds, rapid_time};
 pub use program_law::{
     MissingLimit, ProgramBlock, ProgramLaw, ProgramLawError, ProgramSettings, machine_bounds, program_blocks,
-    program_law, within_look_ahead,
+    program_law, program_law_of, within_look_ahead,
 };
 pub use time_law::*;
 pub use trapezoid_law::{TrapezoidLaw, TrapezoidSettings, trapezoid_law};

@@ -7,7 +7,7 @@ use super::law::{Alone, Motion, ProgramLaw};
 use super::polyline::Polyline;
 use super::rounded::RoundedLine;
 use super::section::Section;
-use super::spans::{RAMP, Spans};
+use super::spans::Spans;
 use crate::time_law::barrier::Scaled;
 use crate::{AxisBounds, MotionBounds, TimeLawError};
 
@@ -141,9 +141,23 @@ pub fn program_law(
     axes: &[AxisBounds],
     settings: &ProgramSettings,
 ) -> Result<ProgramLaw, ProgramLawError> {
+    program_law_of(start, blocks.iter().copied(), axes, settings)
+}
+
+/// [`program_law`] of blocks that are made where they are asked for, several times and each time alike: a million of them need not be
+/// held.
+///
+/// # Errors
+/// As [`program_law`].
+pub fn program_law_of(
+    start: &AxisValues,
+    blocks: impl ExactSizeIterator<Item = ProgramBlock> + Clone,
+    axes: &[AxisBounds],
+    settings: &ProgramSettings,
+) -> Result<ProgramLaw, ProgramLawError> {
     let bounds = MotionBounds::new(axes.to_vec());
     bounds.check()?;
-    check(start, blocks, axes.len(), settings)?;
+    check(start, blocks.clone(), axes.len(), settings)?;
     let scaled = Scaled::new(&bounds);
     let tolerance = settings.tolerance.unwrap_or_else(|| AxisValues::from_fn(start.len(), |_| STRAIGHT));
     let grain = grain(axes, settings.resolution);
@@ -160,19 +174,23 @@ pub fn program_law(
 fn blended(polyline: Polyline, tolerance: &AxisValues, grain: &Grain, scaled: &Scaled, axes: &[AxisBounds]) -> Motion {
     // Corners are told apart one by one, so that all together may still have been blended in vain.
     let stopping: f64 = polyline.stopping(axes).map(|line| line.curve.duration()).sum();
-    let path = Spans::along(&polyline, tolerance, grain);
-    let spans = path.len() as f64 - f64::from(2 * RAMP);
     let lines = polyline.lines() as f64;
-    let rounded = if spans > SMOOTH * lines { RoundedLine::along(&polyline, axes, tolerance) } else { Vec::new() };
-    let rounding = rounded.iter().map(RoundedLine::duration).sum::<f64>();
-    let others = if rounded.is_empty() { stopping } else { stopping.min(rounding) };
-    if spans <= SPANS_A_LINE * lines {
+    let rounded = || RoundedLine::along(&polyline, axes, tolerance);
+    let duration = |rounded: &[RoundedLine]| rounded.iter().map(RoundedLine::duration).sum::<f64>();
+    let path = Spans::along(&polyline, tolerance, grain, SPANS_A_LINE);
+    let mut is_rounding = true;
+    if let Some(path) = path {
+        is_rounding = path.bending() as f64 > SMOOTH * lines;
+        // Rounded corners are not held beside the spline: they are made again where they are quicker.
+        let others = if is_rounding { stopping.min(duration(&rounded())) } else { stopping };
         let section = Section::plan(&polyline, path, scaled);
         if section.duration() <= others {
             return Motion::Spline(Box::new((polyline, section)));
         }
     }
-    if others < stopping { Motion::Rounded(rounded) } else { Motion::Lines(polyline.stopping(axes).collect()) }
+    let rounded = if is_rounding { rounded() } else { Vec::new() };
+    let is_quicker = is_rounding && duration(&rounded) < stopping;
+    if is_quicker { Motion::Rounded(rounded) } else { Motion::Lines(polyline.stopping(axes).collect()) }
 }
 
 /// Spans a line up to which a spline over several lines is so much quicker than rounded corners that these are not asked for.
@@ -222,7 +240,7 @@ impl Open<'_> {
 /// without motion ends where the one before it does.
 fn stretches(
     start: &AxisValues,
-    blocks: &[ProgramBlock],
+    blocks: impl ExactSizeIterator<Item = ProgramBlock>,
     axes: &[AxisBounds],
     tolerance: Option<&AxisValues>,
 ) -> (Vec<f64>, Vec<Stretch>) {
@@ -230,7 +248,7 @@ fn stretches(
     points.extend_from_slice(start.as_slice());
     let mut open = Open { axes, polyline: Polyline::new(start), last: None, out: Vec::new() };
     let mut at = *start;
-    for (index, block) in blocks.iter().enumerate() {
+    for (index, block) in blocks.enumerate() {
         let length = length(&at, &block.end, axes);
         if length > SHORTEST {
             let cap = if block.tip_time > 0.0 { length / block.tip_time } else { f64::INFINITY };
@@ -265,7 +283,7 @@ pub(crate) fn length(from: &AxisValues, to: &AxisValues, axes: &[AxisBounds]) ->
 
 fn check(
     start: &AxisValues,
-    blocks: &[ProgramBlock],
+    blocks: impl Iterator<Item = ProgramBlock>,
     bounds: usize,
     settings: &ProgramSettings,
 ) -> Result<(), ProgramLawError> {
@@ -281,11 +299,15 @@ fn check(
 }
 
 /// Refuses a start or blocks that cannot be meant.
-pub(crate) fn check_program(start: &AxisValues, blocks: &[ProgramBlock], bounds: usize) -> Result<(), ProgramLawError> {
+pub(crate) fn check_program(
+    start: &AxisValues,
+    blocks: impl Iterator<Item = ProgramBlock>,
+    bounds: usize,
+) -> Result<(), ProgramLawError> {
     if bounds == 0 || start.len() != bounds || !start.is_finite() {
         return Err(ProgramLawError::BadStart { axes: start.len(), bounds });
     }
-    for (block, b) in blocks.iter().enumerate() {
+    for (block, b) in blocks.enumerate() {
         if b.end.len() != bounds {
             return Err(ProgramLawError::AxisCount { block, axes: b.end.len(), bounds });
         }

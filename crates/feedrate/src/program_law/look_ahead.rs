@@ -4,18 +4,13 @@ use super::ProgramBlock;
 use super::blocks::length;
 use crate::AxisBounds;
 
-/// Raises the least times of blocks where a control that looks ahead over `n` blocks, the one it runs included, could not stop
+/// Least times of blocks, raised where a control that looks ahead over `n` blocks, the one it runs included, could not stop
 /// within them: an estimate, which takes what is ahead for straight and its accelerations and jerks for their means.
 ///
 /// Blocks in which nothing moves count as one each. Programs of no more than `n` blocks stay as they are.
 #[must_use]
-pub fn within_look_ahead(
-    start: &AxisValues,
-    blocks: &[ProgramBlock],
-    axes: &[AxisBounds],
-    n: usize,
-) -> Vec<ProgramBlock> {
-    let mut out = blocks.to_vec();
+pub fn within_look_ahead(start: &AxisValues, blocks: &[ProgramBlock], axes: &[AxisBounds], n: usize) -> Vec<f64> {
+    let mut out: Vec<f64> = blocks.iter().map(|block| block.tip_time).collect();
     if blocks.len() <= n || axes.is_empty() {
         return out;
     }
@@ -36,7 +31,7 @@ pub fn within_look_ahead(
         sums.push(sum);
         at = block.end;
     }
-    for (k, block) in out.iter_mut().enumerate() {
+    for (k, time) in out.iter_mut().enumerate() {
         let last = (k + n).min(blocks.len());
         // From the end of the block, where it may still be at its speed.
         let [way, acceleration, jerk] = [0, 1, 2].map(|i| sums[last][i] - sums[k + 1][i]);
@@ -49,7 +44,7 @@ pub fn within_look_ahead(
         } else {
             (own, (sums[k + 1][1] - sums[k][1]) / own, (sums[k + 1][2] - sums[k][2]) / own)
         };
-        block.tip_time = block.tip_time.max(own / stoppable(way, acceleration, jerk));
+        *time = time.max(own / stoppable(way, acceleration, jerk));
     }
     out
 }

@@ -15,7 +15,7 @@ mod spans;
 mod spline;
 
 pub(crate) use blocks::check_program;
-pub use blocks::{ProgramBlock, ProgramLawError, ProgramSettings, program_law};
+pub use blocks::{ProgramBlock, ProgramLawError, ProgramSettings, program_law, program_law_of};
 pub use law::ProgramLaw;
 pub use look_ahead::within_look_ahead;
 pub use machine::{MissingLimit, machine_bounds, program_blocks};

@@ -22,14 +22,23 @@ pub(crate) struct Section {
 struct Task<'a> {
     path: &'a Spans,
     scaled: &'a Scaled,
-    /// 1/ṙ² of the tip feed on every span.
-    caps: Vec<f64>,
+    /// Largest ṙ by the tip feed on every line of the polyline.
+    caps: &'a [f64],
     /// Length of every span in the path variable.
     h: Vec<f64>,
     /// How far the limits of every span are drawn in.
     tightening: Vec<f64>,
     /// The problem of all spans where they are one window.
     kept: Option<Problem>,
+}
+
+/// A motion within every limit. Its unknowns are held in place of its paces, which are three times as much.
+struct Certified {
+    x: Vec<f64>,
+    /// How much slower it is run than the unknowns say.
+    stretch: f64,
+    /// s.
+    time: f64,
 }
 
 /// Passes over all windows where there are several: where the first window ends, and how far each goes. The second one speeds up what
@@ -62,10 +71,8 @@ impl Section {
     /// The motion along a polyline from rest to rest on these spans of it.
     pub(crate) fn plan(polyline: &Polyline, path: Spans, scaled: &Scaled) -> Self {
         let n = path.len();
-        let cap = |i| path.lines(i).map(|line| polyline.caps[line].powi(-2)).fold(0.0, f64::max);
-        let caps = (0..n).map(cap).collect();
         let h = (0..n).map(|i| path.length(i)).collect();
-        let mut task = Task { path: &path, scaled, caps, h, tightening: vec![MARGIN; n], kept: None };
+        let mut task = Task { path: &path, scaled, caps: &polyline.caps, h, tightening: vec![MARGIN; n], kept: None };
         task.kept = (task.windows(WINDOW).len() == 1).then(|| task.problem(0, n));
         let paces = task.solve(n <= polyline.lines());
         Self { path, paces }
@@ -100,29 +107,38 @@ impl Task<'_> {
         for (first, effort) in if self.kept.is_some() { &ALONE[..] } else { &SHIFTED } {
             self.improve(&mut x, *first, effort);
         }
-        let (mut best, mut stretches) = self.certified(&x);
-        let most = stretches.iter().copied().fold(0.0, f64::max);
+        let most = self.draw_in(&x);
+        let mut best = Certified { time: self.time(&x, most), x: x.clone(), stretch: most };
         // Where spans are few more passes cost little, and where one is far beyond its limits all of them pay for it.
         let more = if is_smooth { LAST.len() } else { usize::from(most >= BEYOND) };
-        let time = |paces: &[Pace]| paces.iter().map(Pace::duration).sum::<f64>();
         for (first, effort) in &LAST[..more] {
-            for (factor, stretch) in self.tightening.iter_mut().zip(&stretches) {
-                *factor *= stretch.max(1.0);
-            }
             self.kept = self.kept.is_some().then(|| self.problem(0, self.h.len()));
             self.slow_down(&mut x, 1.001);
             self.improve(&mut x, *first, effort);
-            let again;
-            (again, stretches) = self.certified(&x);
-            if time(&again) < time(&best) {
-                best = again;
+            let most = self.draw_in(&x);
+            let time = self.time(&x, most);
+            if time < best.time {
+                best.x.copy_from_slice(&x);
+                (best.stretch, best.time) = (most, time);
             }
         }
-        best
+        // A long program's paces are what most memory is held for: no more beside them than they are made of.
+        drop((x, std::mem::take(&mut self.tightening)));
+        (0..self.h.len()).map(|i| self.certified_pace(i, &best.x, best.stretch)).collect()
     }
 
-    fn stretches(&self, paces: &[Pace]) -> Vec<f64> {
-        (0..paces.len()).into_par_iter().map(|i| self.stretch(i, &paces[i])).collect()
+    /// Draws limits in by as much as a motion exceeds them in each span; returns the largest stretch of time that a span asks for.
+    fn draw_in(&mut self, x: &[f64]) -> f64 {
+        let stretches = self.stretches(x);
+        for (factor, stretch) in self.tightening.iter_mut().zip(&stretches) {
+            *factor *= stretch.max(1.0);
+        }
+        stretches.into_iter().fold(0.0, f64::max)
+    }
+
+    /// By how much each span asks for time to be stretched.
+    fn stretches(&self, x: &[f64]) -> Vec<f64> {
+        (0..self.h.len()).into_par_iter().map(|i| self.stretch(i, &self.pace(i, x))).collect()
     }
 
     /// A motion to start from, nearly within the limits: at the steady speeds of the spans, with changes between that a part of
@@ -131,9 +147,19 @@ impl Task<'_> {
     /// From rest at the jerk j the square of the speed is β with β^¾ = 3/√2·√j·r, so that β^¾ may rise and fall by so much.
     fn guess(&self) -> Vec<f64> {
         let windows = self.windows(WINDOW);
-        let each = windows.par_iter().map(|&(a, b)| self.on((a, b), |problem| problem.reaches().to_vec()));
-        let reaches: Vec<Reach> = each.collect::<Vec<_>>().concat();
-        let n = reaches.len();
+        let n = self.h.len();
+        let mut reaches = vec![Reach { steady: 0.0, change: 0.0, bend: 0.0 }; n];
+        // Each window into its own part: the parts joined afterwards would be held twice.
+        let mut parts = Vec::with_capacity(windows.len());
+        let mut rest = reaches.as_mut_slice();
+        for (a, b) in windows {
+            let (part, behind) = rest.split_at_mut(b - a);
+            parts.push(((a, b), part));
+            rest = behind;
+        }
+        parts.into_par_iter().for_each(|(window, part)| {
+            self.on(window, |problem| part.copy_from_slice(problem.reaches()));
+        });
         let mut x: Vec<f64> = reaches.iter().map(|reach| reach.steady).collect();
         let limit = |x: &mut [f64], i: usize, from: usize| {
             let d = 0.5 * (self.h[i] + self.h[from]);
@@ -173,12 +199,18 @@ impl Task<'_> {
         }
     }
 
-    /// The motion, stretched as a whole so that no span exceeds a limit; and by how much each span asks for it.
-    fn certified(&self, x: &[f64]) -> (Vec<Pace>, Vec<f64>) {
-        let paces = self.paces(x);
-        let stretches = self.stretches(&paces);
-        let most = stretches.iter().copied().fold(0.0, f64::max);
-        (paces.into_iter().map(|p| p.scaled(most.powi(-2))).collect(), stretches)
+    /// Time of a motion that is stretched as a whole so that no span exceeds a limit, s.
+    fn time(&self, x: &[f64], stretch: f64) -> f64 {
+        (0..self.h.len()).map(|i| self.certified_pace(i, x, stretch).duration()).sum()
+    }
+
+    fn certified_pace(&self, span: usize, x: &[f64], stretch: f64) -> Pace {
+        self.pace(span, x).scaled(stretch.powi(-2))
+    }
+
+    /// 1/ṙ² of the tip feed on a span.
+    fn cap(&self, span: usize) -> f64 {
+        self.path.lines(span).map(|line| self.caps[line].powi(-2)).fold(0.0, f64::max)
     }
 
     /// The problem of the spans from `start` to `end` and their unknowns.
@@ -194,7 +226,7 @@ impl Task<'_> {
                 axes: &axes,
                 limits: &limits,
                 tip: &tip,
-                tip_limit: self.caps[i],
+                tip_limit: self.cap(i),
                 tightening: self.tightening[i],
             };
             problem.push(&part);
@@ -243,18 +275,15 @@ impl Task<'_> {
         }
     }
 
-    fn paces(&self, x: &[f64]) -> Vec<Pace> {
-        let pace = |i: usize| {
-            let ([l0, l1], [r0, r1]) = end_weights(&self.h, i);
-            let ends = [l0 * x[i] + l1 * x[i + 1], x[i + 1], r0 * x[i + 1] + r1 * x[i + 2]];
-            Pace(ends).scaled(self.h[i].powi(-2))
-        };
-        (0..self.h.len()).map(pace).collect()
+    fn pace(&self, span: usize, x: &[f64]) -> Pace {
+        let ([l0, l1], [r0, r1]) = end_weights(&self.h, span);
+        let ends = [l0 * x[span] + l1 * x[span + 1], x[span + 1], r0 * x[span + 1] + r1 * x[span + 2]];
+        Pace(ends).scaled(self.h[span].powi(-2))
     }
 
     fn stretch(&self, span: usize, pace: &Pace) -> f64 {
         let (mut axes, mut limits) = (Vec::new(), Vec::new());
         let tip = [self.path.limited(span, &self.scaled.axes, &mut axes, &mut limits)];
-        stretch((&axes, &limits), (&tip, self.caps[span]), pace, FLOOR)
+        stretch((&axes, &limits), (&tip, self.cap(span)), pace, FLOOR)
     }
 }

@@ -23,7 +23,7 @@ struct Place {
 }
 
 /// Spans of the first and the last piece, in which speeds grow from rest.
-pub(crate) const RAMP: u32 = 12;
+const RAMP: u32 = 12;
 
 /// Spans of a piece on one line at most. Its bends are about as far away as it is long, so that speeds change within it
 /// only where it is shorter than so many spans.
@@ -38,9 +38,12 @@ const RISE: Quartic = [0.0, 0.0, 0.0, 2.0, -1.0];
 const FALL: Quartic = [0.0, 2.0, 0.0, -2.0, 1.0];
 
 impl Spans {
-    /// The spans of the spline within the tolerance of a polyline.
-    pub(crate) fn along(polyline: &Polyline, tolerance: &AxisValues, grain: &Grain) -> Self {
-        let spline = Spline::along(polyline, tolerance, grain);
+    /// The spans of the spline within the tolerance of a polyline; `None` where they are more than `most` a line, besides those for the
+    /// way from rest and back.
+    pub(crate) fn along(polyline: &Polyline, tolerance: &AxisValues, grain: &Grain, most: f64) -> Option<Self> {
+        let most = most * polyline.lines() as f64;
+        // Its first and its last piece are the ramps.
+        let spline = Spline::along(polyline, tolerance, grain, most + 2.0)?;
         let pieces = spline.pieces();
         let mut places = Vec::with_capacity(pieces + 2 * RAMP as usize);
         for piece in 0..pieces {
@@ -52,7 +55,13 @@ impl Spans {
             let parts = if piece == 0 || piece + 1 == pieces { RAMP } else { parts.clamp(1.0, most) as u32 };
             places.extend((0..parts).map(|part| Place { piece: piece as u32, part, parts }));
         }
-        Self { spline, places }
+        let spans = Self { spline, places };
+        (spans.bending() as f64 <= most).then_some(spans)
+    }
+
+    /// How many there are besides those for the way from rest and back.
+    pub(crate) fn bending(&self) -> usize {
+        self.places.len().saturating_sub(2 * RAMP as usize)
     }
 
     pub(crate) fn len(&self) -> usize {

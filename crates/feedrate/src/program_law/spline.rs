@@ -24,10 +24,16 @@ pub(crate) struct Spline {
 impl Spline {
     /// The spline that stays within `tolerance` of the polyline in every axis at every r, with a first and
     /// a last piece that are straight and no longer than the grain says.
-    pub(crate) fn along(polyline: &Polyline, tolerance: &AxisValues, grain: &Grain) -> Self {
+    ///
+    /// `None` where it has more pieces than `most`.
+    pub(crate) fn along(polyline: &Polyline, tolerance: &AxisValues, grain: &Grain, most: f64) -> Option<Self> {
         let mut ends = smoothed(polyline, &graded(coarse(polyline, tolerance, grain)));
         loop {
             ends = graded(ends);
+            // They only become more.
+            if (ends.len() - 1) as f64 > most {
+                return None;
+            }
             let spline = Self::on(polyline, &ends);
             let mut line = 0;
             let mut next = Vec::with_capacity(ends.len());
@@ -40,7 +46,7 @@ impl Spline {
             }
             next.push(ends[ends.len() - 1]);
             if next.len() == ends.len() {
-                return spline;
+                return Some(spline);
             }
             ends = next;
         }

@@ -61,7 +61,7 @@ pub fn trapezoid_law(
     settings: &TrapezoidSettings,
 ) -> Result<TrapezoidLaw, ProgramLawError> {
     MotionBounds::new(axes.to_vec()).check()?;
-    check_program(start, blocks, axes.len().min(is_linear.len()))?;
+    check_program(start, blocks.iter().copied(), axes.len().min(is_linear.len()))?;
     let mut segments: Vec<Segment> = Vec::with_capacity(blocks.len());
     let mut at = *start;
     for (k, block) in blocks.iter().enumerate() {

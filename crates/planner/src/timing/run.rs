@@ -3,9 +3,9 @@
 use facemill_cl_data::{ControlTolerance, RapidLaw};
 use facemill_feedrate::{
     AxisBounds, MissingLimit, MotionLimit, ProgramBlock, ProgramSettings, TrapezoidSettings, machine_bounds,
-    program_law, trapezoid_law, within_look_ahead,
+    program_law, program_law_of, trapezoid_law, within_look_ahead,
 };
-use facemill_inverse_kinematics::{AxisKind, AxisValues, Machine};
+use facemill_inverse_kinematics::{Axis, AxisKind, AxisValues, Machine};
 use facemill_nc_program::{ControlMotion, LimitedBy, RotaryBlocks};
 
 use super::tolerance::{Levers, View, blend_tolerance, moving};
@@ -105,36 +105,42 @@ impl<'a> Timer<'a> {
         let stops_at_corners = blend.is_none();
         let settings = blend.map_or_else(ProgramSettings::stopping, ProgramSettings::blended);
         let seen = self.seen(run);
-        let blocks = seen.as_deref().unwrap_or(&run.blocks);
-        let law = program_law(&run.start, blocks, &self.bounds, &settings).map_err(|e| e.to_string())?;
+        let law = match &seen {
+            None => program_law(&run.start, &run.blocks, &self.bounds, &settings),
+            Some(times) => {
+                let blocks = (0..run.blocks.len()).map(|k| self.seen_block(run, times, k));
+                program_law_of(&run.start, blocks, &self.bounds, &settings)
+            }
+        };
+        let law = law.map_err(|e| e.to_string())?;
+        drop(seen);
         let limits = if run.is_rapid || !self.tells_limits { Vec::new() } else { law.block_limits(&self.bounds) };
         let limits = limits.into_iter().map(|held| held.map(|(limit, _)| limit)).collect();
         Ok(RunLaw { times: law.block_times(), peak_times: law.block_peak_times().to_vec(), limits, stops_at_corners })
     }
 
-    /// The blocks with what the control's look-ahead and its stops at rotary blocks make of them; `None`: as they are.
-    fn seen(&self, run: &Run) -> Option<Vec<ProgramBlock>> {
+    /// Least times of the blocks by what the control's look-ahead makes of them; `None` where it runs them as they are.
+    fn seen(&self, run: &Run) -> Option<Vec<f64>> {
         let control = self.control.as_ref()?;
         let look_ahead = control.look_ahead_blocks as usize;
         let stops = control.rotary_blocks == RotaryBlocks::Stopped;
-        if !stops && run.blocks.len() <= look_ahead {
-            return None;
-        }
-        let mut blocks = within_look_ahead(&run.start, &run.blocks, &self.bounds, look_ahead);
-        let linear = self.linear_axes();
-        let turns = |from: &AxisValues, to: &AxisValues| (0..to.len()).any(|k| !linear[k] && from[k] != to[k]);
-        if stops {
-            let mut from = run.start;
-            for k in 0..blocks.len() {
-                let turned = turns(&from, &blocks[k].end);
-                from = blocks[k].end;
-                blocks[k].exact_stop |= turned;
-                if turned && k > 0 {
-                    blocks[k - 1].exact_stop = true;
-                }
-            }
-        }
-        Some(blocks)
+        (stops || run.blocks.len() > look_ahead)
+            .then(|| within_look_ahead(&run.start, &run.blocks, &self.bounds, look_ahead))
+    }
+
+    /// A block as the control runs it, with its stops at rotary blocks and a least time.
+    fn seen_block(&self, run: &Run, times: &[f64], index: usize) -> ProgramBlock {
+        let axes = self.views.first().map_or(&[][..], |(machine, _)| machine.axes());
+        let turns = |k: usize| {
+            let from = if k == 0 { &run.start } else { &run.blocks[k - 1].end };
+            let is_turned =
+                |(axis, of): (usize, &Axis)| of.kind != AxisKind::Linear && from[axis] != run.blocks[k].end[axis];
+            axes.iter().enumerate().any(is_turned)
+        };
+        let stops = self.control.as_ref().is_some_and(|control| control.rotary_blocks == RotaryBlocks::Stopped);
+        let block = run.blocks[index];
+        let is_stop = stops && (turns(index) || (index + 1 < run.blocks.len() && turns(index + 1)));
+        ProgramBlock { tip_time: times[index], exact_stop: block.exact_stop || is_stop, ..block }
     }
 
     /// The law of a control that limits acceleration alone.
