@@ -167,3 +167,32 @@ fn a_dialect_of_ones_own_needs_a_file_and_a_template() {
     let wrong = DialectFile { format: "other/1".to_owned(), ..file };
     assert!(post.settings_of(wrong, template).unwrap_err().to_string().starts_with("dialect file, format: must be"));
 }
+
+/// M functions that move, call, jump, or change tool, state, offsets or kinematics on the control, or give a signal to what the
+/// shop has wired to it.
+const NEVER_HARMLESS: [(Dialect, &[u32]); 6] = [
+    (Dialect::Fanuc, &[6, 10, 11, 19, 21, 29, 60, 61, 96, 97, 98, 99, 198]),
+    (Dialect::Mazak, &[6, 10, 11, 19, 21, 29, 60, 61, 96, 97, 98, 99, 198]),
+    (
+        Dialect::Haas,
+        &[6, 16, 19, 21, 22, 28, 29, 36, 39, 46, 50, 51, 58, 61, 68, 75, 78, 79, 82, 86, 96, 97, 98, 99, 109, 198],
+    ),
+    (Dialect::LinuxCnc, &[6, 19, 60, 61, 62, 63, 64, 65, 67, 68, 72, 73, 98, 99, 100, 128, 199, 428, 429]),
+    (Dialect::Siemens840d, &[6, 10, 17, 19, 20, 70, 96, 97, 98, 99]),
+    (
+        Dialect::Heidenhain,
+        &[
+            6, 19, 89, 90, 91, 92, 94, 97, 98, 99, 101, 103, 107, 109, 112, 114, 116, 118, 120, 124, 126, 128, 129,
+            130, 134, 136, 138, 140, 141, 143, 144, 148, 197, 200,
+        ],
+    ),
+];
+
+#[test]
+fn no_dialect_file_calls_a_function_harmless_that_moves_calls_or_changes_something() {
+    for (dialect, codes) in NEVER_HARMLESS {
+        let harmless = dialect.file().harmless_functions;
+        let wrong: Vec<_> = codes.iter().filter(|code| harmless.contains(code)).collect();
+        assert!(wrong.is_empty(), "{dialect:?}: {wrong:?}");
+    }
+}
