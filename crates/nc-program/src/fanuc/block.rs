@@ -97,13 +97,14 @@ pub(super) struct BlockReading<'a> {
 
 impl BlockReading<'_> {
     /// `,R5.` and `,C2.` round or chamfer the corner at the end of the block; `,A30.` is the angle of a line, whose end another word
-    /// follows from. A comment that a control may take for words is none of these, and as unclear.
+    /// follows from. `@` and `^` are distance and angle from a pole. A comment that a control may take for words is none of these, and as unclear.
     fn corners(&mut self) {
         for word in &mut self.line.words {
             let (cause, why) = match word.letter {
                 b'r' => (Cause::Corner, "the corner is rounded (,R), which is not followed"),
                 b'c' => (Cause::Corner, "the corner is chamfered (,C), which is not followed"),
                 b'a' => (Cause::Block, "a line by its angle (,A) is not followed"),
+                b'@' | b'^' => (Cause::Block, "polar words (@, ^) are not followed"),
                 _ => continue,
             };
             word.is_used = true;

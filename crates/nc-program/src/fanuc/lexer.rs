@@ -58,6 +58,8 @@ pub(super) struct Line {
     pub(super) has_doubtful_comment: bool,
     /// A comment is a program that the control runs.
     pub(super) has_program: bool,
+    /// Byte of the code at which a `/` inside the block stands: what is behind may be left out.
+    pub(super) inner_skip: Option<usize>,
 }
 
 /// How comments of a line are read.
@@ -77,6 +79,7 @@ impl Line {
         self.number = number;
         self.has_doubtful_comment = false;
         self.has_program = false;
+        self.inner_skip = None;
         self.code.clear();
         self.columns.clear();
         self.comments.clear();
@@ -131,6 +134,9 @@ impl Line {
             let is_corner = |b: &u8| matches!(b, b'R' | b'C' | b'A');
             if self.code[at] == b'#' {
                 at = self.assignment(at, variables)?;
+            } else if let Some(length) = self.skip_mark(at).filter(|_| variant != Variant::LinuxCnc) {
+                self.inner_skip.get_or_insert(at);
+                at += length;
             } else if self.code[at] == b','
                 && variant != Variant::LinuxCnc
                 && self.code.get(at + 1).is_some_and(is_corner)
@@ -147,6 +153,14 @@ impl Line {
         Ok(())
     }
 
+    /// Length of a `/` or `/1` to `/9` inside the block, with a word or an assignment behind it.
+    fn skip_mark(&self, at: usize) -> Option<usize> {
+        let rest = self.code[at..].strip_prefix(b"/")?;
+        let digits = usize::from(matches!(rest.first(), Some(b'1'..=b'9')));
+        let begins = |b: &u8| b.is_ascii_uppercase() || *b == b'#';
+        rest.get(digits).is_some_and(begins).then_some(1 + digits)
+    }
+
     fn assignment(&mut self, start: usize, variables: &Variables) -> Result<usize, ReadError> {
         let fault = |at: usize| self.error(at.min(self.code.len().saturating_sub(1)), self.expression_fault(start));
         let (name, value_start) = expression::parse_target(&self.code, start, variables).map_err(fault)?;
@@ -161,7 +175,9 @@ impl Line {
 
     fn word(&self, start: usize, variant: Variant, variables: &Variables) -> Result<Word, ReadError> {
         let letter = self.code[start];
-        if !letter.is_ascii_uppercase() {
+        // Distance and angle of polar words.
+        let is_polar = variant == Variant::LinuxCnc && matches!(letter, b'@' | b'^');
+        if !letter.is_ascii_uppercase() && !is_polar {
             return Err(self.error(start, ReadFault::Character(char::from(letter))));
         }
         let (index, number_start) = match self.code[start + 1..] {
@@ -248,9 +264,10 @@ impl Line {
         (byte(word.start)..byte(word.end - 1) + 1, byte(word.number))
     }
 
-    /// Byte of the line behind its last word.
+    /// Byte of the line behind its last word that is not left out.
     pub(super) fn code_end(&self) -> usize {
-        self.columns.last().map_or(0, |column| *column as usize)
+        let count = self.inner_skip.unwrap_or(self.columns.len());
+        self.columns[..count].last().map_or(0, |column| *column as usize)
     }
 
     /// An error at a word.

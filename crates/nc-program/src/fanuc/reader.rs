@@ -51,6 +51,8 @@ pub struct FanucReader {
     has_ended: bool,
     /// Lines before the first `%`, which controls pass by.
     leader: u32,
+    /// Lines are parameters of the control (G10 L50), up to G11.
+    enters_parameters: bool,
     /// A branch that may turn out to guard nothing but an alarm.
     pub(super) guard: Option<Guard>,
     tool_lengths: Vec<ToolLengthNote>,
@@ -198,6 +200,9 @@ impl FanucReader {
 
     fn read_block(&mut self, text: &[u8], block: &mut ReadBlock) -> Result<(), ReadError> {
         let start = self.block_start(block, text)?;
+        if self.keeps_parameter(start, text, block) {
+            return Ok(());
+        }
         let macro_kind = self.macro_kind(start);
         if !self.line.code.is_empty() {
             self.follow_guard(block, macro_kind, text);
@@ -256,12 +261,41 @@ impl FanucReader {
         if self.line.words.iter().any(|w| !w.is_known) && self.has_unknown_code() {
             self.keep_macro(Some(MacroKind::VariableWords), text, block);
         } else {
+            if self.line.inner_skip.is_some() && !block.skippable {
+                block.skippable = true;
+                self.note(NoteKind::Skippable, text);
+            }
             interpret(&mut self.line, self.variant, &mut self.modal, text, block)?;
+            self.begin_parameters();
         }
         block.sets_state |= self.line.sets_state();
         self.note_words(block, text);
         self.assign(text, block);
         Ok(())
+    }
+
+    /// Begins the lines that are parameters of the control, where the block says so.
+    fn begin_parameters(&mut self) {
+        let has =
+            |letter, values: &[f64]| self.line.words.iter().any(|w| w.letter == letter && values.contains(&w.value));
+        let takes_them = matches!(self.variant, Variant::Fanuc | Variant::Mazak);
+        self.enters_parameters |= takes_them && has(b'G', &[10.0]) && has(b'L', &[50.0, 52.0]);
+    }
+
+    /// Keeps a line that is a parameter of the control (`N1020 P1 R88`), whose N is no block number; `false` where it is none.
+    fn keeps_parameter(&mut self, start: usize, text: &[u8], block: &mut ReadBlock) -> bool {
+        if !self.enters_parameters || self.line.code.is_empty() {
+            return false;
+        }
+        let behind = self.line.code[start..].strip_prefix(b"G11");
+        if behind.is_some_and(|rest| rest.first().is_none_or(|b| !b.is_ascii_digit() && *b != b'.')) {
+            self.enters_parameters = false;
+            return false;
+        }
+        block.number = None;
+        self.keep_comments(Some(block));
+        self.keep_macro(Some(MacroKind::Setting), text, block);
+        true
     }
 
     /// Whether what the block does depends on a variable that is not known, and not only where it goes.
@@ -314,15 +348,20 @@ impl FanucReader {
     /// Reads `/`, `/1` to `/9`, N and O in front of a block; where the rest of the code starts.
     fn block_start(&mut self, block: &mut ReadBlock, text: &[u8]) -> Result<usize, ReadError> {
         let code = &self.line.code;
+        let skip_end = |at: usize| at + 1 + usize::from(matches!(code.get(at + 1), Some(b'1'..=b'9')));
         let mut at = 0;
         if code.first() == Some(&b'/') {
             block.skippable = true;
-            at = if matches!(code.get(1), Some(b'1'..=b'9')) { 2 } else { 1 };
+            at = skip_end(0);
         }
         if code.get(at) == Some(&b'N') {
             let (number, end) = self.digits(at + 1)?;
             block.number = Some(number);
             at = end;
+            if code.get(at) == Some(&b'/') && self.variant != Variant::LinuxCnc {
+                block.skippable = true;
+                at = skip_end(at);
+            }
         }
         if let Some(b'O' | b':') = code.get(at)
             && code.get(at + 1).is_some_and(u8::is_ascii_digit)

@@ -72,6 +72,8 @@ struct State {
     edge: Option<u32>,
     /// Feeds are inch/min (G700).
     has_inch_feed: bool,
+    /// Lines are in the ISO language (G291), up to G290.
+    is_iso: bool,
     /// What MCALL calls behind every motion, where it is no drilling cycle.
     modal_call: Option<String>,
 }
@@ -199,7 +201,28 @@ impl SiemensReader {
         }
     }
 
+    /// Keeps a line of the ISO language; `false` where it is none. G290, which ends the language, stands alone.
+    fn keeps_iso(&mut self, line: &[u8], start: usize, block: &mut ReadBlock) -> bool {
+        let code = self.code[start..].trim_ascii();
+        self.state.is_iso &= code != b"G290";
+        if !self.state.is_iso {
+            return false;
+        }
+        if matches!(code, b"M30" | b"M2" | b"M02") {
+            block.commands.push(ReadCommand::End);
+        }
+        block.commands.push(ReadCommand::Macro { kind: MacroKind::NotFollowed, text: g_codes::ISO.to_owned() });
+        block.sets_state = true;
+        self.state.modal.forget_motion();
+        self.variables.forget_all();
+        self.source.note(NoteKind::NotEvaluated, line);
+        true
+    }
+
     fn read_code(&mut self, line: &[u8], start: usize, block: &mut ReadBlock) -> Result<(), ReadError> {
+        if self.keeps_iso(line, start, block) {
+            return Ok(());
+        }
         let code = Code { text: &self.code, source: &self.source, variables: &self.variables };
         let name = &code.text[start..start + code.name_length(start)];
         // Most blocks begin with an address.

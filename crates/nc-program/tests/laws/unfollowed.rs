@@ -86,6 +86,12 @@ fn nothing_is_known_from_where_it_begins_until_it_ends_and_axes_are_named_again(
 fn what_is_of_one_block_alone_ends_with_it() {
     for (dialect, block) in [
         (Dialect::Haas, "G60 X5."),
+        (Dialect::LinuxCnc, "G1 @5 ^30 F100"),
+        (Dialect::LinuxCnc, "G0 @[2+3] ^#1"),
+        (Dialect::LinuxCnc, "G1 X5 ^30 F100"),
+        (Dialect::Siemens840d, "MEAS=1 G1 X5 F100"),
+        (Dialect::Siemens840d, "MEASA[X]=(1,1,-1) G1 X5 F100"),
+        (Dialect::Siemens840d, "MEAWA[X]=(2, 1) X5"),
         (Dialect::Fanuc, "G1 X5. ,A30. F100."),
         (Dialect::Fanuc, "G45 X5. D1"),
         (Dialect::Siemens840d, "G1 X5 LEAD=5"),
@@ -265,4 +271,71 @@ fn powers_of_ten_of_siemens_are_numbers() {
         let x = program.and_then(|p| p.motions().last().and_then(|(_, m)| m.position.get(letter('X'))));
         assert_eq!(x, (!value.is_nan()).then_some(AxisAt::Word(value)), "{text}");
     }
+}
+
+/// Lines between are of another language, in which words mean other things.
+#[test]
+fn a_part_in_the_iso_language_of_siemens_is_kept_and_nothing_is_known_from_there_on() {
+    let text = format!("{HEAD}G291\nG43 H1 Z5. (COMMENT)\n#100=5.\nG1 X[#100] F100.\nN50 G290\nG1 X5 F100\nM30\n");
+    let program = read(&text, Dialect::Siemens840d);
+    assert!(!program.is_evaluated());
+    let left: Vec<u32> = program.blocks.iter().filter(|b| is_not_followed(b)).map(|b| b.line).collect();
+    assert_eq!(left, [3, 4, 5, 6, 8]);
+    assert!(program.motions().all(|(b, _)| b.line < 3));
+    assert_eq!(program.blocks.last().unwrap().commands, [ReadCommand::End]);
+    // A part that is never left is so up to the end, which its M30 is.
+    let open = read(&format!("{HEAD}G291\nX1.5 (A)\nN5 M30\n"), Dialect::Siemens840d);
+    assert!(open.blocks.last().unwrap().commands.contains(&ReadCommand::End));
+    // What is measured on the fly leaves the way as it is.
+    let flying = read(&format!("{HEAD}MEAC[X]=(1,1,-1) G1 X5 F100\n"), Dialect::Siemens840d);
+    assert_eq!(last(&flying).unwrap()[0], Some(AxisAt::Word(5.0)));
+    assert!(read_siemens("VALUE=(1,2\n").is_err());
+}
+
+#[test]
+fn lines_of_a_parameter_input_are_data_and_move_nothing() {
+    for (dialect, begin) in [(Dialect::Fanuc, "G10 L50"), (Dialect::Mazak, "G10L50"), (Dialect::Fanuc, "N5 G10 L52")] {
+        let text = format!("{HEAD}{begin}\nN1020 P1 R88\nN1420 P2 R10000\nN3401 R00000001\nG11\nG1 X5. F100.\n");
+        let program = read(&text, dialect);
+        assert!(!program.is_evaluated(), "{begin}");
+        let settings: Vec<u32> = program
+            .blocks
+            .iter()
+            .filter(|b| b.commands.iter().any(|c| matches!(c, ReadCommand::Macro { kind: MacroKind::Setting, .. })))
+            .map(|b| b.line)
+            .collect();
+        assert_eq!(settings, [3, 4, 5, 6], "{begin}");
+        assert!(program.blocks.iter().all(|b| b.number.is_none_or(|n| n < 1000)), "{begin}");
+        assert_eq!(program.motions().last().unwrap().0.line, 8, "{begin}");
+        assert_eq!(last(&program), Some([Some(AxisAt::Word(5.0)), None, None]), "{begin}");
+    }
+    // Nothing ends it: all is data, M30 too.
+    let open = read(&format!("{HEAD}G10 L50\nN1020 P1 R88\nG1 X5. F100.\nM30\n"), Dialect::Fanuc);
+    assert!(open.motions().all(|(b, _)| b.line < 3));
+    assert!(!open.blocks.iter().any(|b| b.commands.contains(&ReadCommand::End)));
+    assert!(read_haas("G10 L50\nN1020 P1 R88\n").is_err());
+}
+
+#[test]
+fn what_stands_behind_a_skip_mark_inside_a_block_may_be_left_out() {
+    for (dialect, line) in [
+        (Dialect::Fanuc, "N10 G1 X5. F100. /2 Y6."),
+        (Dialect::Haas, "G1 X5. F100. / Y6."),
+        (Dialect::Mazak, "N10 /3 G1 X5. Y6. F100."),
+        (Dialect::Fanuc, "N10 /#5=6. G1 X5. Y6. F100."),
+    ] {
+        let program = read(&format!("{HEAD}{line}\n"), dialect);
+        let block = program.blocks.last().unwrap();
+        assert!(block.skippable, "{line}");
+        assert!(program.notes.iter().any(|n| n.kind == NoteKind::Skippable), "{line}");
+        assert_eq!(last(&program), Some([5.0, 6.0, 3.0].map(|v| Some(AxisAt::Word(v)))), "{line}");
+    }
+    // A feed that is put in is none of what may be left out.
+    let text = format!("{HEAD}G1 X5. /2 M8\n");
+    let at = read(&text, Dialect::Fanuc).blocks.last().unwrap().insert_feed_at().unwrap();
+    assert!(text[..at].ends_with("X5."), "{}", &text[..at]);
+    for wrong in ["G1 X5. /22 Y6.", "G1 X5. /. Y6.", "G1 X5. /X"] {
+        assert!(read_fanuc(wrong).is_err(), "{wrong}");
+    }
+    assert!(read_linuxcnc("G1 X5 /2 Y6").is_err());
 }

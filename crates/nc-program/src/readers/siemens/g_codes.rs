@@ -9,6 +9,8 @@ use crate::{
     readers::{modal::MotionCode, unfollowed::Cause},
 };
 
+pub(super) const ISO: &str = "the ISO language (G291) is not followed";
+
 impl BlockReading<'_> {
     /// Every G code of the block, in order.
     pub(super) fn g_codes(&mut self) -> Result<(), ReadError> {
@@ -76,7 +78,10 @@ impl BlockReading<'_> {
             147 | 148 | 247 | 248 | 340 | 341 | 347 | 348 => {
                 self.leave(Cause::Block, "an approach on a path of its own is not followed");
             }
-            291 => return Err(self.unsupported(item, "another dialect from here")),
+            291 => {
+                self.state.is_iso = true;
+                self.leave(Cause::Forever, ISO);
+            }
             _ => self.leave(Cause::Forever, "a G code that is not known here may do anything"),
         }
         Ok(())

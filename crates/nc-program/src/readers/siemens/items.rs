@@ -224,8 +224,15 @@ impl Code<'_> {
                 return Ok(item(Value::Number(parsed.value, count), close + 1));
             }
         }
-        let parsed = self.expression(name.start, start)?;
-        Ok(item(Value::Number(parsed.value, Count::Modal), parsed.end))
+        match self.expression(name.start, start) {
+            Ok(parsed) => Ok(item(Value::Number(parsed.value, Count::Modal), parsed.end)),
+            // A list of values (`MEASA[X]=(1,1,-1)`).
+            Err(error) if letter == 0 && self.byte(start) == Some(b'(') => {
+                let close = self.closing(start, b')').map_err(|_| error)?;
+                Ok(item(Value::Arguments(start + 1..close), close + 1))
+            }
+            Err(error) => Err(error),
+        }
     }
 
     fn expression(&self, start: usize, at: usize) -> Result<expression::Parsed, ReadError> {

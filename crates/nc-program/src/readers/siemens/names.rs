@@ -59,7 +59,7 @@ const NOT_FOLLOWED: &str = "\
     CPLDYPRIO CPLDYVLL CPLDYVLU CPLINSC CPLINTR CPLNUM CPLOF CPLON CPLOUTSC CPLOUTTR CPLPOS CPLSETVAL CPMALARM CPMBRAKE \
     CPMPRT CPMRESET CPMSTART CPMVDI CPOF CPON CPRES CPSETTYPE CPSYNCOP CPSYNCOP2 CPSYNCOV CPSYNFIP CPSYNFIP2 CPSYNFIV \
     CUTMOD CUTMODK DIACYCOFA DIAMCHAN DIAMCHANA DIC DISC DISCL DISR DISRP DITE DITS FINEA FLIM FOC FOCON FOCOF FXS \
-    FXST FXSW IPOBRKA IPOENDA ISD LFPOS LFTXT LFWP LIFTFAST MEASA MEAWA MOV NUT OFFN OS OSB OSCILL OSCTRL OSE OSNSC \
+    FXST FXSW IPOBRKA IPOENDA ISD LFPOS LFTXT LFWP LIFTFAST MOV NUT OFFN OS OSB OSCILL OSCTRL OSE OSNSC \
     OSP1 OSP2 OST1 OST2 PL PO POLF POLFA POLFMASK POLFMLIN PUTFTOC PW RMBBL RMEBL RMIBL RMNBL SCC SCPARA SETMS SF SPINU \
     SPIF1 SPIF2 SPN SPP SR SRA ST STA STAT TANG TCOFRX TCOFRY TCOFRZ TLIFT TMOF TMON TOFF TU XH YH ZH";
 
@@ -97,7 +97,10 @@ pub(super) fn meaning(name: &str) -> Option<Name> {
         "GEOAX" => Name::NotFollowed(Cause::Forever, "axes of another name are not followed"),
         "TRACYL" | "TRANSMIT" | "TRAANG" => Name::NotFollowed(Cause::Mapping, OWN_WAY),
         "TRAILON" => Name::NotFollowed(Cause::Forever, OWN_WAY),
-        "POS" | "POSA" | "POSP" | "MEAS" | "MEAW" | "OEMIPO1" => Name::NotFollowed(Cause::Block, OWN_WAY),
+        "MEAS" | "MEAW" | "MEASA" | "MEAWA" => {
+            Name::NotFollowed(Cause::Block, "a move that a probe ends is not followed")
+        }
+        "POS" | "POSA" | "POSP" | "OEMIPO1" => Name::NotFollowed(Cause::Block, OWN_WAY),
         _ if FRAMES.split(' ').any(|name| name == plain) => Name::Frame,
         _ if MODES.split(' ').any(|name| name == plain) => Name::Mode,
         _ => return None,
