@@ -1,5 +1,6 @@
 //! The stages of a plan, in their order.
 
+use crate::job_file::PathFile;
 use crate::load::Job;
 use crate::plan::PlanSettings;
 
@@ -45,10 +46,13 @@ pub(crate) const TIMES: &str = "times of the program";
 /// The stages of one setup's plan on a machine with one head.
 pub(crate) fn stages_of(job: &Job, index: usize, settings: PlanSettings, has_stock: bool) -> Vec<&'static str> {
     let cuts = has_stock && settings.verify;
-    let n_operations = job.operations_of(&job.file.setups[index]).count();
     let mut stages = vec![READ];
-    for k in 0..n_operations {
-        stages.extend([LAY, POSTURES, BETWEEN]);
+    for (k, (_, operation)) in job.operations_of(&job.file.setups[index]).enumerate() {
+        stages.extend([LAY, POSTURES, DETOURS]);
+        // Passes of a file are cut as they are.
+        stages.extend(matches!(operation.path, PathFile::Strategy(_)).then_some(ADDED));
+        stages.extend(operation.pattern.is_some().then_some(PLACES));
+        stages.push(BETWEEN);
         stages.extend((k == 0).then_some(PICTURE));
         stages.extend([LINKS, CHIPS, HELP]);
     }
@@ -56,7 +60,7 @@ pub(crate) fn stages_of(job: &Job, index: usize, settings: PlanSettings, has_sto
     stages.push(WRITE);
     stages.extend(settings.verify.then_some(VERIFY));
     stages.extend(settings.certificates.then_some(CERTIFY));
-    stages.extend((cuts && job.file.verification.cut_stock).then_some(CUT));
+    stages.extend((cuts && job.file.verification.cut_stock).then_some([CUT, LOOK]).into_iter().flatten());
     stages.extend([TIMES, MATERIAL]);
     stages
 }
@@ -66,13 +70,15 @@ pub(crate) fn stages_of_heads(job: &Job, index: usize, settings: PlanSettings, h
     let mut stages = vec![READ];
     let setup = &job.file.setups[index];
     let mut pictured = false;
-    let mut single = |stages: &mut Vec<&'static str>| {
-        stages.extend([LAY, POSTURES, BETWEEN]);
+    let mut single = |stages: &mut Vec<&'static str>, has_pattern: bool| {
+        stages.extend([LAY, POSTURES, DETOURS]);
+        stages.extend(has_pattern.then_some(PLACES));
+        stages.push(BETWEEN);
         stages.extend((!std::mem::replace(&mut pictured, true)).then_some(PICTURE));
         stages.extend([LINKS, CHIPS, HELP]);
     };
     for (_, operation) in job.operations_of(setup) {
-        single(&mut stages);
+        single(&mut stages, operation.pattern.is_some());
         if job.file.pairs.iter().any(|pair| pair.second == operation.name) {
             stages.extend(["both heads", "left beside both heads", "left for both heads"]);
             stages.extend(["left for one head", CHIPS, "left for one head", CHIPS]);
