@@ -56,6 +56,33 @@ pub(crate) fn blamed(settings: &[JobSetting], path: &Path, failure: Failure) -> 
     }
 }
 
+/// What a file is that is given as an NC program and is of another format, and what to do; `None` where it may be a program.
+///
+/// The start of a file is enough.
+pub fn no_program(path: &Path, start: &[u8]) -> Option<String> {
+    const INSTEAD: &str = "give the NC program, and the job with --job";
+    if start.trim_ascii_start().starts_with(b"{") {
+        let what = match format_key(start) {
+            Some("job") => "a job file",
+            Some(kind) => json_format(kind)?.0,
+            None => "JSON",
+        };
+        return Some(format!("this is {what}, not an NC program; {INSTEAD}"));
+    }
+    let ending = path.extension()?.to_str()?.to_ascii_lowercase();
+    let is_mesh = MeshFormat::from_extension(&ending).is_some();
+    is_mesh.then(|| format!("this is a mesh by its name, not an NC program; {INSTEAD}"))
+}
+
+/// Kind in the first key `"format": "facemill-KIND/…"` of JSON that may end anywhere.
+fn format_key(start: &[u8]) -> Option<&str> {
+    const KEY: &[u8] = b"\"format\"";
+    let key = start.windows(KEY.len()).position(|w| w == KEY)?;
+    let value = start[key + KEY.len()..].trim_ascii_start().strip_prefix(b":")?.trim_ascii_start();
+    let kind = value.strip_prefix(b"\"facemill-")?.split(|&byte| byte == b'/').next()?;
+    std::str::from_utf8(kind).ok()
+}
+
 /// What a file is that is given as a job and is of another format, and what to do; `None` where it may be a job.
 fn other_format(path: &Path, text: &[u8]) -> Option<String> {
     let (what, instead) = match from_json::<Value>(text) {

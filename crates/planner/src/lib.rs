@@ -138,7 +138,7 @@ pub use deviation_report::{DeviationAreas, DeviationBin, DeviationFigures, Devia
 pub use dual::{PairReport, PairSplit};
 pub use failure::Failure;
 pub use job_settings::JobSetting;
-pub use job_source::job_path;
+pub use job_source::{job_path, no_program};
 pub use load::Job;
 pub use machine_check::{MachineCheck, describe_heads, describe_hulls, describe_machine};
 pub use machine_load::{BodyHull, ReadMachine, read_machine};

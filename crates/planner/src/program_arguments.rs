@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use facemill::nc_program::{Dialect, is_cl_file};
-use facemill::{Failure, Job, files};
+use facemill::{Failure, Job, files, no_program};
 
 use crate::feedrate_command::dialect;
 use crate::stand_arguments::StandArguments;
@@ -64,10 +64,11 @@ impl ProgramArguments {
 /// Text of an NC program.
 ///
 /// # Errors
-/// When the file cannot be read, or is a CL file.
+/// When the file cannot be read, or is a CL file or of another format.
 pub(crate) fn read_nc(path: &Path) -> Result<Vec<u8>, Failure> {
     let text = files::read(path)?;
-    if is_cl_file(&text) { Err(cl_file(path)) } else { Ok(text) }
+    no_other_format(path, &text)?;
+    Ok(text)
 }
 
 /// Opens an NC program to be read line by line.
@@ -79,15 +80,19 @@ pub(crate) fn open_nc(path: &Path) -> Result<File, Failure> {
     let mut head = Vec::new();
     let read = (&file).take(HEAD).read_to_end(&mut head);
     read.map_err(|source| Failure::Read { file: path.to_owned(), source })?;
-    if is_cl_file(&head) { Err(cl_file(path)) } else { Ok(file) }
+    no_other_format(path, &head)?;
+    Ok(file)
 }
 
 /// Bytes at the start of a program by which a CL file is known.
 const HEAD: u64 = 1 << 16;
 
-fn cl_file(path: &Path) -> Failure {
-    let what = "is a CL file (APT): it says where the tool is and not where axes are; give the NC program that a post wrote from it";
-    Failure::input(path, what)
+fn no_other_format(path: &Path, head: &[u8]) -> Result<(), Failure> {
+    if is_cl_file(head) {
+        let what = "is a CL file (APT): it says where the tool is and not where axes are; give the NC program that a post wrote from it";
+        return Err(Failure::input(path, what));
+    }
+    no_program(path, head).map_or(Ok(()), |what| Err(Failure::input(path, what)))
 }
 
 /// Index of the setup of this name or number.

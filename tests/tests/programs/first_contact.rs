@@ -119,3 +119,21 @@ fn an_example_is_for_the_machine_and_control_that_are_asked_for() {
         assert!(told.is_refused_for(named) && !f.path("refused").exists(), "{options}: {} {}", told.code, told.errors);
     }
 }
+
+/// What is given in place of a program is called by its format, also where more of it follows than is looked at.
+#[test]
+fn a_file_of_another_format_is_no_program() {
+    let f = tiny_patch();
+    let points = "[0,0,0],".repeat(20_000);
+    f.write("long.json", format!("{{\"format\": \"facemill-path/1\", \"passes\": [{points}").as_bytes());
+    for (given, named) in [
+        ("job.json", "this is a job file, not an NC program"),
+        ("machine.json", "this is a machine file, not an NC program"),
+        ("tool.json", "this is a tool file, not an NC program"),
+        ("long.json", "this is a path file, not an NC program"),
+        ("patch.obj", "this is a mesh by its name, not an NC program"),
+    ] {
+        let told = facemill_in(&f, &format!("verify {given} --job job.json"));
+        assert!(told.is_refused_for(&[given, named]), "{given}: {} {}", told.code, told.errors);
+    }
+}
