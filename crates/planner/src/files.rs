@@ -95,6 +95,21 @@ pub fn write_plan(folder: &Path, files: &[(String, Vec<u8>)]) -> Result<(), Fail
     write_in(folder, files, || earlier::replaced_by(folder, files))
 }
 
+/// Refuses a folder to write to that is something else, for a command that has long to compute.
+///
+/// # Errors
+/// [`Failure::Write`], naming it.
+pub fn check_folder(folder: &Path) -> Result<(), Failure> {
+    match std::fs::metadata(folder) {
+        Ok(there) if !there.is_dir() => {
+            let source =
+                std::io::Error::other("it is there and is no folder; give the name of a folder, or of none yet");
+            Err(Failure::Write { file: folder.to_owned(), source })
+        }
+        _ => Ok(()),
+    }
+}
+
 fn write_in(folder: &Path, files: &[(String, Vec<u8>)], stale: impl Fn() -> Vec<PathBuf>) -> Result<(), Failure> {
     for (k, (name, _)) in files.iter().enumerate() {
         if files[..k].iter().any(|(other, _)| other.eq_ignore_ascii_case(name)) {

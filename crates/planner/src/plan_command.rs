@@ -69,19 +69,21 @@ pub(crate) fn run(arguments: &PlanArguments) -> Result<ExitCode, Failure> {
     }
     let out = arguments.out.clone().unwrap_or_else(|| default_out(&arguments.job));
     crate::progress::watch_interrupts().map_err(Failure::Internal)?;
+    // A job that cannot be read changes nothing in the folder.
+    let job = Job::read_with(&arguments.job, &arguments.settings)?;
+    files::check_folder(&out)?;
     let earlier = files::set_aside_earlier(&out)?;
-    plan(arguments, &out).inspect_err(|_| tell_earlier(&out, &earlier))
+    plan(arguments, &job, &out).inspect_err(|_| tell_earlier(&out, &earlier))
 }
 
-fn plan(arguments: &PlanArguments, out: &Path) -> Result<ExitCode, Failure> {
-    let job = Job::read_with(&arguments.job, &arguments.settings)?;
+fn plan(arguments: &PlanArguments, job: &Job, out: &Path) -> Result<ExitCode, Failure> {
     let settings = PlanSettings { verify: !arguments.no_verify, certificates: arguments.certificates };
     let mut outcome = Outcome::Done;
     let mut all_files = Vec::new();
     let mut timings = Vec::new();
     let mut setups = Vec::new();
     let mut texts = Vec::new();
-    for planned in plan_job(&job, settings, arguments.stock_cell_mm, &Progress::new(arguments.quiet))? {
+    for planned in plan_job(job, settings, arguments.stock_cell_mm, &Progress::new(arguments.quiet))? {
         outcome = outcome.max(planned.outcome());
         texts.push(summary(&planned.report));
         setups.push(SetupSummary::of(&planned.report));

@@ -137,3 +137,20 @@ fn a_file_of_another_format_is_no_program() {
         assert!(told.is_refused_for(&[given, named]), "{given}: {} {}", told.code, told.errors);
     }
 }
+
+/// A job that cannot be read leaves the files of an earlier plan as they are; a file in place of the folder is refused before a plan.
+#[test]
+fn a_plan_that_cannot_begin_changes_nothing() {
+    let f = tiny_patch();
+    std::fs::create_dir(f.path("out")).unwrap();
+    f.write("out/program.nc", b"%\n");
+    f.write("plain", b"mine");
+    let out = f.path("out").display().to_string();
+    let told = facemill_in(&f, &format!("plan job.json --set operations[0].nosuch=1 --out {out}"));
+    assert!(told.is_refused_for(&["nosuch"]), "{}", told.errors);
+    let names: Vec<_> = std::fs::read_dir(f.path("out")).unwrap().map(|e| e.unwrap().file_name()).collect();
+    assert_eq!(names, ["program.nc"]);
+    let told = facemill_in(&f, &format!("plan job.json --out {}", f.path("plain").display()));
+    assert!(told.code == 3 && told.errors.contains("no folder"), "{} {}", told.code, told.errors);
+    assert_eq!(std::fs::read(f.path("plain")).unwrap(), b"mine");
+}
