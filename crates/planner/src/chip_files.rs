@@ -8,6 +8,7 @@ use crate::chips_svg::{Row, chips_svg};
 use crate::load::Job;
 use crate::operation::PlannedOperation;
 use crate::program::Timed;
+use crate::program_stamp::stamped_svg;
 use crate::tip_feed::teeth_per_minute;
 
 /// What is written of the chips of a setup.
@@ -50,10 +51,7 @@ impl ChipFiles {
     pub(crate) fn of(self, programs: &[ProgramStamp]) -> Self {
         let mut csv: String = programs.iter().map(|program| format!("# {}\n", program.text())).collect();
         csv += &self.csv;
-        // A comment ends with two hyphens, which file names may hold.
-        let comment = |program: &ProgramStamp| format!("<!-- {} -->\n", program.text().replace("--", "- -"));
-        let svg = self.svg + &programs.iter().map(comment).collect::<String>();
-        Self { svg, csv }
+        Self { svg: stamped_svg(self.svg, programs), csv }
     }
 }
 

@@ -25,7 +25,7 @@ use crate::output::{
 use crate::plan_stages::{READ, TIMES, WRITE, stages_of};
 use crate::plan_stock::{CutByPlan, PlannedStockReport, StockBefore, StockToCut, cut_by_plan, not_asked};
 use crate::program::word_map;
-use crate::program_stamp::programs_among;
+use crate::program_stamp::{programs_among, stamp_apt, stamped_svg};
 use crate::rapids::{LinksReport, PlannedLinks};
 use crate::report::Report;
 use crate::reporting::report;
@@ -214,12 +214,13 @@ pub(crate) fn planned_files(
     clock: Clock,
 ) -> Planned {
     let programs = programs_among(&files);
+    stamp_apt(&mut files, &programs);
     let certificates = certificates.map(|c| certificates_json(programs.clone(), c));
     files.extend(certificates.map(|json| (format!("certificates{suffix}.json"), json)));
     let chips = chips.of(&programs);
-    report.programs = programs;
+    report.programs.clone_from(&programs);
     files.push((format!("report{suffix}.json"), facemill_file_format::to_json(&report).into_bytes()));
-    files.extend(picture.map(|svg| (format!("solution-space{suffix}.svg"), svg.into_bytes())));
+    files.extend(picture.map(|svg| (format!("solution-space{suffix}.svg"), stamped_svg(svg, &programs).into_bytes())));
     files.push((format!("chips{suffix}.svg"), chips.svg.into_bytes()));
     let chip_table = (format!("chips{suffix}.csv"), chips.csv.into_bytes());
     Planned { files, chip_table, report, rest: None, timings: clock.laps }

@@ -89,6 +89,7 @@ fn plan(arguments: &PlanArguments, job: &Job, out: &Path) -> Result<ExitCode, Fa
         setups.push(SetupSummary::of(&planned.report));
         timings.push(serde_json::json!({
             "setup": planned.report.setup,
+            "programs": planned.report.programs,
             "stages_s": planned.timings.iter().map(|(name, s)| ((*name).to_owned(), serde_json::json!(s))).collect::<serde_json::Map<_, _>>(),
         }));
         all_files.extend(planned.files);

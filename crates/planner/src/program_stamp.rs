@@ -32,6 +32,22 @@ pub fn checksum(bytes: &[u8]) -> String {
     blake3::hash(bytes).to_hex().to_string()
 }
 
+/// A picture that names the programs that it speaks of, in comments at its end.
+pub(crate) fn stamped_svg(svg: String, programs: &[ProgramStamp]) -> String {
+    // A comment ends with two hyphens, which file names may hold.
+    let comment = |program: &ProgramStamp| format!("<!-- {} -->\n", program.text().replace("--", "- -"));
+    svg + &programs.iter().map(comment).collect::<String>()
+}
+
+/// Names the programs in the APT files among the files of a plan, in comments behind their first line.
+pub(crate) fn stamp_apt(files: &mut [(String, Vec<u8>)], programs: &[ProgramStamp]) {
+    let comments: String = programs.iter().map(|program| format!("$$ {}\n", program.text())).collect();
+    for (_, bytes) in files.iter_mut().filter(|(name, _)| name.ends_with(".apt")) {
+        let first = bytes.iter().position(|byte| *byte == b'\n').map_or(bytes.len(), |end| end + 1);
+        bytes.splice(first..first, comments.bytes());
+    }
+}
+
 /// Stamps of the NC programs among the files of a plan; APT files are no programs.
 pub(crate) fn programs_among(files: &[(String, Vec<u8>)]) -> Vec<ProgramStamp> {
     let is_program = |name: &str| name.starts_with("program") && !name.ends_with(".apt");

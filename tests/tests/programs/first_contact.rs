@@ -81,6 +81,13 @@ fn a_plan_tells_its_summary_as_json_or_nothing() {
         (&f.json("tool.json")["name"], &f.json("machine.json")["name"])
     );
     assert_eq!(made_from["dialect"], "fanuc");
+    let stamp = format!("program.nc blake3 {}", report["programs"][0]["blake3"].as_str().unwrap());
+    for file in ["program.apt", "chips.svg", "solution-space.svg"] {
+        let text = std::fs::read_to_string(f.path("a").join(file)).unwrap();
+        assert!(text.contains(&stamp), "{file} does not name its program");
+    }
+    let timings: Value = serde_json::from_slice(&std::fs::read(f.path("a/timings.json")).unwrap()).unwrap();
+    assert_eq!(timings["setups"][0]["programs"], report["programs"]);
     let before = inputs(&report);
     assert_eq!(before.keys().collect::<Vec<_>>(), ["job.json", "machine.json", "patch.obj", "tool.json"]);
     assert!(report["times"]["cutting_s"].as_f64().is_some_and(|s| s > 1.0), "{}", report["times"]);
