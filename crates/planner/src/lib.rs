@@ -43,6 +43,7 @@ mod extra_passes;
 mod failure;
 pub mod files;
 mod follow;
+mod incomplete;
 pub mod job_file;
 mod job_limits;
 mod job_settings;

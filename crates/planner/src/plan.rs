@@ -12,6 +12,7 @@ use crate::between_lines::{is_cut_known, machine_as_cut, seen_between, seen_of_r
 use crate::cell::z_map;
 use crate::chip_files::ChipFiles;
 use crate::dual::plan_dual_setup;
+use crate::incomplete::incomplete_because;
 use crate::job_file::LinkStockFile;
 use crate::load::{Job, Setup};
 use crate::made_from::MadeFrom;
@@ -33,7 +34,7 @@ use crate::timing::control_assumption;
 use crate::turning::Turning;
 use crate::validate::file_stem;
 use crate::verify_stock::CutRequest;
-use crate::{Failure, RemainingReport, Stages};
+use crate::{Failure, Stages};
 
 /// Stands in the names of programs with faults.
 pub const REJECTED: &str = ".rejected";
@@ -88,14 +89,9 @@ impl Outcome {
 impl Planned {
     /// What became of the plan.
     pub fn outcome(&self) -> Outcome {
-        let report = &self.report;
-        if report.findings.iter().any(|f| f.kind.is_fault()) {
+        if self.report.findings.iter().any(|f| f.kind.is_fault()) {
             Outcome::Faulty
-        } else if report.remaining.as_ref().is_some_and(RemainingReport::is_exceeded)
-            || report.totals.trims_too_much
-            || report.worst.linearisation_exceeded
-            || report.worst.cusp_exceeded
-        {
+        } else if !incomplete_because(&self.report).is_empty() {
             Outcome::Incomplete
         } else {
             Outcome::Done

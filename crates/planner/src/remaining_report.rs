@@ -128,6 +128,24 @@ impl RemainingOnRegion {
         self.samples == 0
     }
 
+    /// In what it is more than the operation allows, in words.
+    pub(crate) fn why_exceeded(&self) -> String {
+        let Self { operation, limit_mm, allowed, .. } = self;
+        if self.is_unmeasured() {
+            return format!(
+                "operation \"{operation}\": no sample lies in its region, so that nothing is known of what is left"
+            );
+        }
+        format!(
+            "operation \"{operation}\": {:.2} % of its region is left more than {limit_mm:.3} mm high, {:.2} % is never cut; the job allows \
+             {:.2} % and {:.2} %",
+            100.0 * self.above_fraction,
+            100.0 * self.never_cut_fraction,
+            100.0 * allowed.max_above_fraction,
+            100.0 * allowed.max_never_cut_fraction
+        )
+    }
+
     /// The figures in words, and what is wrong with them.
     fn summary(&self, several: bool) -> Vec<String> {
         let of = if several { format!(", operation \"{}\"", self.operation) } else { String::new() };
@@ -187,28 +205,11 @@ impl RemainingReport {
     /// the program.
     pub(crate) fn findings(&self, last_line: u32) -> Vec<Finding> {
         let finding = |o: &RemainingOnRegion| {
-            let note = if o.is_unmeasured() {
-                format!(
-                    "operation \"{}\": no sample lies in its region, so that nothing is known of what is left",
-                    o.operation
-                )
-            } else {
-                format!(
-                    "operation \"{}\": {:.2} % of its region is left more than {:.3} mm high, {:.2} % is never cut; the job allows {:.2} % \
-                 and {:.2} %",
-                    o.operation,
-                    100.0 * o.above_fraction,
-                    o.limit_mm,
-                    100.0 * o.never_cut_fraction,
-                    100.0 * o.allowed.max_above_fraction,
-                    100.0 * o.allowed.max_never_cut_fraction
-                )
-            };
             let line = o.largest.and_then(|p| p.line).unwrap_or(last_line);
             Finding {
                 measure: o.largest.map(|p| Measure::HeightMm(p.height_mm)),
                 place_work_mm: o.largest.map(|p| p.at_mm),
-                ..Finding::of_line(FindingKind::Excess, line, None, "", note)
+                ..Finding::of_line(FindingKind::Excess, line, None, "", o.why_exceeded())
             }
         };
         self.operations.iter().filter(|o| o.exceeded).map(finding).collect()

@@ -1,11 +1,13 @@
 //! The summary of a plan as a file, `"format": "facemill-summary/1"`, for programs that start facemill.
 
+use facemill_virtual_machine::WindUp;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::Outcome;
+use crate::incomplete::incomplete_because;
 use crate::program_times::ProgramTimes;
-use crate::report::{InfeasibleReport, Report, Totals, Worst};
+use crate::report::{CuspsKeptReport, InfeasibleReport, Report, Totals, Worst};
+use crate::{Outcome, RemainingReport};
 
 /// Value of the key `format` in a summary.
 pub const SUMMARY_FORMAT: &str = "facemill-summary/1";
@@ -48,6 +50,14 @@ pub struct SetupSummary {
     pub faults: usize,
     /// Number of assumptions.
     pub assumptions: usize,
+    /// Why the program is not all that the job asks for, in words; empty where it is. With `faults` it must not be run at all.
+    pub incomplete_because: Vec<String>,
+    /// Material that the written program leaves on the regions of its operations; `null` where the setup has none.
+    pub remaining: Option<RemainingReport>,
+    /// Whether each operation's passes keep the allowed cusp, and why not where they do not.
+    pub cusps: Vec<CuspsKeptReport>,
+    /// How far each rotary axis without stops winds in the written program; empty where that was not verified.
+    pub wind_up: Vec<WindUp>,
     /// CC points that were left out, by reason.
     pub infeasible: Vec<InfeasibleReport>,
 }
@@ -65,6 +75,10 @@ impl SetupSummary {
             findings: report.findings.len(),
             faults: report.findings.iter().filter(|f| f.kind.is_fault()).count(),
             assumptions: report.assumptions.len(),
+            incomplete_because: incomplete_because(report),
+            remaining: report.remaining.clone(),
+            cusps: report.cusps.clone(),
+            wind_up: report.wind_up.clone(),
             infeasible: report.infeasible.clone(),
         }
     }

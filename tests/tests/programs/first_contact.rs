@@ -72,9 +72,10 @@ fn a_plan_tells_its_summary_as_json_or_nothing() {
     assert_eq!((&summary["outcome"], &summary["exit_code"], &setup["job"]), (&json!("done"), &json!(0), &json!("set")));
     let report: Value = serde_json::from_slice(&std::fs::read(f.path("a/report.json")).unwrap()).unwrap();
     assert_eq!(report["settings"], json!([{ "key": "name", "value": "set" }]));
-    for key in ["totals", "times", "worst"] {
+    for key in ["totals", "times", "worst", "remaining", "cusps", "wind_up"] {
         assert_eq!(setup[key], report[key], "{key}");
     }
+    assert_eq!(setup["incomplete_because"], json!([]));
     let made_from = &report["made_from"];
     assert_eq!(
         (&made_from["tool"], &made_from["machine"]),
