@@ -16,7 +16,7 @@ pub(crate) fn incomplete_because(report: &Report) -> Vec<String> {
         )
     }));
     reasons.extend(worst.cusp_exceeded.then(|| match (totals.uncut_points, worst.cusp_mm) {
-        (0, Some(cusp)) => format!("a predicted cusp of {cusp:.3} mm is more than an operation allows"),
+        (0, Some(cusp)) => format!("a predicted cusp of {cusp:.4} mm is more than an operation allows"),
         (uncut, _) => format!(
             "at {uncut} points a strip beside a pass is predicted to stay uncut, or a cusp is more than allowed"
         ),
