@@ -8,13 +8,14 @@ use nalgebra::{Isometry3, Point3};
 use rayon::prelude::*;
 
 use crate::chips::{Chip, ChipSite, ROUGH_THICKNESS, StockTop, THICKNESS_ACCURACY};
+use crate::failure::Failure;
 use crate::job_file::{FeedsFile, OperationFile};
 use crate::load::{Job, Setup};
 use crate::moves::{MoveKind, PieceMoves};
-use crate::operation::{carried_on, neighbour_reach};
-use crate::pieces::{Piece, places};
-use crate::plan_stages::CHIPS;
-use crate::{Failure, Stages};
+use crate::operation::neighbour_reach;
+use crate::pattern::places;
+use crate::pieces::Piece;
+use crate::stages::{CHIPS, Stages};
 
 /// What is known at a cut of a piece besides its pose.
 #[derive(Clone, Copy, Debug)]
@@ -147,7 +148,7 @@ impl<'s> Surroundings<'s> {
     /// The section across the feed through `at`, with the cutter as at a point.
     fn site(&self, at: &CcPoint, point: &CutPoint, beside: &[Ridge], curvature: f64) -> ChipSite {
         let outline = Outline::new(self.job.tool.cutter(), point.posture);
-        let top = StockTop::over(self.setup, at, curvature, outline.extent());
+        let top = stock_over(self.setup, at, curvature, outline.extent());
         ChipSite::new(outline, beside, top)
     }
 
@@ -267,4 +268,39 @@ pub(crate) fn give_chips(piece: &mut PieceMoves, along: &[Along]) {
             MoveKind::Approach | MoveKind::Rapid => {}
         }
     }
+}
+
+/// Places across the cutter at which the height of a solid stock is looked for; what is narrower than their distance
+/// may be missed.
+pub(crate) const SOLID_PLACES: usize = 49;
+
+/// The stock over a point, where the surface has this curvature across the feed.
+pub(crate) fn stock_over(setup: &Setup<'_>, cc: &CcPoint, curvature: f64, extent: (f64, f64)) -> StockTop {
+    let Some(solid) = &setup.stock_solid else {
+        return StockTop::Layer { thickness: setup.stock_above(cc), curvature };
+    };
+    let extent = [extent.0, extent.1];
+    let place = |k: usize| extent[0] + (extent[1] - extent[0]) * (k as f64 / (SOLID_PLACES - 1) as f64);
+    let found: Vec<f64> = (0..SOLID_PLACES)
+        .map(|k| {
+            let from = cc.position + cc.left().into_inner() * place(k);
+            let hits = solid.ray_all(&from, &cc.normal, f64::INFINITY);
+            // The last way out of it: what is empty below counts as stock.
+            let out = hits.iter().rfind(|hit| !hit.from_outside);
+            out.map_or(0.0, |hit| hit.point.distance)
+        })
+        .collect();
+    let beside = |k: usize| found[k.saturating_sub(1)..(k + 2).min(found.len())].iter().copied();
+    let heights = (0..found.len()).map(|k| beside(k).fold(0.0, f64::max)).collect();
+    StockTop::Solid { extent, heights }
+}
+
+/// Where the neighbour does not reach, what is known of the nearest point before that, else of the first one after.
+pub(crate) fn carried_on<T: Copy>(mut along: Vec<Option<T>>) -> Vec<Option<T>> {
+    let mut last = along.iter().copied().find_map(|s| s);
+    for known in &mut along {
+        *known = known.or(last);
+        last = *known;
+    }
+    along
 }

@@ -7,12 +7,13 @@ use facemill_virtual_machine::{
     is_known_to_cut, still_there, verify,
 };
 
+use crate::failure::Failure;
 use crate::load::Job;
-use crate::output::{name_obstacles, not_verified};
-use crate::plan_stages::LOOK;
+use crate::stages::LOOK;
+use crate::stages::Stages;
 use crate::stock_map::StockMeshes;
 use crate::verify_stock::{CutRequest, Stand};
-use crate::{Failure, Stages};
+use crate::virtual_setup::{name_obstacles, not_verified};
 
 /// What a head's run against all of the stock adds to one that leaves it to the runs that cut it.
 pub(crate) struct BetweenLines {

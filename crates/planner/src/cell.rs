@@ -11,7 +11,7 @@ use facemill_tool_model::SpindleRotation;
 use facemill_z_map::{ZMap, ZMapSettings};
 use nalgebra::{Isometry3, Point3};
 
-use crate::Failure;
+use crate::failure::Failure;
 use crate::job_file::{AxisTargetFile, BranchFile, DirectionFile, OperationFile, OrderFile, PostureModeFile};
 use crate::load::{Job, Setup, direction};
 use crate::obstacle_meshes::ObstacleRole;

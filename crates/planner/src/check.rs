@@ -2,14 +2,14 @@
 
 use facemill_surface_model::{LengthUnit, UpAxis};
 
-use crate::load::{Setup, pose};
+use crate::failure::Failure;
+use crate::load::{Job, Setup, pose};
 use crate::mesh_winding::check_winding;
-use crate::output::try_template;
 use crate::part_size::{part_box, unit_advice};
 use crate::path::lay;
-use crate::program::word_map;
+use crate::post_probe::try_template;
 use crate::reach::check_reach;
-use crate::{Failure, Job};
+use crate::word_map::word_map;
 
 pub(crate) fn units(unit: LengthUnit) -> &'static str {
     match unit {

@@ -2,13 +2,12 @@
 
 use std::fmt::Write;
 
-use crate::ProgramStamp;
 use crate::chip_points::{ChipPoint, chip_points};
 use crate::chips_svg::{Row, chips_svg};
 use crate::load::Job;
 use crate::operation::PlannedOperation;
 use crate::program::Timed;
-use crate::program_stamp::stamped_svg;
+use crate::program_stamp::{ProgramStamp, stamped_svg};
 use crate::tip_feed::teeth_per_minute;
 
 /// What is written of the chips of a setup.

@@ -2,10 +2,12 @@
 
 use crate::along::Along;
 use crate::chips::Chip;
+use crate::job_file::OperationFile;
 use crate::moves::{MoveKind, PieceMoves};
 use crate::operation::PlannedOperation;
 use crate::program::Timed;
-use crate::tip_feed::{CM3, CutFeed, FeedLaw};
+use crate::report_chips::{ChipsReport, FeedsSetByReport, SpreadReport};
+use crate::tip_feed::{CM3, CutFeed, FeedLaw, depends_on_chips, teeth_per_minute};
 
 /// A CC point of an operation, in cutting order.
 #[derive(Clone, Copy, Debug)]
@@ -136,4 +138,34 @@ fn points_of(
         point += 1;
     }
     arrivals.for_each(drop);
+}
+
+/// Of the points of an operation.
+pub(crate) fn chips_report(operation: &OperationFile, teeth: u32, points: &[ChipPoint], by_law: bool) -> ChipsReport {
+    let per_minute = teeth_per_minute(&operation.feeds, teeth);
+    let thicknesses = points.iter().filter_map(|p| p.thicknesses(per_minute));
+    let largest = thicknesses.reduce(|a, b| [a[0].max(b[0]), a[1].max(b[1])]);
+    let arrivals = || points.iter().filter_map(|p| p.arrival);
+    let rate = |k: usize| points.iter().filter_map(move |p| Some(p.removal_rates()?[k]));
+    let with = |is: &dyn Fn(&Arrival) -> bool| arrivals().filter(|a| is(a)).count();
+    ChipsReport {
+        operation: operation.name.clone(),
+        by_chips: depends_on_chips(&operation.feeds),
+        points: points.len(),
+        full_stock_points: points.iter().filter(|p| !p.is_known).count(),
+        air_points: points.iter().filter(|p| p.area == 0.0).count(),
+        area_mm2: SpreadReport::of(points.iter().map(|p| p.area)),
+        removal_rate_before_cm3_min: SpreadReport::of(rate(0)),
+        removal_rate_after_cm3_min: SpreadReport::of(rate(1)),
+        largest_chip_thickness_mm: largest,
+        feeds_set_by: FeedsSetByReport {
+            removal_rate: with(&|a| a.law == FeedLaw::RemovalRate),
+            chip_thickness: with(&|a| a.law == FeedLaw::ChipThickness),
+            air: with(&|a| a.law == FeedLaw::Air),
+            machine: with(&Arrival::is_slower_than_asked),
+            smallest_f: with(&Arrival::is_faster_than_asked),
+        },
+        by_law,
+        added_time_s: arrivals().map(|a| a.added_time).sum(),
+    }
 }

@@ -1,11 +1,9 @@
 //! Chip section at one point of a pass (CHIP, with the outline of the tilted cutter seen along the feed).
 
 use facemill_chip_area::{CutterEnd, CutterPose, OutlineError, chip_area_between_outlines, largest_thickness};
-use facemill_cl_data::CcPoint;
 use facemill_cutter_location::cusp::Ridge;
 use facemill_tool_model::Outline;
 
-use crate::load::Setup;
 use crate::outline_table::OutlineTable;
 
 /// Accuracy of a section area, as part of it.
@@ -60,32 +58,7 @@ pub(crate) enum StockTop {
     Solid { extent: [f64; 2], heights: Vec<f64> },
 }
 
-/// Places across the cutter at which the height of a solid stock is looked for; what is narrower than their distance
-/// may be missed.
-const SOLID_PLACES: usize = 49;
-
 impl StockTop {
-    /// The stock over a point, where the surface has this curvature across the feed.
-    pub(crate) fn over(setup: &Setup<'_>, cc: &CcPoint, curvature: f64, extent: (f64, f64)) -> Self {
-        let Some(solid) = &setup.stock_solid else {
-            return Self::Layer { thickness: setup.stock_above(cc), curvature };
-        };
-        let extent = [extent.0, extent.1];
-        let place = |k: usize| extent[0] + (extent[1] - extent[0]) * (k as f64 / (SOLID_PLACES - 1) as f64);
-        let found: Vec<f64> = (0..SOLID_PLACES)
-            .map(|k| {
-                let from = cc.position + cc.left().into_inner() * place(k);
-                let hits = solid.ray_all(&from, &cc.normal, f64::INFINITY);
-                // The last way out of it: what is empty below counts as stock.
-                let out = hits.iter().rfind(|hit| !hit.from_outside);
-                out.map_or(0.0, |hit| hit.point.distance)
-            })
-            .collect();
-        let beside = |k: usize| found[k.saturating_sub(1)..(k + 2).min(found.len())].iter().copied();
-        let heights = (0..found.len()).map(|k| beside(k).fold(0.0, f64::max)).collect();
-        Self::Solid { extent, heights }
-    }
-
     /// Height at y; −∞ where there is none.
     pub(crate) fn at(&self, y: f64) -> f64 {
         match self {
@@ -240,6 +213,7 @@ mod tests {
     use facemill_chip_area::{
         Beside, Engagement, NeighbourAxis, Orientation, PassSection, SectionSurface, chip_of_pass,
     };
+    use facemill_cl_data::CcPoint;
     use facemill_cl_data::Posture;
     use facemill_cutter_location::cusp::{CutPoint, ridges};
     use facemill_tool_model::Cutter;

@@ -13,13 +13,14 @@ use rayon::prelude::*;
 use crate::cell::budget;
 use crate::deviation_colours::colour;
 use crate::deviation_cusps::{CuspScene, cusps};
-use crate::deviation_report::{
-    Condition, DeviationFigures, DeviationPlace, DeviationReport, Patch, beyond, drive_triangles,
-};
+use crate::deviation_figures::{Condition, Patch, beyond, deviation_figures, drive_triangles};
+use crate::deviation_report::{DeviationPlace, DeviationReport};
+use crate::failure::Failure;
 use crate::load::{Job, Setup};
 use crate::obstacle_meshes::ObstacleRole;
+use crate::program_stamp::ProgramStamp;
+use crate::stages::Stages;
 use crate::stock_places::StockPlaces;
-use crate::{Failure, ProgramStamp, Stages};
 
 /// What is asked of the deviation.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -96,12 +97,12 @@ pub(crate) fn deviation_of(
         tolerance_mm,
         uncertainty_mm,
         exceeds_gouge_limit: all_places().any(|p| p.is_cut && p.deviation < -limit),
-        drive: DeviationFigures::of(
+        drive: deviation_figures(
             places().filter(|p| is_drive[p.triangle as usize]),
             patches.iter().copied().filter(|p| p.is_drive),
             accuracy,
         ),
-        part: DeviationFigures::of(places(), patches.iter().copied(), accuracy),
+        part: deviation_figures(places(), patches.iter().copied(), accuracy),
         cavity: cavity.map(|c| DeviationPlace { value_mm: c.depth, at_mm: c.position.into() }),
         cusps: cusps(stock.program, stock.heads, &scene),
     };

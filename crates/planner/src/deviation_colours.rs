@@ -1,6 +1,6 @@
 //! Colours of deviations.
 
-use crate::deviation_report::Condition;
+use crate::deviation_figures::Condition;
 
 /// Red, green and blue as screens take them.
 type Colour = [u8; 3];

@@ -9,63 +9,9 @@ use facemill_tool_model::{Cusp, Cutter};
 use facemill_virtual_machine::VirtualSetup;
 use nalgebra::{Point3, Unit, Vector3};
 use rayon::prelude::*;
-use schemars::JsonSchema;
-use serde::Serialize;
 
+use crate::deviation_report::{CuspRatios, CuspReport, CuspsNotCompared};
 use crate::stock_places::StockPlaces;
-
-/// Cusp heights measured at a sample of places between neighbouring passes, against the ridge that the outlines of the
-/// tilted cutter leave there. Both are estimates: measured is the highest line's place on the way across, which misses
-/// the ridge by up to half a cell.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
-pub struct CuspReport {
-    /// Points of passes that were drawn, the same ones for the same program.
-    pub sampled: usize,
-    /// Of them with a neighbouring pass at least four cells away, and a predicted ridge that can be told from the
-    /// uncertainty.
-    pub compared: usize,
-    /// Of those drawn where the outlines leave a strip that is not cut at all.
-    pub uncut: usize,
-    /// Of those drawn the others, by why nothing is compared there: with `compared` and `uncut` these add up to `sampled`.
-    pub not_compared: CuspsNotCompared,
-    /// The highest of the predicted ridges that were compared, mm.
-    pub largest_predicted_mm: f64,
-    /// The highest measured between the same passes, mm.
-    pub largest_measured_mm: f64,
-    /// Measured by predicted height; absent where none were compared.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub ratio: Option<CuspRatios>,
-}
-
-/// Why cusps are not compared at points that were drawn: how many of them.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, JsonSchema)]
-pub struct CuspsNotCompared {
-    /// No ridge is predicted: no other pass is within three radii of the cutter beside the point.
-    pub no_neighbour: usize,
-    /// The neighbouring pass is nearer than four cells, too near for the lines.
-    pub too_close: usize,
-    /// A pass ends beside the point, nearer than the neighbour: the ridge is not between the two.
-    pub beside_an_end: usize,
-    /// The predicted ridge cannot be told from the uncertainty: it is lower than twice that.
-    pub too_low: usize,
-    /// The stock shows no height on the way to the neighbour.
-    pub not_measured: usize,
-}
-
-/// Quantiles of the ratio of measured to predicted cusps.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
-pub struct CuspRatios {
-    /// The lowest.
-    pub lowest: f64,
-    /// Five in a hundred are lower.
-    pub p5: f64,
-    /// Half are lower.
-    pub median: f64,
-    /// Ninety-five in a hundred are lower.
-    pub p95: f64,
-    /// The highest.
-    pub highest: f64,
-}
 
 /// Points that are drawn.
 const SAMPLES: usize = 300;
@@ -113,7 +59,7 @@ pub(crate) fn cusps(program: &ReadProgram, heads: &[&VirtualSetup<'_>], scene: &
     let mut ratios = Vec::new();
     for compared in found {
         match compared {
-            Compared::Not(why) => report.not_compared.count(why),
+            Compared::Not(why) => count(&mut report.not_compared, why),
             Compared::Uncut => report.uncut += 1,
             Compared::Heights { predicted, measured } => {
                 ratios.push(measured / predicted);
@@ -147,20 +93,18 @@ fn quantiles(mut ratios: Vec<f64>) -> Option<CuspRatios> {
     Some(CuspRatios { lowest: at(0.0), p5: at(0.05), median: at(0.5), p95: at(0.95), highest: at(1.0) })
 }
 
-impl CuspsNotCompared {
-    fn count(&mut self, why: Why) {
-        *match why {
-            Why::NoNeighbour => &mut self.no_neighbour,
-            Why::TooClose => &mut self.too_close,
-            Why::BesideAnEnd => &mut self.beside_an_end,
-            Why::TooLow => &mut self.too_low,
-            Why::NotMeasured => &mut self.not_measured,
-        } += 1;
-    }
+fn count(of: &mut CuspsNotCompared, why: Why) {
+    *match why {
+        Why::NoNeighbour => &mut of.no_neighbour,
+        Why::TooClose => &mut of.too_close,
+        Why::BesideAnEnd => &mut of.beside_an_end,
+        Why::TooLow => &mut of.too_low,
+        Why::NotMeasured => &mut of.not_measured,
+    } += 1;
 }
 
 /// Why a place is not compared, as [`CuspsNotCompared`] counts.
-enum Why {
+pub(crate) enum Why {
     NoNeighbour,
     TooClose,
     BesideAnEnd,
@@ -256,8 +200,10 @@ struct Contact {
 
 /// Steps to and fro between cutter and surface; on surfaces that the cutter fits each brings the point much nearer.
 const CONTACT_STEPS: usize = 20;
+
 /// Steps as short as this have arrived, mm.
 const SAME_CONTACT: f64 = 1e-4;
+
 /// Sine of the tilt below which a disc lies flat and touches everywhere.
 const FLAT: f64 = 1e-6;
 

@@ -1,12 +1,7 @@
 //! What of a part is gouged, left or within tolerance behind a program, in figures.
 
-use facemill_surface_model::Surface;
-use facemill_z_map::Place;
-use nalgebra::Point3;
 use schemars::JsonSchema;
 use serde::Serialize;
-
-use crate::deviation_cusps::CuspReport;
 
 /// How far the cut stock is from the part and the allowance on it: the surface that the program should have left.
 ///
@@ -90,107 +85,55 @@ pub struct DeviationBin {
     pub area_mm2: f64,
 }
 
-/// What a place of a surface is like.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Condition {
-    Within(f64),
-    Gouged(f64),
-    Excess(f64),
-    NotReached,
-    NoStock,
-    NotMeasured,
+/// Cusp heights measured at a sample of places between neighbouring passes, against the ridge that the outlines of the
+/// tilted cutter leave there. Both are estimates: measured is the highest line's place on the way across, which misses
+/// the ridge by up to half a cell.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
+pub struct CuspReport {
+    /// Points of passes that were drawn, the same ones for the same program.
+    pub sampled: usize,
+    /// Of them with a neighbouring pass at least four cells away, and a predicted ridge that can be told from the
+    /// uncertainty.
+    pub compared: usize,
+    /// Of those drawn where the outlines leave a strip that is not cut at all.
+    pub uncut: usize,
+    /// Of those drawn the others, by why nothing is compared there: with `compared` and `uncut` these add up to `sampled`.
+    pub not_compared: CuspsNotCompared,
+    /// The highest of the predicted ridges that were compared, mm.
+    pub largest_predicted_mm: f64,
+    /// The highest measured between the same passes, mm.
+    pub largest_measured_mm: f64,
+    /// Measured by predicted height; absent where none were compared.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ratio: Option<CuspRatios>,
 }
 
-/// A small triangle of a part.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Patch {
-    pub area: f64,
-    pub is_drive: bool,
-    pub place: Option<Place>,
+/// Why cusps are not compared at points that were drawn: how many of them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, JsonSchema)]
+pub struct CuspsNotCompared {
+    /// No ridge is predicted: no other pass is within three radii of the cutter beside the point.
+    pub no_neighbour: usize,
+    /// The neighbouring pass is nearer than four cells, too near for the lines.
+    pub too_close: usize,
+    /// A pass ends beside the point, nearer than the neighbour: the ridge is not between the two.
+    pub beside_an_end: usize,
+    /// The predicted ridge cannot be told from the uncertainty: it is lower than twice that.
+    pub too_low: usize,
+    /// The stock shows no height on the way to the neighbour.
+    pub not_measured: usize,
 }
 
-impl Condition {
-    /// Condition of a place within a tolerance, deviations being known to an uncertainty, mm.
-    pub(crate) fn of(place: Option<&Place>, [tolerance, uncertainty]: [f64; 2]) -> Self {
-        match place {
-            None => Self::NotMeasured,
-            Some(p) if p.deviation == f64::NEG_INFINITY => Self::NoStock,
-            Some(p) if p.deviation < -tolerance => Self::Gouged(p.deviation),
-            // Stock as it was before the cut is not finished, however little of it there is.
-            Some(p) if !p.is_cut && p.deviation > uncertainty => Self::NotReached,
-            Some(p) if p.deviation <= tolerance => Self::Within(p.deviation),
-            Some(p) if p.is_cut => Self::Excess(p.deviation),
-            Some(_) => Self::NotReached,
-        }
-    }
-}
-
-/// Steps of the histogram between no deviation and its last bin, to each side.
-const STEPS: i32 = 8;
-
-impl DeviationFigures {
-    /// Figures of the places and patches that are asked for, within a tolerance and told to an uncertainty (mm); deviations are those from the surface with its allowance.
-    pub(crate) fn of(
-        places: impl Iterator<Item = Place>,
-        patches: impl Iterator<Item = Patch> + Clone,
-        accuracy: [f64; 2],
-    ) -> Self {
-        let mut figures = Self { histogram: histogram(patches.clone(), accuracy[0]), ..Self::default() };
-        for place in places.filter(|p| p.deviation.is_finite()) {
-            let kind = match place.deviation {
-                d if d < 0.0 => &mut figures.largest_gouge,
-                d if d > 0.0 && place.is_cut => &mut figures.largest_excess,
-                d if d > 0.0 => &mut figures.largest_not_reached,
-                _ => continue,
-            };
-            let value_mm = place.deviation.abs();
-            if kind.is_none_or(|k| k.value_mm < value_mm) {
-                *kind = Some(DeviationPlace { value_mm, at_mm: place.position.into() });
-            }
-        }
-        let areas = &mut figures.area_mm2;
-        for patch in patches {
-            *match Condition::of(patch.place.as_ref(), accuracy) {
-                Condition::Within(_) => &mut areas.within,
-                Condition::Gouged(_) => &mut areas.gouged,
-                Condition::Excess(_) => &mut areas.excess,
-                Condition::NotReached => &mut areas.not_reached,
-                Condition::NoStock => &mut areas.no_stock,
-                Condition::NotMeasured => &mut areas.not_measured,
-            } += patch.area;
-        }
-        figures
-    }
-}
-
-fn histogram(patches: impl Iterator<Item = Patch>, tolerance: f64) -> Vec<DeviationBin> {
-    let step = 0.5 * tolerance;
-    let mut areas = vec![0.0; 2 * STEPS as usize + 2];
-    for patch in patches {
-        let Some(place) = patch.place.filter(|p| p.deviation.is_finite()) else { continue };
-        let bin = (place.deviation / step).floor().clamp(f64::from(-STEPS - 1), f64::from(STEPS));
-        areas[(bin as i32 + STEPS + 1) as usize] += patch.area;
-    }
-    let edge = |k: i32| (-STEPS..=STEPS).contains(&k).then(|| f64::from(k) * step);
-    let bins = areas.into_iter().zip(-STEPS - 1..);
-    bins.map(|(area_mm2, k)| DeviationBin { from_mm: edge(k), to_mm: edge(k + 1), area_mm2 }).collect()
-}
-
-/// Which triangles of a part are of the surface that is cut: those that lie in it, and look the same way.
-pub(crate) fn drive_triangles(part: &Surface, drive: &Surface) -> Vec<bool> {
-    let is_drive = |t: u32| {
-        let [a, b, c] = part.mesh().corners(t as usize).map(|p| p.coords);
-        let nearest = drive.closest_point(&Point3::from((a + b + c) / 3.0), SAME_PLACE);
-        let normals = nearest.and_then(|p| drive.facet_normal(p.triangle)).zip(part.facet_normal(t));
-        normals.is_some_and(|(n, m)| n.dot(&m) > 0.0)
-    };
-    (0..part.mesh().triangles().len() as u32).map(is_drive).collect()
-}
-
-/// Distance that is none, mm: the same triangles, moved in the same way.
-const SAME_PLACE: f64 = 1e-6;
-
-/// A place with its deviation from the surface and the allowance on it.
-pub(crate) fn beyond(place: Place, allowances: &[f64]) -> Place {
-    Place { deviation: place.deviation - allowances[place.triangle as usize], ..place }
+/// Quantiles of the ratio of measured to predicted cusps.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct CuspRatios {
+    /// The lowest.
+    pub lowest: f64,
+    /// Five in a hundred are lower.
+    pub p5: f64,
+    /// Half are lower.
+    pub median: f64,
+    /// Ninety-five in a hundred are lower.
+    pub p95: f64,
+    /// The highest.
+    pub highest: f64,
 }

@@ -4,10 +4,10 @@ use facemill_cutter_location::Pieces;
 use facemill_surface_model::TriMesh;
 use nalgebra::Point3;
 
+use crate::clearance_surface::clearance_surface;
 use crate::job_file::{SetupFile, StockFile};
 use crate::load::direction;
 use crate::obstacle_meshes::{ObstacleMesh, ObstacleRole};
-use crate::operation::clearance_surface;
 
 /// How far a part may stand out of its stock by rounding, mm: mesh files have single precision.
 const STOCK_ROUNDING: f64 = 1e-3;

@@ -1,6 +1,9 @@
 //! Passes put between those that were laid: beside trimmed ones, as near as postures allow, and where the postures taken leave
 //! more than the allowed cusp.
 
+#[cfg(test)]
+pub(crate) mod laws;
+
 use std::collections::BTreeMap;
 
 use facemill_cl_data::{CcPoint, Pass, Posture};
@@ -12,12 +15,13 @@ use facemill_tool_model::{Cusp, Outline, step_over_for_cusp};
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
+use crate::failure::Failure;
 use crate::operation::pass_tasks;
 use crate::pieces::LaidTask;
-use crate::plan_stages::ADDED;
 use crate::pole::Tests;
 use crate::pole_detours::Detours;
-use crate::{Failure, Stages};
+use crate::stages::ADDED;
+use crate::stages::Stages;
 
 /// Passes with the poses of their points, in cutting order.
 #[derive(Clone)]
@@ -446,6 +450,3 @@ impl PlannedPath {
         found
     }
 }
-
-#[cfg(test)]
-pub(crate) mod laws;

@@ -46,7 +46,7 @@ impl Failure {
     }
 
     /// Exit code: 1 infeasible, 2 bad input, 3 input/output or internal failure, 130 interrupted. 4 is of a plan whose program has
-    /// faults ([`Outcome`](crate::Outcome)), which is no failure.
+    /// faults ([`Outcome`](crate::report_outcome::Outcome)), which is no failure.
     pub fn exit_code(&self) -> ExitCode {
         ExitCode::from(match self {
             Self::Infeasible(_) => 1,

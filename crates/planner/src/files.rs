@@ -1,23 +1,26 @@
 //! Reading input files and writing output files: whole or not at all.
 
+mod earlier;
+mod input;
+#[cfg(test)]
+mod laws;
+mod output_place;
+mod temporary;
+
 use std::fs::File;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use crate::Failure;
+use output_place::{check_place, folder_of, is_same_place};
+use temporary::{Temporary, clear_left_behind};
+
+use crate::failure::Failure;
 
 pub use earlier::set_aside_earlier;
 pub use input::confine_jobs;
 pub(crate) use input::enter_job;
 pub use output_place::guard_inputs;
 pub(crate) use output_place::note_input;
-use output_place::{check_place, folder_of, is_same_place};
-use temporary::{Temporary, clear_left_behind};
-
-mod earlier;
-mod input;
-mod output_place;
-mod temporary;
 
 /// Reads a file that the user named: a regular one of at most 2 GiB.
 ///
@@ -229,5 +232,5 @@ fn remove(file: PathBuf) -> Result<(), Failure> {
     }
 }
 
-#[cfg(test)]
-mod laws;
+/// Stands in the names of programs with faults.
+pub const REJECTED: &str = ".rejected";

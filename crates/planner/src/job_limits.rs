@@ -1,5 +1,7 @@
 //! Limits of a job file's numbers: beyond them a value is a slip of unit or key, or asks for work without end.
 
+use std::ops::RangeInclusive;
+
 use facemill_inverse_kinematics::{Carrier, Machine};
 use facemill_tool_model::ToolAssembly;
 
@@ -8,7 +10,6 @@ use crate::job_file::{
     ApproachFile, ArcFile, JobFile, OperationFile, PathFile, PathFromFile, PathFromStrategy, SetupFile,
 };
 use crate::validate::{FARTHEST, Field};
-use crate::verify_stock::STOCK_TOLERANCES;
 
 /// Range of a key's value, in the key's own unit.
 pub(crate) struct JobLimit<T> {
@@ -154,6 +155,10 @@ pub(crate) fn check_cutter_width(machine: &Machine, tool: &ToolAssembly) -> Resu
         "radius_mm: a cutter of {diameter} mm is wider than the machine's table, {width:.0} mm from corner to corner: is the unit right?"
     ))
 }
+
+/// Tolerances that stock can be cut within, mm. Smaller: motions fall into more parts than memory holds. Larger: what goes less deep into
+/// the stock than twice the tolerance is no finding.
+pub const STOCK_TOLERANCES: RangeInclusive<f64> = 0.0001..=0.5;
 
 #[cfg(test)]
 mod tests {

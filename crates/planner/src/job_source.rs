@@ -6,10 +6,11 @@ use facemill_file_format::{from_json, from_value};
 use facemill_surface_model::MeshFormat;
 use serde_json::Value;
 
+use crate::failure::Failure;
+use crate::files;
 use crate::job_file::{JOB_FORMAT, JobFile};
 use crate::job_settings::JobSetting;
 use crate::validate::validate;
-use crate::{Failure, files};
 
 /// Name of the job file in a job's folder.
 const JOB_NAME: &str = "job.json";

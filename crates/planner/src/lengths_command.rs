@@ -9,7 +9,7 @@ use facemill::lengths::{LengthsRequest, lengths_of_program};
 use facemill::nc_program::{Dialect, read_program};
 use facemill::tool_model::HolderLibrary;
 use facemill::z_map::DexelMap;
-use facemill::{CutRequest, Failure, files, read_rest};
+use facemill::{CutRequest, Failure, files, read_rest, replan_with_shorter_tools};
 
 use crate::cli::say;
 use crate::option_lengths::{above_zero, from_zero, stock_tolerance};
@@ -85,12 +85,14 @@ pub(crate) fn run(arguments: &LengthsArguments) -> Result<ExitCode, Failure> {
         cut: cut_of(arguments, rest),
         certificates: arguments.certificates,
         holders: library.as_ref(),
-        replan: arguments.replan,
     };
     let outputs = [&arguments.out, &arguments.tool_out, &arguments.program_out];
     files::check_outputs(outputs.into_iter().flatten().map(PathBuf::as_path))?;
     look_at_earlier(arguments, dialect)?;
-    let found = lengths_of_program(&job, &text, &request, &Progress::new(false))?;
+    let mut found = lengths_of_program(&job, &text, &request, &Progress::new(false))?;
+    if let (true, Some(library)) = (arguments.replan, &library) {
+        replan_with_shorter_tools(&job, setup, library, &mut found, &Progress::new(false))?;
+    }
     if !crate::progress::start_writing() {
         return Err(Failure::Interrupted);
     }

@@ -13,7 +13,7 @@
 //! let job = Job::read(Path::new("assets/propeller/job.json"))?;
 //! let planned = plan_setup(&job, 0, PlanSettings { verify: true, certificates: false }, &SilentStages)?;
 //! assert!(planned.is_clean());
-//! # Ok::<(), facemill::Failure>(())
+//! # Ok::<(), crate::Failure>(())
 //! ```
 //!
 //! What a plan without findings guarantees: every pose was tested against the meshes with the verdicts of
@@ -32,17 +32,20 @@ mod chip_files;
 mod chip_points;
 mod chips;
 mod chips_svg;
+mod clearance_surface;
 mod cusps_kept;
 mod deviation;
 mod deviation_colours;
 mod deviation_cusps;
+mod deviation_figures;
 mod deviation_report;
 mod dual;
+mod duration_text;
 mod enclosure;
 mod extra_passes;
 mod failure;
 pub mod files;
-mod follow;
+mod heads_merged;
 mod incomplete;
 pub mod job_file;
 mod job_limits;
@@ -65,6 +68,7 @@ mod mesh_winding;
 mod mesh_winding_laws;
 #[cfg(test)]
 mod move_laws;
+mod move_settings;
 mod moves;
 mod new_dual;
 pub mod new_job;
@@ -77,6 +81,7 @@ mod output;
 mod part_size;
 mod pass_order;
 mod path;
+mod pattern;
 mod pieces;
 #[cfg(test)]
 mod placement_laws;
@@ -99,17 +104,26 @@ mod refeed_checks;
 mod refeed_law;
 mod remaining;
 mod remaining_report;
+pub(crate) mod replan_lengths;
 pub mod report;
 mod report_chips;
+mod report_cusps;
+mod report_links;
+mod report_lost_time;
+mod report_outcome;
+pub(crate) mod report_pairs;
+mod report_stock;
 mod report_turning;
 mod reporting;
 mod rest_stock;
 mod rolled;
 mod rotary_motion;
 mod sequencer;
+mod setup_order;
 mod solution_space;
 pub mod solution_space_file;
 mod solution_svg;
+mod stages;
 mod stand;
 mod stock;
 mod stock_map;
@@ -117,26 +131,37 @@ mod stock_places;
 mod summary;
 mod summary_file;
 mod svg_text;
+mod text_times;
 mod timing;
 mod tip_feed;
 mod turning;
 mod validate;
 mod validate_feeds;
 mod vector_blocks;
+mod verification_file;
 mod verify_assumptions;
 mod verify_feeds;
 mod verify_program;
 mod verify_stock;
+mod virtual_setup;
 mod walls;
 mod winding;
 #[cfg(test)]
 mod winding_laws;
+mod word_map;
 
+pub use crate::deviation_report::{CuspRatios, CuspReport, CuspsNotCompared};
+pub use crate::duration_text::clock;
+pub use crate::files::REJECTED;
+pub use crate::job_limits::STOCK_TOLERANCES;
+pub use crate::report_outcome::Outcome;
+pub use crate::report_pairs::{PairReport, PairSplit};
+pub use crate::report_stock::PlannedStockReport;
+pub use crate::report_stock::StockReport;
+pub use crate::verification_file::{VERIFICATION_FORMAT, VerificationFile};
 pub use check::describe_setup;
 pub use deviation::DeviationRequest;
-pub use deviation_cusps::{CuspRatios, CuspReport, CuspsNotCompared};
 pub use deviation_report::{DeviationAreas, DeviationBin, DeviationFigures, DeviationPlace, DeviationReport};
-pub use dual::{PairReport, PairSplit};
 pub use failure::Failure;
 pub use job_settings::JobSetting;
 pub use job_source::{job_path, no_program};
@@ -147,21 +172,23 @@ pub use made_from::{InputFile, MadeFrom};
 pub use mesh_files::read_mesh;
 pub use new_machine::{machine_names, new_job_for};
 pub use pass_order::PassOrderReport;
-pub use plan::{Outcome, PlanSettings, Planned, REJECTED, plan_setup};
-pub use plan_stock::{PlannedStockReport, plan_job};
+pub use plan::{PlanSettings, Planned, plan_setup};
+pub use plan_stock::plan_job;
 pub use program_stamp::{ProgramStamp, checksum};
 pub use program_times::ProgramTimes;
 pub use refeed::{MAX_TOOL_LENGTH, Refed, RefeedError, RefeedSettings, RefeedSummary, TipFeed, refeed, refeed_lines};
 pub use refeed_law::{BLEND_TOLERANCES, RefeedLaw, RefeedLawTimes};
 pub use remaining_report::{RemainingOnRegion, RemainingPlace, RemainingReport};
+pub use replan_lengths::replan_with_shorter_tools;
 pub use rest_stock::read_rest;
 pub use solution_space::{SolutionSpace, SolutionSpaceRequest, solution_space};
+pub use stages::{SilentStages, Stages};
 pub use stand::{STAND_GOUGE_LIMIT, Stand, StandStock};
 pub use stock_map::StockRegion;
-pub use summary::{clock, summary};
+pub use summary::summary;
 pub use summary_file::{SUMMARY_FORMAT, SetupSummary, SummaryFile};
-pub use verify_program::{VERIFICATION_FORMAT, VerificationFile, Verified, VerifyRequest, verify_program};
-pub use verify_stock::{CutRequest, STOCK_TOLERANCES, StockReport};
+pub use verify_program::{Verified, VerifyRequest, verify_program};
+pub use verify_stock::CutRequest;
 
 pub use facemill_cc_path as cc_path;
 pub use facemill_chip_area as chip_area;
@@ -177,21 +204,3 @@ pub use facemill_surface_model as surface_model;
 pub use facemill_tool_model as tool_model;
 pub use facemill_virtual_machine as virtual_machine;
 pub use facemill_z_map as z_map;
-
-/// Gives each stage of a plan the monitor it reports to.
-pub trait Stages {
-    /// Names the stages to come, in their order. Some may not come, and some again.
-    fn expect(&self, _stages: Vec<&'static str>) {}
-    /// Starts a stage of `n` steps; it ends when the monitor is dropped.
-    fn start(&self, what: &'static str, n: usize) -> Box<dyn facemill_cl_data::Monitor>;
-}
-
-/// Stages that show nothing and are never cancelled.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct SilentStages;
-
-impl Stages for SilentStages {
-    fn start(&self, _what: &'static str, _n: usize) -> Box<dyn facemill_cl_data::Monitor> {
-        Box::new(facemill_cl_data::Silent)
-    }
-}

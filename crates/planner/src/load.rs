@@ -9,7 +9,10 @@ use facemill_surface_model::{Group, Surface, SurfaceSettings, TriMesh};
 use facemill_tool_model::ToolAssembly;
 use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
 
+use crate::clearance_surface::clearance_surface;
 use crate::enclosure::check_enclosure;
+use crate::failure::Failure;
+use crate::files;
 use crate::job_file::{JobFile, OperationFile, PoseFile, RoleFile, SetupFile, StockFile};
 use crate::job_limits::check_cutter_width;
 use crate::job_settings::JobSetting;
@@ -20,14 +23,12 @@ use crate::obstacle_meshes::{
     ObstacleMesh, ObstacleRole, Selection, joined_obstacles, matches_pattern, obstacle, only, select_also,
     selected_groups, table_bodies,
 };
-use crate::operation::clearance_surface;
 use crate::part_size::unit_inside;
 use crate::post_load::read_post;
 use crate::report::MeshReport;
 use crate::stock::stock_mesh;
 use crate::validate::{belongs, check_feeds, check_gouge_tolerances, check_heads, check_rounding};
 use crate::validate_feeds::check_chip_thickness;
-use crate::{Failure, files};
 
 /// A job with its tool, machine and post read.
 #[derive(Clone)]
@@ -54,7 +55,7 @@ fn home_words(machine: &Machine) -> Result<AxisWords, Failure> {
     for (k, axis) in machine.axes().iter().enumerate() {
         let value = axis.in_word_unit(machine.home()[k]);
         words
-            .set(crate::program::letter(axis.letter.as_str())?, value)
+            .set(crate::word_map::letter(axis.letter.as_str())?, value)
             .map_err(|e| Failure::Internal(e.to_string()))?;
     }
     Ok(words)
@@ -398,3 +399,6 @@ fn straying(machine: &Machine, gauge_length: f64) -> f64 {
     let tolerance = machine.motion_law().control_tolerance;
     tolerance.path + rotaries as f64 * tolerance.orientation * reach
 }
+
+/// Distance that the two tools keep from each other at planned stands, mm: what moves between them is run and proven.
+pub(crate) const HEADS_APART: f64 = 1.0;

@@ -3,74 +3,19 @@
 use std::collections::BTreeMap;
 
 use facemill_inverse_kinematics::AxisKind;
-use schemars::JsonSchema;
-use serde::Serialize;
 
 use crate::load::Job;
 use crate::moves::MoveKind;
 use crate::pole_detours::BESIDE_POLE;
 use crate::program::Timed;
-use crate::summary::clock;
+use crate::report_lost_time::{LostTimeCause, LostTimeReport};
 use crate::turning::Driven;
-
-/// Time that the passes of an operation lose to one cause.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
-pub struct LostTimeReport {
-    /// Name of the operation.
-    pub operation: String,
-    /// Why the tip is slower than the programmed feed.
-    pub cause: LostTimeCause,
-    /// The axis that turns fast beside the pole, or that is at its largest velocity; `null` where it is not one alone.
-    pub axis: Option<String>,
-    /// Time lost against the programmed feed, s.
-    pub lost_s: f64,
-    /// Part of the operation's time in passes.
-    pub share: f64,
-    /// Line of the block that loses most.
-    pub line: u32,
-    /// What would help.
-    pub remedy: String,
-}
-
-/// Why the tip is slower than the programmed feed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum LostTimeCause {
-    /// The tool axis is within 10° of the pole of the rotary axes, where one of them turns much faster than the tool.
-    NearPole,
-    /// A rotary axis is at its largest velocity.
-    RotaryVelocity,
-    /// A linear axis is at its largest velocity.
-    LinearVelocity,
-    /// Axes cannot change their speeds faster from block to block within acceleration, jerk and the control's tolerance.
-    Acceleration,
-}
 
 /// Least part of an operation's time in passes that is reported.
 const LEAST_SHARE: f64 = 0.1;
 
 /// An axis that needs this part of a block's time is at its largest velocity.
 const AT_VELOCITY: f64 = 0.95;
-
-impl LostTimeReport {
-    /// The line of the summary.
-    pub(crate) fn summary_line(&self) -> String {
-        let axis = self.axis.as_deref().unwrap_or("");
-        let why = match self.cause {
-            LostTimeCause::NearPole => format!("axis {axis} turns fast beside the pole"),
-            LostTimeCause::RotaryVelocity | LostTimeCause::LinearVelocity => {
-                format!("axis {axis} is at its largest velocity")
-            }
-            LostTimeCause::Acceleration => "axes change their speeds no faster".to_owned(),
-        };
-        let Self { operation, line, remedy, .. } = self;
-        let (time, percent) = (clock(self.lost_s), 100.0 * self.share);
-        format!(
-            "  below the feed    {time}, {percent:.0} % of the passes of \"{operation}\": {why}, most at line {line}; to \
-             save it, {remedy}"
-        )
-    }
-}
 
 /// A block along a pass that is slower than programmed.
 struct SlowBlock {
@@ -164,7 +109,7 @@ fn slow_block(job: &Job, driven: &Driven<'_>, time: f64, feed: f64) -> Option<Sl
     Some(SlowBlock { cause, axis, lost, line: driven.line })
 }
 
-fn remedy(cause: LostTimeCause) -> &'static str {
+pub(crate) fn remedy(cause: LostTimeCause) -> &'static str {
     match cause {
         LostTimeCause::NearPole => {
             "mount the part so that its surface does not face along that axis (table_from_work), or let postures keep farther \

@@ -6,7 +6,8 @@ use facemill_cl_data::Solid;
 use facemill_inverse_kinematics::{BodyFile, Machine, MachineFile, MeshShapeFile, MeshUnitFile, ShapeFile};
 use nalgebra::{Point3, Vector3};
 
-use crate::{describe_hulls, read_machine};
+use crate::machine_check::describe_hulls;
+use crate::machine_load::read_machine;
 
 /// Two blocks of 2 × 2 × 2, one beside and above the other, each a group.
 const STAIR: &str = "stair.obj";

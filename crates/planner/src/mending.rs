@@ -7,8 +7,9 @@ use facemill_virtual_machine::{Certificate, Certificates, FindingKind, Verificat
 
 use crate::cell::{pass_settings, workcell};
 use crate::linearity::turned_near;
+use crate::move_settings::cut_linearity;
 use crate::moves::{Move, MoveKind};
-use crate::operation::{Ground, PlannedOperation, cut_linearity};
+use crate::operation::{Ground, PlannedOperation};
 use crate::pieces::{Filler, PosePair};
 
 /// Rounds of writing, running and mending: each halves the blocks that are mended.

@@ -6,10 +6,12 @@ use std::path::Path;
 use facemill_surface_model::{ImportSettings, Imported, LengthUnit, MeshFormat, UpAxis, import_mesh};
 use nalgebra::Point3;
 
+use crate::failure::Failure;
+use crate::files;
 use crate::job_file::{MeshFile, MeshStockFile, UnitFile, UpAxisFile};
+use crate::load::Job;
 use crate::report::MeshReport;
 use crate::validate::FARTHEST;
-use crate::{Failure, Job, files};
 
 /// A mesh file with what is said of it.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]

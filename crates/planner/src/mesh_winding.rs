@@ -4,15 +4,16 @@ use facemill_surface_model::{Orientation, Surface, Winding};
 use facemill_tool_model::ToolAssembly;
 use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
 
-use crate::load::Setup;
+use crate::failure::Failure;
+use crate::load::{Job, Setup};
 use crate::mesh_files::FileKey;
-use crate::{Failure, Job};
 
 /// Part of what a piece closes around that must be out of the tool's reach, so that it is not the wall of a hollow.
 const NO_ROOM: f64 = 0.9;
 
 /// Triangles of a piece from which room for the tool is sought, and directions of its axis.
 const PLACES: usize = 100;
+
 const DIRECTIONS: usize = 64;
 
 /// Distance from the surface at which a ray begins, mm, so that it does not meet its own triangle.

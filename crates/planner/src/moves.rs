@@ -1,16 +1,14 @@
 //! From pieces to the sequence of moves of an operation: entries, cuts, exits, links, with axis values.
 
 use facemill_cl_data::{ClPoint, Monitor};
-use facemill_cutter_location::approach::{Approach, ApproachSettings, ApproachShape, PassEnd, PassEndPose, approach};
+use facemill_cutter_location::approach::{Approach, ApproachSettings, PassEnd, PassEndPose, approach};
 use facemill_cutter_location::link::{LinkBlocked, LinkSettings, Linker, Waypoint};
 use facemill_cutter_location::{Configuration, Hints, Infeasible, PoseTest, rewound_axis};
 use facemill_inverse_kinematics::AxisValues;
-use facemill_tool_model::Cutter;
 use rayon::prelude::*;
 
-use crate::Failure;
 use crate::chips::Chip;
-use crate::job_file::{ApproachFile, ArcFile};
+use crate::failure::Failure;
 use crate::linearity::Linearity;
 use crate::pass_order::{PassOrderReport, ordered};
 use crate::pieces::{Cut, LeftOut, Piece};
@@ -85,37 +83,6 @@ pub(crate) struct MoveSettings {
     pub linearity: Linearity,
     /// The same in rapids.
     pub rapid_linearity: Linearity,
-}
-
-/// Poses of an entry's or exit's arc per radius of way: chords leave the arc by 2e-5 of its radius, and are no more than
-/// 0.4° steeper than it.
-const ARC_STEPS: f64 = 80.0;
-
-/// Largest and smallest distance between tested poses on entries and exits, mm. Within, it is a quarter of the corner radius:
-/// a rounded rim then dips by at most 1/128 of it past a point that it touches between two.
-const TEST_STEPS: [f64; 2] = [1.0, 0.25];
-
-/// Settings of an entry or exit.
-pub(crate) fn approach_settings(
-    file: &ApproachFile,
-    cutter: &Cutter,
-    rapid_clearance: f64,
-    max_retract: f64,
-) -> ApproachSettings {
-    let arc = |a: &ArcFile| (a.radius_mm, a.angle_deg.to_radians());
-    let shape = match file {
-        ApproachFile::TangentialArc(a) => {
-            let (radius, angle) = arc(a);
-            ApproachShape::TangentialArc { radius, angle }
-        }
-        ApproachFile::RollIn(a) => {
-            let (radius, angle) = arc(a);
-            ApproachShape::RollIn { radius, angle }
-        }
-    };
-    let (ApproachShape::TangentialArc { radius, .. } | ApproachShape::RollIn { radius, .. }) = shape;
-    let test_step = (0.25 * cutter.corner_radius()).clamp(TEST_STEPS[1], TEST_STEPS[0]);
-    ApproachSettings { shape, step: radius / ARC_STEPS, test_step, rapid_clearance, max_retract, still_across: None }
 }
 
 /// A piece with its ways in and out.

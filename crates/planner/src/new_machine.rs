@@ -11,14 +11,14 @@ use nalgebra::{Isometry3, Translation3};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
-use crate::Failure;
 use crate::cell::{search_settings, workcell, z_map};
 use crate::check::describe_setup;
+use crate::failure::Failure;
 use crate::load::{Job, Setup};
 use crate::new_job::{NewJob, new_job, round_to};
 use crate::obstacle_meshes::ObstacleRole;
 use crate::path::lay;
-use crate::pieces::places;
+use crate::pattern::places;
 
 /// Machines that an example can be written for: name and machine file.
 const MACHINES: [(&str, &str); 12] = [

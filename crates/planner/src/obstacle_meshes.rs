@@ -7,9 +7,10 @@ use facemill_inverse_kinematics::{Carrier, Machine};
 use facemill_surface_model::{Group, TriMesh};
 use nalgebra::{Isometry3, Point3, Translation3, Vector3};
 
+use crate::failure::Failure;
 use crate::job_file::MeshFile;
+use crate::load::Job;
 use crate::mesh_files::{FileKey, MeshFiles};
-use crate::{Failure, Job};
 
 /// A mesh that must not be cut or hit, workpiece frame.
 pub(crate) struct ObstacleMesh {

@@ -2,38 +2,38 @@
 
 use std::collections::BTreeMap;
 
-use facemill_cl_data::{CcPoint, CuttingLaw, Pass, Posture, Silent};
+use facemill_cl_data::{CcPoint, Pass, Posture, Silent};
 use facemill_cutter_location::cusp::Strip;
-use facemill_cutter_location::link::{ClearanceSurface, LinkSettings};
+use facemill_cutter_location::map::map;
 use facemill_cutter_location::neighbours::{NeighbourReach, Neighbours, OwnPlace};
 use facemill_cutter_location::{
-    Hints, Optimum, Outcome, PassTask, PoseTest, Relief, SearchCurve, SearchSettings, Widened, Workcell, map::map,
-    plan_passes, reliefs, search,
+    Hints, Optimum, Outcome, PassTask, PoseTest, Relief, SearchCurve, SearchSettings, Widened, Workcell, plan_passes,
+    reliefs, search,
 };
-use facemill_inverse_kinematics::{BlockLaw, Branch, BranchPreference};
+use facemill_inverse_kinematics::{Branch, BranchPreference};
 use facemill_tool_model::{Cutter, cl_from_cc};
 use facemill_z_map::ZMap;
-use nalgebra::Point3;
 use rayon::prelude::*;
 
-use crate::along::{Along, along_passes};
-use crate::cell::{LEAST_STEP, diagonal, pass_settings, search_settings, workcell};
+use crate::along::{Along, along_passes, carried_on};
+use crate::cell::{LEAST_STEP, pass_settings, search_settings, workcell};
 use crate::extra_passes::{ExtraPasses, Interposer, PlannedPath, as_laid};
-use crate::job_file::{ClearanceFile, InfeasibleFile, OperationFile, PassOrderFile, PathFile};
-use crate::linearity::Linearity;
-use crate::load::{Job, Setup, direction};
-use crate::moves::{Move, MoveSettings, OperationMoves, approach_settings, operation_moves};
+use crate::failure::Failure;
+use crate::job_file::{InfeasibleFile, OperationFile, PathFile};
+use crate::load::{Job, Setup};
+use crate::move_settings::move_settings;
+use crate::moves::{Move, OperationMoves, operation_moves};
 use crate::path::lay;
-use crate::pieces::{LaidTask, LeftOut, Piece, copy_outcomes, filled, places, split};
+use crate::pattern::places;
+use crate::pieces::{LaidTask, LeftOut, Piece, copy_outcomes, filled, split};
 use crate::plan::Clock;
-use crate::plan_stages::{BETWEEN, HELP, LAY, LINKS, PICTURE, PLACES, POSTURES};
 use crate::pole::Tests;
 use crate::pole_detours::Detours;
 use crate::reach::check_reach;
 use crate::solution_space::mapped_range;
 use crate::solution_svg::map_svg;
+use crate::stages::{BETWEEN, HELP, LAY, LINKS, PICTURE, PLACES, POSTURES, Stages};
 use crate::winding::wound;
-use crate::{Failure, Stages};
 
 /// What all operations of a setup stand on.
 pub(crate) struct Ground<'a> {
@@ -309,16 +309,6 @@ pub(crate) fn pass_tasks(tasks: &[LaidTask], strip: impl Fn(usize, usize) -> Opt
         .collect()
 }
 
-/// Where the neighbour does not reach, what is known of the nearest point before that, else of the first one after.
-pub(crate) fn carried_on<T: Copy>(mut along: Vec<Option<T>>) -> Vec<Option<T>> {
-    let mut last = along.iter().copied().find_map(|s| s);
-    for known in &mut along {
-        *known = known.or(last);
-        last = *known;
-    }
-    along
-}
-
 /// CC points among which the picture's is sought.
 const PICTURE_CANDIDATES: usize = 300;
 
@@ -356,51 +346,5 @@ fn picture_of(
     match map(test, &task.pass.points[point], range, PICTURE_RESOLUTION, &Silent) {
         Ok(found) => Ok(Some(map_svg(&found, &task.curve, Some(taken), &title))),
         Err(e) => Err(Failure::Internal(format!("solution space: {e}"))),
-    }
-}
-
-/// How far the control may stray in cuts, entries and exits of an operation.
-pub(crate) fn cut_linearity(job: &Job, operation: &OperationFile) -> Linearity {
-    linearity(job, operation.tolerances.linearisation_mm, job.post.cutting_law())
-}
-
-fn linearity(job: &Job, tolerance: f64, law: CuttingLaw) -> Linearity {
-    Linearity { tolerance, rounding: job.post.rounding_bound(), law }
-}
-
-/// How the moves of an operation are made.
-pub(crate) fn move_settings(job: &Job, setup: &Setup<'_>, operation: &OperationFile) -> MoveSettings {
-    let clearance = setup.file.rapid_clearance_mm;
-    // Along the tool axis, out of any stock that the tool can be in.
-    let max_retract = diagonal(&setup.aabb()).max(100.0);
-    let rapid_law = job.rapid_law();
-    let law = if let BlockLaw::Cutting(law) = rapid_law { law } else { CuttingLaw::AxesLinear };
-    MoveSettings {
-        entry: approach_settings(&operation.entry, job.tool.cutter(), clearance, max_retract),
-        exit: approach_settings(&operation.exit, job.tool.cutter(), clearance, max_retract),
-        link: LinkSettings {
-            clearance: clearance_surface(&setup.file.clearance),
-            rapid_clearance: clearance,
-            rapid_law,
-        },
-        shortest_order: setup.file.links.order == PassOrderFile::Shortest,
-        linearity: cut_linearity(job, operation),
-        // Half of the distance that rapids keep anyway; how axes go that each go by themselves is tested block by block.
-        rapid_linearity: linearity(job, 0.5 * clearance, law),
-    }
-}
-
-/// The clearance surface that a job names.
-pub(crate) fn clearance_surface(file: &ClearanceFile) -> ClearanceSurface {
-    match file {
-        ClearanceFile::Plane(p) => {
-            ClearanceSurface::Plane { origin: Point3::from(p.origin_mm), normal: direction(&p.normal) }
-        }
-        ClearanceFile::Cylinder(c) => ClearanceSurface::Cylinder {
-            origin: Point3::from(c.origin_mm),
-            axis: direction(&c.axis),
-            radius: c.radius_mm,
-        },
-        ClearanceFile::Sphere(s) => ClearanceSurface::Sphere { center: Point3::from(s.center_mm), radius: s.radius_mm },
     }
 }

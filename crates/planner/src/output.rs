@@ -3,37 +3,42 @@
 use std::collections::BTreeSet;
 
 use facemill_cl_data::ClPoint;
-use facemill_cutter_location::Pieces;
 use facemill_nc_program::{
-    AptCutter, AptMove, AptSpec, Block, Dialect, ProgramSpec, ReadProgram, WordMap, WrittenProgram, write_apt,
-    write_program, write_program_with_lines,
+    AptCutter, AptMove, AptSpec, Dialect, ProgramSpec, ReadProgram, WordMap, WrittenProgram, write_apt,
+    write_program_with_lines,
 };
 use facemill_virtual_machine::{
-    Assumption, Certificates, Finding, GougeSection, HeldAsCut, ObstacleKind, Verification, VerifyError,
-    VerifySettings, VirtualObstacle, VirtualSetup, assumptions, certify, verify,
+    Assumption, Certificates, GougeSection, HeldAsCut, Verification, VerifySettings, VirtualSetup, assumptions,
+    certify, verify,
 };
 
 use crate::between_lines::{add_between, between_lines, hold_machine_as_cut};
 use crate::cell::budget;
-use crate::follow::Surroundings;
+use crate::failure::Failure;
 use crate::load::{Job, Setup};
 use crate::mending::CutBlock;
 use crate::moves::MoveKind;
-use crate::obstacle_meshes::ObstacleRole;
 use crate::operation::PlannedOperation;
-use crate::plan_stages::{CERTIFY, VERIFY};
-use crate::post_probe::probe;
-use crate::program::{BlockWriter, Timed, rtcp_frame, table_from_rtcp_words};
+use crate::program::{BlockWriter, Timed};
 use crate::program_spec::program_spec;
+use crate::program_stamp::ProgramStamp;
 use crate::remaining::{RunningHead, remaining};
+use crate::remaining_report::RemainingReport;
 use crate::report::{CERTIFICATES_FORMAT, CertificatesFile};
+use crate::report_stock::StockReport;
+use crate::stages::Stages;
+use crate::stages::{CERTIFY, VERIFY};
 use crate::stock_map::StockRegion;
-use crate::timing::{TimedText, Written, time_program, time_text};
+use crate::text_times::TimedText;
+use crate::timing::text::time_text;
+use crate::timing::{Written, time_program};
 use crate::tip_feed::programmed_feed;
 use crate::verify_feeds::Asked;
 use crate::verify_program::removal_of;
-use crate::verify_stock::{CutDone, CutRequest, Stand, StockReport, cut_stock};
-use crate::{Failure, ProgramStamp, RemainingReport, Stages};
+use crate::verify_stock::{CutDone, CutRequest, Stand, cut_stock};
+use crate::virtual_setup::{name_obstacles, not_verified, virtual_obstacles};
+use crate::word_map::{rtcp_frame, table_from_rtcp_words};
+use facemill_virtual_machine::follow::Surroundings;
 
 /// What a program says of itself that was not run on the virtual machine.
 pub(crate) const NOT_VERIFIED: &str = "NOT VERIFIED";
@@ -149,7 +154,7 @@ fn nc_text(
     timed: &mut Timed,
 ) -> Result<(ProgramSpec, WrittenProgram), Failure> {
     let first = operations.first().map(|o| o.operation).ok_or_else(|| Failure::Internal("no operation".to_owned()))?;
-    let spec = program_spec(job, setup, first, words, timed)?;
+    let spec = program_spec(job, setup, first, words, &mut timed.program)?;
     let written = write_program_with_lines(&spec, &setup.post(job)).map_err(|e| job.wrong(format!("post: {e}")))?;
     Ok((spec, written))
 }
@@ -169,22 +174,6 @@ pub(crate) fn time_texts(job: &Job, words: &WordMap, texts: &mut Texts) -> Resul
         block_lines: &texts.block_lines,
     };
     time_text(&[(machine, tool_length)], at, &written, &mut texts.timed)
-}
-
-/// Tries the post's template on a program that only stands at home, so that a fault in it is told before anything is
-/// planned.
-///
-/// # Errors
-/// When no program can be written with it.
-pub(crate) fn try_template(job: &Job, setup: &Setup<'_>, words: &WordMap) -> Result<(), Failure> {
-    let Some((_, operation)) = job.operations_of(setup.file).next() else { return Ok(()) };
-    let home = job.machine.home();
-    let mut timed = BlockWriter::new(job, setup, words)?.finish();
-    let at_home = words.words(home.as_slice()).map_err(|e| Failure::Internal(e.to_string()))?;
-    timed.program.blocks.push(Block::Rapid { words: at_home });
-    let spec = program_spec(job, setup, operation, words, &mut timed)?;
-    write_program(&spec, &job.post).map_err(|e| job.wrong(format!("post: {e}")))?;
-    probe(job, &spec)
 }
 
 fn apt_moves(operations: &[PlannedOperation<'_>], teeth: u32, verify: bool) -> Vec<AptMove> {
@@ -358,14 +347,6 @@ pub(crate) fn certificates_json(programs: Vec<ProgramStamp>, certificates: Certi
         .into_bytes()
 }
 
-/// Why a program was not run.
-pub(crate) fn not_verified(e: VerifyError) -> Failure {
-    match e {
-        VerifyError::Cancelled(_) => Failure::Interrupted,
-        other => Failure::Internal(other.to_string()),
-    }
-}
-
 fn virtual_setup<'a>(job: &'a Job, setup: &'a Setup<'_>, words: &'a WordMap) -> Result<VirtualSetup<'a>, Failure> {
     Ok(VirtualSetup {
         machine: &job.machine,
@@ -385,59 +366,5 @@ fn register_in_text(job: &Job) -> u32 {
         Dialect::Siemens840d => 1,
         Dialect::Heidenhain => job.tool.number(),
         _ => job.tool.length_register(),
-    }
-}
-
-/// What stands on the table, for the virtual machine.
-pub(crate) fn virtual_obstacles<'a>(setup: &'a Setup<'_>) -> Vec<VirtualObstacle<'a>> {
-    setup
-        .obstacles
-        .iter()
-        .filter(|o| o.role != ObstacleRole::Table)
-        .map(|o| VirtualObstacle {
-            name: o.name.clone(),
-            mesh: &o.tree,
-            kind: match o.role {
-                ObstacleRole::Part => ObstacleKind::Part,
-                ObstacleRole::Check => ObstacleKind::Check,
-                ObstacleRole::Fixture | ObstacleRole::Table => ObstacleKind::Fixture,
-                ObstacleRole::Stock => ObstacleKind::Stock,
-            },
-            allowance: o.allowance,
-            stock: match o.role {
-                ObstacleRole::Part | ObstacleRole::Check => setup.stock_thickness.max(o.allowance),
-                // Everything keeps off a fixture by its allowance.
-                ObstacleRole::Fixture | ObstacleRole::Table | ObstacleRole::Stock => o.allowance,
-            },
-        })
-        .collect()
-}
-
-/// Says of an obstacle that is several files or groups which of them is at a place.
-pub(crate) fn name_obstacle(name: &mut String, place: [f64; 3], setup: &Setup<'_>) {
-    if let Some(o) = setup.obstacles.iter().find(|o| o.name == *name) {
-        *name = o.name_at(&place.into());
-    }
-}
-
-/// The same of every finding.
-pub(crate) fn name_obstacles_of(findings: &mut [Finding], setup: &Setup<'_>) {
-    for finding in findings {
-        if let (Some(obstacle), Some(place)) = (&mut finding.obstacle, finding.place_work_mm) {
-            name_obstacle(obstacle, place, setup);
-        }
-    }
-}
-
-/// The same of everything that a run tells.
-pub(crate) fn name_obstacles(verification: &mut Verification, setup: &Setup<'_>) {
-    let name = |name: &mut String, place: [f64; 3]| name_obstacle(name, place, setup);
-    name_obstacles_of(&mut verification.findings, setup);
-    let in_sections = verification.sections.iter_mut().filter_map(|s| s.largest_gouge.as_mut());
-    for g in verification.largest_gouge.iter_mut().chain(in_sections) {
-        name(&mut g.obstacle, g.place_work_mm);
-    }
-    if let Some(c) = &mut verification.smallest_clearance {
-        name(&mut c.obstacle, c.place_work_mm);
     }
 }

@@ -6,9 +6,8 @@ use facemill_inverse_kinematics::AxisKind;
 use facemill_surface_model::LengthUnit;
 use nalgebra::{Isometry3, Point3};
 
-use crate::Job;
 use crate::check::units;
-use crate::load::Setup;
+use crate::load::{Job, Setup};
 use crate::obstacle_meshes::{ObstacleMesh, ObstacleRole};
 
 /// A part shorter than this part of the cutter's diameter is not meant.

@@ -8,9 +8,10 @@ use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::Failure;
+use crate::failure::Failure;
 use crate::moves::Reached;
-use crate::rapids::{LinkClock, TourCosts, shortest_tour};
+use crate::rapids::clock::LinkClock;
+use crate::rapids::tour::{TourCosts, shortest_tour};
 
 /// The order of an operation's pieces where the job leaves it open.
 #[derive(Clone, Debug, Serialize, JsonSchema)]

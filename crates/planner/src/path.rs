@@ -8,13 +8,14 @@ use facemill_cl_data::{CcPoint, Pass, Silent};
 use facemill_cutter_location::cusp::expected_strip_width;
 
 use crate::cell::{LEAST_STEP, search_curve, wanted_uncut_left};
+use crate::failure::Failure;
+use crate::files;
 use crate::job_file::{
     LevelOrderFile, LinkingFile, OperationFile, PathFile, PathFromFile, PathFromStrategy, UncutSideFile,
 };
 use crate::load::{Job, Setup};
 use crate::part_size::unit_advice;
 use crate::pieces::LaidTask;
-use crate::{Failure, files};
 
 /// A pass, and whether the uncut stock lies to the left of its feed.
 type SidedPass = (Pass<CcPoint>, bool);

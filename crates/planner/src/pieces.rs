@@ -6,12 +6,10 @@ use facemill_cutter_location::{
     search,
 };
 use facemill_inverse_kinematics::AxisValues;
-use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion};
+use nalgebra::{Isometry3, Point3};
 use rayon::prelude::*;
 
-use crate::job_file::PatternFile;
 use crate::linearity::{Linearity, turned_near};
-use crate::load::direction;
 use crate::pole::Tests;
 
 /// A CC point with its pose.
@@ -299,18 +297,6 @@ fn middle(a: &Cut, b: &Cut) -> Option<(CcPoint, Posture)> {
     let mean = |p: f64, q: f64| 0.5 * (p + q);
     let (p, q) = (a.pose.posture, b.pose.posture);
     Some((cc, Posture { tilt: mean(p.tilt, q.tilt), rotate: mean(p.rotate, q.rotate) }))
-}
-
-/// Pose of each place of a pattern relative to the first, the first included.
-pub(crate) fn places(pattern: Option<&PatternFile>) -> Vec<Isometry3<f64>> {
-    let Some(p) = pattern else { return vec![Isometry3::identity()] };
-    let origin = Translation3::from(p.origin_mm);
-    (0..p.copies)
-        .map(|k| {
-            let angle = (p.index_angle_deg * f64::from(k)).to_radians();
-            origin * UnitQuaternion::from_axis_angle(&direction(&p.axis), angle) * origin.inverse()
-        })
-        .collect()
 }
 
 /// The outcomes of the first place, each tested again in another place of the pattern, and (where the mode allows it) searched

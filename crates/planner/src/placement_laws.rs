@@ -1,8 +1,9 @@
 //! Laws of units and mountings: a size that cannot be meant names the likely unit, and a mounting that nothing reaches names
 //! operation, axis and limit.
 
+use crate::check::describe_setup;
+use crate::load::Job;
 use crate::new_job::{NewJob, new_job};
-use crate::{Job, describe_setup};
 
 /// Lines of `check` for the patch job on a wavy sheet of 400 mm with its numbers divided by `unit`, or its message.
 fn verdict(unit: f64, settings: &[&str]) -> Result<String, String> {

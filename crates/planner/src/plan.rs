@@ -5,13 +5,13 @@ use std::time::Instant;
 use facemill_nc_program::WordMap;
 use facemill_virtual_machine::{Assumption, Certificates, HeldAsCut, Verification, joined, rapid_lines};
 use facemill_z_map::DexelMap;
-use schemars::JsonSchema;
-use serde::Serialize;
 
 use crate::between_lines::{is_cut_known, machine_as_cut, seen_between, seen_of_rest};
 use crate::cell::z_map;
 use crate::chip_files::ChipFiles;
-use crate::dual::plan_dual_setup;
+use crate::dual::plan::plan_dual_setup;
+use crate::failure::Failure;
+use crate::files::REJECTED;
 use crate::incomplete::incomplete_because;
 use crate::job_file::LinkStockFile;
 use crate::load::{Job, Setup};
@@ -20,24 +20,24 @@ use crate::mending::{ROUNDS, lines_to_mend, mend};
 use crate::mesh_winding::check_winding;
 use crate::open_meshes::open_stock;
 use crate::operation::{Ground, PlannedOperation};
-use crate::output::{
-    OwnProgram, Texts, certificates_json, check_feeds, time_texts, try_template, write_draft, write_texts,
-};
-use crate::plan_stages::{READ, TIMES, WRITE, stages_of};
-use crate::plan_stock::{CutByPlan, PlannedStockReport, StockBefore, StockToCut, cut_by_plan, not_asked};
-use crate::program::word_map;
+use crate::output::{OwnProgram, Texts, certificates_json, check_feeds, time_texts, write_draft, write_texts};
+use crate::plan_stages::stages_of;
+use crate::plan_stock::{CutByPlan, StockBefore, StockToCut, cut_by_plan};
+use crate::post_probe::try_template;
 use crate::program_stamp::{programs_among, stamp_apt, stamped_svg};
-use crate::rapids::{LinksReport, PlannedLinks};
+use crate::rapids::planned::PlannedLinks;
 use crate::report::Report;
+use crate::report_links::LinksReport;
+use crate::report_outcome::Outcome;
+use crate::report_stock::{PlannedStockReport, not_asked};
 use crate::reporting::report;
+use crate::stages::Stages;
+use crate::stages::{READ, TIMES, WRITE};
 use crate::timing::control_assumption;
 use crate::turning::Turning;
 use crate::validate::file_stem;
 use crate::verify_stock::CutRequest;
-use crate::{Failure, Stages};
-
-/// Stands in the names of programs with faults.
-pub const REJECTED: &str = ".rejected";
+use crate::word_map::word_map;
 
 /// What is wanted of a plan.
 #[derive(Clone, Copy, Debug)]
@@ -62,30 +62,6 @@ pub struct Planned {
     pub timings: Vec<(&'static str, f64)>,
 }
 
-/// What became of a plan; of several setups the worst counts.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Outcome {
-    /// The program does what the job asks for.
-    Done,
-    /// The program has no fault, and leaves more out or over than the job allows, or its blocks are not close enough for the
-    /// linearisation tolerance.
-    Incomplete,
-    /// The program has faults, and must not be run: its name says so.
-    Faulty,
-}
-
-impl Outcome {
-    /// Exit code of `facemill plan`: 0 done, 1 incomplete, 4 faulty.
-    pub fn exit_code(self) -> u8 {
-        match self {
-            Self::Done => 0,
-            Self::Incomplete => 1,
-            Self::Faulty => 4,
-        }
-    }
-}
-
 impl Planned {
     /// What became of the plan.
     pub fn outcome(&self) -> Outcome {
@@ -104,7 +80,7 @@ impl Planned {
     }
 }
 
-/// Plans one setup of a job. Its program is held against the stock as it was before; [`plan_job`](crate::plan_job) cuts it.
+/// Plans one setup of a job. Its program is held against the stock as it was before; [`plan_job`](crate::plan_stock::plan_job) cuts it.
 ///
 /// # Errors
 /// When the input is wrong, the job cannot be planned under its own terms, or the stages are cancelled.

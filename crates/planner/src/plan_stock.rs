@@ -2,28 +2,29 @@
 
 use std::fmt;
 
-use facemill_z_map::DexelMap;
-use schemars::JsonSchema;
-use serde::Serialize;
-
-use crate::job_file::{LinkStockFile, SetupFile};
-use crate::load::{Job, Setup, pose};
-use crate::plan::{PlanSettings, Planned, planned_setup};
-use crate::stock_map::{StockMeshes, StockRegion, rectangle};
-use crate::verify_stock::{CutDone, CutRequest, StockReport};
-use crate::walls::has_walls;
-use crate::{Failure, Stages};
 use facemill_virtual_machine::{Finding, FindingKind, Verification};
+use facemill_z_map::DexelMap;
+
+use crate::failure::Failure;
+use crate::job_file::LinkStockFile;
+use crate::load::{Job, Setup};
+use crate::plan::{PlanSettings, Planned, planned_setup};
+use crate::report_stock::{OWN_STOCK, PlannedStockReport};
+use crate::setup_order::follows;
+use crate::stages::Stages;
+use crate::stock_map::{StockMeshes, StockRegion, rectangle};
+use crate::verify_stock::{CutDone, CutRequest};
+use crate::walls::has_walls;
 
 /// Plans all setups of a job in their order, and cuts the stock of each by its own verified program: on lines `cell` mm apart, or as
 /// the job's `verification` says. What one program leaves is what the next one begins with, where both setups have the same
 /// workpiece frame and state the same stock; each report says what its stock began as, or why none was cut.
 ///
-/// What it guarantees besides what [`plan_setup`](crate::plan_setup) does: on every line of the stock, nothing that must not
+/// What it guarantees besides what [`plan_setup`](crate::plan::plan_setup) does: on every line of the stock, nothing that must not
 /// meets the material that is left at that moment by more than twice the tolerance.
 ///
 /// # Errors
-/// As [`plan_setup`](crate::plan_setup); when the stock cannot be made lines of that are as far apart as asked.
+/// As [`plan_setup`](crate::plan::plan_setup); when the stock cannot be made lines of that are as far apart as asked.
 pub fn plan_job(
     job: &Job,
     settings: PlanSettings,
@@ -42,43 +43,6 @@ pub fn plan_job(
     Ok(all)
 }
 
-/// What the program of a setup cuts of the stock.
-#[derive(Clone, Debug, Serialize, JsonSchema)]
-pub struct PlannedStockReport {
-    /// Why the stock was not cut; `null` where it was.
-    pub not_cut_because: Option<String>,
-    /// What it began as: the setup's own stock, with why it is not the rest of the setup before, or that rest.
-    pub began_as: Option<String>,
-    /// What was cut; `null` where nothing was.
-    pub cut: Option<StockReport>,
-    /// Whether it began as the setup's own stock.
-    #[serde(skip)]
-    #[schemars(skip)]
-    began_as_own: bool,
-}
-
-impl PlannedStockReport {
-    /// Whether the setup's own stock was cut, and not the rest of the one before.
-    pub(crate) fn began_as_own(&self) -> bool {
-        self.began_as_own
-    }
-
-    /// Of stock that was not cut.
-    pub(crate) fn not_cut(why: impl Into<String>) -> Self {
-        Self { not_cut_because: Some(why.into()), began_as: None, cut: None, began_as_own: false }
-    }
-
-    /// Of a program whose positions and certificates alone were asked for.
-    pub(crate) fn not_asked(is_verified: bool) -> Self {
-        Self::not_cut(not_asked(is_verified))
-    }
-}
-
-/// Why no stock is cut that nothing is wrong with.
-pub(crate) fn not_asked(is_verified: bool) -> &'static str {
-    if is_verified { "it was not asked for" } else { "the program was not verified" }
-}
-
 /// The stock of a setup that is to be cut.
 pub(crate) struct StockToCut<'a> {
     /// Distance of its lines where it is asked for, mm.
@@ -88,9 +52,6 @@ pub(crate) struct StockToCut<'a> {
     /// What the program of the setup before has left.
     pub before: Option<&'a DexelMap>,
 }
-
-/// What stock begins as that no program was run on before.
-pub(crate) const OWN_STOCK: &str = "the setup's stock";
 
 /// What is told of the cut stock, and what is left of it.
 pub(crate) type CutByPlan = (PlannedStockReport, Option<DexelMap>);
@@ -252,25 +213,6 @@ fn default_cell(lengths: [f64; 2], clearance: f64, tolerance: f64) -> Result<f64
         LINES[1]
     ))
 }
-
-/// Whether a setup begins with what another one leaves: both in one workpiece frame, with one stock stated for both.
-///
-/// # Errors
-/// With why it does not.
-pub(crate) fn follows(before: &SetupFile, setup: &SetupFile) -> Result<(), String> {
-    let apart = pose(&before.work_from_part).inverse() * pose(&setup.work_from_part);
-    if apart.translation.vector.norm() > SAME_FRAME[0] || apart.rotation.angle() > SAME_FRAME[1] {
-        return Err(format!("its workpiece frame is not that of setup \"{}\"", before.name));
-    }
-    let stated = |s: &SetupFile| serde_json::to_value(&s.stock).ok();
-    if stated(before) != stated(setup) {
-        return Err(format!("it is not stated as for setup \"{}\"", before.name));
-    }
-    Ok(())
-}
-
-/// What rounding may make of one frame that is written in two ways: mm, and rad.
-const SAME_FRAME: [f64; 2] = [1e-6, 1e-9];
 
 /// The rectangle around two.
 fn around(a: [[f64; 2]; 2], b: [[f64; 2]; 2]) -> [[f64; 2]; 2] {

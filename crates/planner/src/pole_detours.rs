@@ -4,6 +4,9 @@
 //! the pole they are what holds the tip back. So passes that lose much there are planned again, calmer and farther from the
 //! pole, and the machine's law of motion decides which way is taken.
 
+#[cfg(test)]
+mod laws;
+
 use facemill_cl_data::{CcPoint, Pass};
 use facemill_cutter_location::{
     Outcome, PassSettings, PassTask, PlannedPass, PoseTest, PostureMode, plan_passes, steps_beyond_limits,
@@ -14,10 +17,11 @@ use facemill_nc_program::ControlMotion;
 use facemill_tool_model::{Cusp, Outline, cusp_height_between};
 use rayon::prelude::*;
 
-use crate::plan_stages::DETOURS;
+use crate::failure::Failure;
 use crate::pole::Tests;
-use crate::timing::{Run, Timer};
-use crate::{Failure, Stages};
+use crate::stages::DETOURS;
+use crate::stages::Stages;
+use facemill_virtual_machine::program_time::run::{Run, Timer};
 
 /// Angle to the pole within which lost time is put down to it, rad: farther away the first rotary axis turns less than six times
 /// as fast as the tool axis. Larger: passes that have nothing to win are planned again.
@@ -278,6 +282,3 @@ impl Judge<'_, '_, '_> {
         axes.map(|(k, axis)| (ends[1][k] - ends[0][k]).abs() / axis.max_velocity).fold(0.0, f64::max)
     }
 }
-
-#[cfg(test)]
-mod laws;

@@ -7,7 +7,7 @@ use facemill_nc_program::{
     StateWord, WorkOffset, read_program, write_program_with_lines,
 };
 
-use crate::Failure;
+use crate::failure::Failure;
 use crate::load::Job;
 
 /// Keys whose text stands in the first motion alone: modes that hold from there on belong there.

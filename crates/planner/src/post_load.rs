@@ -7,9 +7,10 @@ use facemill_nc_program::{
     Dialect, DialectFile, PostError, PostSettings, ReadError, ReadProgram, Template, read_program,
 };
 
+use crate::failure::Failure;
+use crate::files;
 use crate::job_file::JobFile;
 use crate::load::Job;
-use crate::{Failure, files};
 
 /// Reads the files that the job's `post` names, and checks them.
 ///

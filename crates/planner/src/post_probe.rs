@@ -2,13 +2,14 @@
 
 use facemill_nc_program::{
     AxisAt, AxisKind, AxisWord, Block, Coolant, CutVectors, DialectFile, FeedMode, LengthRule, NcProgram, ProgramSpec,
-    ReadBlock, ReadCommand, read_program, write_program_with_lines,
+    ReadBlock, ReadCommand, WordMap, read_program, write_program, write_program_with_lines,
 };
 use nalgebra::{Unit, Vector3};
 
-use crate::Failure;
-use crate::load::Job;
+use crate::failure::Failure;
+use crate::load::{Job, Setup};
 use crate::post_block_words::nothing_added;
+use crate::program_spec::program_spec;
 
 /// A key of dialect files that says what stands around the motions, which is the template's.
 struct TemplateKey {
@@ -238,4 +239,19 @@ fn is_at(job: &Job, read: &[&ReadBlock], word: AxisWord) -> Result<(), String> {
         Some(AxisAt::Word(value)) if (value - word.value).abs() <= slack * (1.0 + 1e-6) + 1e-12 => Ok(()),
         _ => Err(format!("{}{}", word.letter, word.value)),
     }
+}
+
+/// Tries the post's template on a program that only stands at home, so that a fault in it is told before anything is
+/// planned.
+///
+/// # Errors
+/// When no program can be written with it.
+pub(crate) fn try_template(job: &Job, setup: &Setup<'_>, words: &WordMap) -> Result<(), Failure> {
+    let Some((_, operation)) = job.operations_of(setup.file).next() else { return Ok(()) };
+    let home = job.machine.home();
+    let at_home = words.words(home.as_slice()).map_err(|e| Failure::Internal(e.to_string()))?;
+    let mut program = NcProgram { blocks: vec![Block::Rapid { words: at_home }] };
+    let spec = program_spec(job, setup, operation, words, &mut program)?;
+    write_program(&spec, &job.post).map_err(|e| job.wrong(format!("post: {e}")))?;
+    probe(job, &spec)
 }

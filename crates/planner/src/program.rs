@@ -4,12 +4,12 @@ use std::collections::BTreeMap;
 
 use facemill_cl_data::CuttingLaw;
 use facemill_feedrate::{BlockFeed, feed_for_block, rapid_time};
-use facemill_inverse_kinematics::{Axis, AxisKind, AxisValues, BlockLaw, Machine};
-use facemill_nc_program::{AxisLetter, AxisWords, Block, CutVectors, FeedMode, MappedAxis, NcProgram, WordMap};
+use facemill_inverse_kinematics::{AxisKind, AxisValues, BlockLaw, Machine};
+use facemill_nc_program::{AxisWords, Block, CutVectors, FeedMode, NcProgram, WordMap};
 use facemill_tool_model::SpindleRotation;
 use nalgebra::{Isometry3, Unit, Vector3};
 
-use crate::Failure;
+use crate::failure::Failure;
 use crate::job_file::{FeedsFile, OperationFile};
 use crate::load::{Job, Setup};
 use crate::mending::CutBlock;
@@ -19,106 +19,10 @@ use crate::report::TimeLawReport;
 use crate::timing::TimedMove;
 use crate::tip_feed::{CutFeed, FeedLaw, programmed_feed};
 use crate::vector_blocks::VectorBlocks;
-
-/// How joint values become words in a setup.
-///
-/// # Errors
-/// When the work offset names an axis that the machine does not have.
-pub(crate) fn word_map(job: &Job, setup: &Setup<'_>, setup_index: usize) -> Result<WordMap, Failure> {
-    check_offset_axes(job, setup, setup_index)?;
-    let machine = &job.machine;
-    let travel = machine
-        .length_compensation_travel()
-        .ok_or_else(|| Failure::Internal("the linear axes are dependent at the zero pose".to_owned()))?;
-    let axes = machine
-        .axes()
-        .iter()
-        .enumerate()
-        .map(|(k, a)| {
-            let offset = axis_offset(setup, a);
-            Ok(MappedAxis { letter: letter(a.letter.as_str())?, offset, along_spindle: travel.get_or_zero(k) })
-        })
-        .collect::<Result<_, Failure>>()?;
-    WordMap::new(axes, setup.work_offset, job.tool.gauge_length()).map_err(|e| Failure::Internal(e.to_string()))
-}
-
-/// Refuses a work offset that names an axis which the machine does not have.
-pub(crate) fn check_offset_axes(job: &Job, setup: &Setup<'_>, setup_index: usize) -> Result<(), Failure> {
-    let machine = &job.machine;
-    let offsets = &setup.file.work_offset;
-    for (key, named) in [("linear_mm", &offsets.linear_mm), ("rotary_deg", &offsets.rotary_deg)] {
-        let kind = if key == "linear_mm" { AxisKind::Linear } else { AxisKind::Rotary };
-        for letter in named.keys() {
-            let axis = machine.axis_index(letter).map(|k| &machine.axes()[k]);
-            if axis.is_none_or(|a| a.kind != kind) {
-                return Err(job.wrong(format!(
-                    "setups[{setup_index}].work_offset.{key}: the machine has no such axis \"{letter}\""
-                )));
-            }
-        }
-    }
-    Ok(())
-}
-
-/// Work offset of an axis, mm or rad.
-pub(crate) fn axis_offset(setup: &Setup<'_>, axis: &Axis) -> f64 {
-    let offsets = &setup.file.work_offset;
-    let of = |named: &BTreeMap<String, f64>| named.get(axis.letter.as_str()).copied().unwrap_or(0.0);
-    match axis.kind {
-        AxisKind::Linear => of(&offsets.linear_mm),
-        AxisKind::Rotary => of(&offsets.rotary_deg).to_radians(),
-    }
-}
-
-/// The frame that X, Y and Z words count in under RTCP, seen from the table: that of the work offset, fixed to the table.
-///
-/// # Errors
-/// When the machine has no X, Y and Z at right angles.
-pub(crate) fn table_from_rtcp_words(job: &Job, words: &WordMap) -> Result<Isometry3<f64>, Failure> {
-    if job.post.feed_mode() != FeedMode::Rtcp {
-        return Ok(Isometry3::identity());
-    }
-    rtcp_frame(job, words).ok_or_else(|| {
-        job.wrong("post.feed_mode: rtcp needs a machine with linear axes X, Y and Z at right angles; take g94 or g93")
-    })
-}
-
-/// [`table_from_rtcp_words`] whatever the job's own feed mode is; `None` without X, Y and Z at right angles.
-pub(crate) fn rtcp_frame(job: &Job, words: &WordMap) -> Option<Isometry3<f64>> {
-    word_frame(&job.machine, words)
-}
-
-/// [`rtcp_frame`] of a machine.
-pub(crate) fn word_frame(machine: &Machine, words: &WordMap) -> Option<Isometry3<f64>> {
-    let mut offset = AxisValues::zeros(words.axes().len());
-    for (k, axis) in words.axes().iter().enumerate() {
-        offset[k] = axis.offset;
-    }
-    machine.work_coordinates(&offset)
-}
-
-/// Axis values where RTCP is switched on: linear axes at home, rotary words 0.
-pub(crate) fn rtcp_start_axes(job: &Job, words: &WordMap) -> AxisValues {
-    let mut at = job.machine.home();
-    for (k, (axis, mapped)) in job.machine.axes().iter().zip(words.axes()).enumerate() {
-        if axis.kind == AxisKind::Rotary {
-            at[k] = mapped.offset;
-        }
-    }
-    at
-}
+use crate::word_map::{rtcp_start_axes, table_from_rtcp_words};
 
 /// Turn of the tool that is none, rad: rounding of forward kinematics.
 const SAME_DIRECTION: f64 = 1e-9;
-
-/// An axis' letter in NC text.
-pub(crate) fn letter(text: &str) -> Result<AxisLetter, Failure> {
-    let mut chars = text.chars();
-    let first = chars.next().unwrap_or(' ');
-    let number = chars.next().and_then(|d| d.to_digit(10)).unwrap_or(0);
-    AxisLetter::new(first, u8::try_from(number).unwrap_or(0))
-        .ok_or_else(|| Failure::Internal(format!("axis {text} has no NC address")))
-}
 
 /// A program before it has a dialect, with its times.
 #[derive(Default)]

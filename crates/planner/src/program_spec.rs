@@ -2,15 +2,15 @@
 
 use facemill_inverse_kinematics::Axis;
 use facemill_nc_program::{
-    AxisSpec, AxisWords, Coolant, FeedMode, MappedAxis, ProgramSpec, SpindleSpec, ToolSpec, WordMap,
+    AxisSpec, AxisWords, Coolant, FeedMode, MappedAxis, NcProgram, ProgramSpec, SpindleSpec, ToolSpec, WordMap,
 };
 use facemill_tool_model::{SpindleRotation, ToolAssembly};
 
-use crate::Failure;
+use crate::failure::Failure;
 use crate::job_file::{CoolantFile, OperationFile};
 use crate::load::{Job, Setup};
-use crate::program::{Timed, rtcp_start_axes, table_from_rtcp_words};
 use crate::rolled::roll;
+use crate::word_map::{rtcp_start_axes, table_from_rtcp_words};
 
 /// Words of where RTCP is switched on: linear axes at home, rotary words 0.
 fn rtcp_start(job: &Job, words: &WordMap) -> Result<AxisWords, Failure> {
@@ -38,14 +38,14 @@ pub(crate) fn program_spec(
     setup: &Setup<'_>,
     operation: &OperationFile,
     words: &WordMap,
-    timed: &mut Timed,
+    program: &mut NcProgram,
 ) -> Result<ProgramSpec, Failure> {
     let approach = match job.post.feed_mode() {
         FeedMode::Rtcp => Some(rtcp_start(job, words)?),
         FeedMode::G94 | FeedMode::G93 => None,
     };
     let axes = axis_specs(job, words);
-    roll(&mut timed.program, job.machine.axes());
+    roll(program, job.machine.axes());
     Ok(ProgramSpec {
         job_name: format!("{} - {}", job.file.name, setup.file.name),
         tool: tool_spec(&job.tool),
@@ -57,7 +57,7 @@ pub(crate) fn program_spec(
         work_offset: setup.work_offset,
         axes,
         smallest_feed: job.machine.feed_range().min,
-        program: std::mem::take(&mut timed.program),
+        program: std::mem::take(program),
         rapid: job.machine.motion_law().rapid,
         approach,
     })

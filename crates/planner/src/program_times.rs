@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::summary::clock;
+use crate::duration_text::clock;
 
 /// Times of a program. Cuts are all blocks at a feed: passes, entries and exits; rapids are all at rapid rate, with the ways to the
 /// part and home.

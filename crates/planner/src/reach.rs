@@ -9,7 +9,8 @@ use crate::job_file::OperationFile;
 use crate::load::{Job, Setup};
 use crate::obstacle_meshes::ObstacleRole;
 use crate::part_size::unit_advice;
-use crate::pieces::{LaidTask, places};
+use crate::pattern::places;
+use crate::pieces::LaidTask;
 
 /// CC points and directions of tilt that are tried, and steps of tilt, deg. More than any operation searches, so that none
 /// is refused that could be planned.

@@ -10,11 +10,12 @@ use facemill_nc_program::{
 };
 use serde::Serialize;
 
-use crate::Failure;
-use crate::follow::{FollowedCut, Follower, Surroundings, Way, legs};
-use crate::program::{letter, word_frame};
+use crate::failure::Failure;
 use crate::refeed_checks::{Computed, Doubts, LAST_BITS, check_vectors, not_raised, rounded_down};
-use crate::refeed_law::{Law, Moves, RefeedLaw, RefeedLawTimes, blending, stands, timed};
+use crate::refeed_law::{Law, RefeedLaw, RefeedLawTimes, blending, timed};
+use crate::word_map::{letter, word_frame};
+use facemill_virtual_machine::follow::{FollowedCut, Follower, Surroundings, Way, legs};
+use facemill_virtual_machine::program_time::program_moves::{Moves, stands};
 
 /// How fast the tip is to go.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

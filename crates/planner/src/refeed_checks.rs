@@ -3,7 +3,7 @@
 use facemill_nc_program::{Dialect, Feed, FeedMode, MacroKind, NoteKind, ReadBlock, ReadCommand, ReadMotion, ReadNote};
 use facemill_virtual_machine::not_unit;
 
-use crate::follow::FollowedCut;
+use facemill_virtual_machine::follow::FollowedCut;
 
 /// What of a program is not evaluated.
 #[derive(Default)]

@@ -9,13 +9,14 @@ use facemill_z_map::{LeftHeight, SurfacePlace, SweptCutter, left_heights};
 use nalgebra::{Isometry3, Point3, Vector3};
 
 use crate::cell::{budget, search_curve};
+use crate::failure::Failure;
 use crate::job_file::{OperationFile, PathFile};
 use crate::load::{Job, Setup};
-use crate::output::not_verified;
-use crate::pieces::places;
-use crate::plan_stages::MATERIAL;
-use crate::remaining_report::{RemainingOnRegion, RemainingReport};
-use crate::{Failure, Stages};
+use crate::pattern::places;
+use crate::remaining_report::{RemainingOnRegion, RemainingPlace, RemainingReport};
+use crate::stages::MATERIAL;
+use crate::stages::Stages;
+use crate::virtual_setup::not_verified;
 
 /// By how much a point of the cutter may be beside its place where heights are measured, mm: a tenth of the finest cusps that face
 /// mills leave. Smaller: more parts of motions to look at.
@@ -170,7 +171,7 @@ impl<'a> Asked<'a> {
         let finer: Vec<Sampled> = measured.highest(LARGEST_PLACES).iter().flat_map(near).collect();
         measured.add(&finer, &heights(&finer)?);
         drop(monitor);
-        Ok(RemainingOnRegion::new(self.operation, self.limit, &measured))
+        Ok(remaining_on_region(self.operation, self.limit, &measured))
     }
 }
 
@@ -260,4 +261,57 @@ fn outside(setup: &Setup<'_>, asked: &[Asked<'_>]) -> Result<f64, Failure> {
     let area = |all: &[RegionSample]| all.iter().fold(0.0, |sum, s| sum + s.area);
     let outside: Vec<RegionSample> = samples.iter().filter(|s| !is_asked(s.triangle, &s.position)).copied().collect();
     Ok(area(&outside) / area(&samples).max(f64::MIN_POSITIVE))
+}
+
+/// Heights that parts of the area have at most; 0 where nothing has an area.
+pub(crate) fn quantiles<const N: usize>(areas: &[f64], left: &[LeftHeight], shares: [f64; N]) -> [f64; N] {
+    let mut sorted: Vec<(f64, f64)> = left.iter().map(|l| l.height).zip(areas.iter().copied()).collect();
+    sorted.retain(|(_, area)| *area > 0.0);
+    sorted.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let area: f64 = sorted.iter().map(|(_, area)| area).sum();
+    shares.map(|share| {
+        let mut below = 0.0;
+        let reached = sorted.iter().find(|(_, each)| {
+            below += each;
+            below >= share * area
+        });
+        reached.or(sorted.last()).map_or(0.0, |(height, _)| *height)
+    })
+}
+
+/// Figures of what is left on samples.
+pub(crate) fn remaining_on_region(operation: &OperationFile, limit_mm: f64, measured: &Measured) -> RemainingOnRegion {
+    let Measured { areas, on, left } = measured;
+    let area: f64 = areas.iter().sum();
+    let share = |is: &dyn Fn(usize) -> bool| {
+        (0..left.len()).filter(|&k| is(k)).map(|k| areas[k]).fold(0.0, |sum, a| sum + a) / area.max(f64::MIN_POSITIVE)
+    };
+    let above_fraction = share(&|k| left[k].height > limit_mm);
+    // Stock as it was before the cut is not finished, however thin it is.
+    let never_cut_fraction = share(&|k| left[k].cut_by.is_none() && on[k].stock > ACCURACY);
+    let higher = |a: usize, b: usize| if left[b].height > left[a].height { b } else { a };
+    let largest = (0..left.len()).reduce(higher).map(|k| RemainingPlace {
+        height_mm: left[k].height,
+        at_mm: on[k].position.into(),
+        line: left[k].cut_by,
+    });
+    let [p50_mm, p90_mm, p99_mm] = quantiles(areas, left, [0.5, 0.9, 0.99]);
+    let (allowed, samples) = (operation.finish, measured.n_of_area());
+    RemainingOnRegion {
+        operation: operation.name.clone(),
+        area_mm2: area,
+        samples,
+        spacing_mm: measured.spacing(),
+        p50_mm,
+        p90_mm,
+        p99_mm,
+        largest,
+        limit_mm,
+        above_fraction,
+        never_cut_fraction,
+        allowed,
+        exceeded: samples == 0
+            || above_fraction > allowed.max_above_fraction
+            || never_cut_fraction > allowed.max_never_cut_fraction,
+    }
 }

@@ -1,12 +1,10 @@
 //! Figures of the material that a program leaves, as reports have them.
 
 use facemill_virtual_machine::{Finding, FindingKind, Measure};
-use facemill_z_map::LeftHeight;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::job_file::{FinishFile, OperationFile};
-use crate::remaining::{ACCURACY, Measured};
+use crate::job_file::FinishFile;
 
 /// Material that a program leaves on the surface that its operations are asked to cut, measured on its written text.
 ///
@@ -68,61 +66,7 @@ pub struct RemainingPlace {
     pub line: Option<u32>,
 }
 
-/// Heights that parts of the area have at most; 0 where nothing has an area.
-fn quantiles<const N: usize>(areas: &[f64], left: &[LeftHeight], shares: [f64; N]) -> [f64; N] {
-    let mut sorted: Vec<(f64, f64)> = left.iter().map(|l| l.height).zip(areas.iter().copied()).collect();
-    sorted.retain(|(_, area)| *area > 0.0);
-    sorted.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let area: f64 = sorted.iter().map(|(_, area)| area).sum();
-    shares.map(|share| {
-        let mut below = 0.0;
-        let reached = sorted.iter().find(|(_, each)| {
-            below += each;
-            below >= share * area
-        });
-        reached.or(sorted.last()).map_or(0.0, |(height, _)| *height)
-    })
-}
-
 impl RemainingOnRegion {
-    /// Figures of what is left on samples.
-    pub(crate) fn new(operation: &OperationFile, limit_mm: f64, measured: &Measured) -> Self {
-        let Measured { areas, on, left } = measured;
-        let area: f64 = areas.iter().sum();
-        let share = |is: &dyn Fn(usize) -> bool| {
-            (0..left.len()).filter(|&k| is(k)).map(|k| areas[k]).fold(0.0, |sum, a| sum + a)
-                / area.max(f64::MIN_POSITIVE)
-        };
-        let above_fraction = share(&|k| left[k].height > limit_mm);
-        // Stock as it was before the cut is not finished, however thin it is.
-        let never_cut_fraction = share(&|k| left[k].cut_by.is_none() && on[k].stock > ACCURACY);
-        let higher = |a: usize, b: usize| if left[b].height > left[a].height { b } else { a };
-        let largest = (0..left.len()).reduce(higher).map(|k| RemainingPlace {
-            height_mm: left[k].height,
-            at_mm: on[k].position.into(),
-            line: left[k].cut_by,
-        });
-        let [p50_mm, p90_mm, p99_mm] = quantiles(areas, left, [0.5, 0.9, 0.99]);
-        let (allowed, samples) = (operation.finish, measured.n_of_area());
-        Self {
-            operation: operation.name.clone(),
-            area_mm2: area,
-            samples,
-            spacing_mm: measured.spacing(),
-            p50_mm,
-            p90_mm,
-            p99_mm,
-            largest,
-            limit_mm,
-            above_fraction,
-            never_cut_fraction,
-            allowed,
-            exceeded: samples == 0
-                || above_fraction > allowed.max_above_fraction
-                || never_cut_fraction > allowed.max_never_cut_fraction,
-        }
-    }
-
     /// Whether nothing is known of the region, because no sample lies in it.
     fn is_unmeasured(&self) -> bool {
         self.samples == 0

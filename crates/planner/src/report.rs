@@ -9,16 +9,21 @@ use facemill_virtual_machine::{Assumption, Certificates, Finding, WindUp};
 use schemars::JsonSchema;
 use serde::Serialize;
 
-pub use crate::cusps_kept::{CuspReasonReport, CuspsKeptReport};
 use crate::job_file::PostureModeFile;
 use crate::job_settings::JobSetting;
-pub use crate::lost_time::{LostTimeCause, LostTimeReport};
 use crate::made_from::MadeFrom;
+use crate::pass_order::PassOrderReport;
+use crate::program_stamp::ProgramStamp;
 use crate::program_times::ProgramTimes;
-use crate::rapids::LinksReport;
+use crate::remaining_report::RemainingReport;
+use crate::report_links::LinksReport;
+use crate::report_pairs::PairReport;
+use crate::report_stock::PlannedStockReport;
+
 pub use crate::report_chips::{ChipsReport, FeedsSetByReport, SpreadReport};
+pub use crate::report_cusps::{CuspReasonReport, CuspsKeptReport};
+pub use crate::report_lost_time::{LostTimeCause, LostTimeReport};
 pub use crate::report_turning::{RewindReport, RewindsReport, SingularBlocks};
-use crate::{PairReport, PassOrderReport, PlannedStockReport, ProgramStamp, RemainingReport};
 
 /// Value of the key `format` in a report.
 pub const REPORT_FORMAT: &str = "facemill-report/1";

@@ -3,10 +3,6 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::chip_points::{Arrival, ChipPoint};
-use crate::job_file::OperationFile;
-use crate::tip_feed::{FeedLaw, depends_on_chips, teeth_per_minute};
-
 /// Chips of an operation along its CC points, in all places of the pattern. "Before" is at the job's cutting feed,
 /// lowered where an axis cannot follow; "after" is as written.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
@@ -80,38 +76,6 @@ impl SpreadReport {
         let variance = values.clone().map(|v| (v - mean) * (v - mean)).sum::<f64>() / n as f64;
         let [min, max] = values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(v), high.max(v)]);
         Some(Self { mean, min, max, variation: if mean > 0.0 { variance.sqrt() / mean } else { 0.0 } })
-    }
-}
-
-impl ChipsReport {
-    /// Of the points of an operation.
-    pub(crate) fn new(operation: &OperationFile, teeth: u32, points: &[ChipPoint], by_law: bool) -> Self {
-        let per_minute = teeth_per_minute(&operation.feeds, teeth);
-        let thicknesses = points.iter().filter_map(|p| p.thicknesses(per_minute));
-        let largest = thicknesses.reduce(|a, b| [a[0].max(b[0]), a[1].max(b[1])]);
-        let arrivals = || points.iter().filter_map(|p| p.arrival);
-        let rate = |k: usize| points.iter().filter_map(move |p| Some(p.removal_rates()?[k]));
-        let with = |is: &dyn Fn(&Arrival) -> bool| arrivals().filter(|a| is(a)).count();
-        Self {
-            operation: operation.name.clone(),
-            by_chips: depends_on_chips(&operation.feeds),
-            points: points.len(),
-            full_stock_points: points.iter().filter(|p| !p.is_known).count(),
-            air_points: points.iter().filter(|p| p.area == 0.0).count(),
-            area_mm2: SpreadReport::of(points.iter().map(|p| p.area)),
-            removal_rate_before_cm3_min: SpreadReport::of(rate(0)),
-            removal_rate_after_cm3_min: SpreadReport::of(rate(1)),
-            largest_chip_thickness_mm: largest,
-            feeds_set_by: FeedsSetByReport {
-                removal_rate: with(&|a| a.law == FeedLaw::RemovalRate),
-                chip_thickness: with(&|a| a.law == FeedLaw::ChipThickness),
-                air: with(&|a| a.law == FeedLaw::Air),
-                machine: with(&Arrival::is_slower_than_asked),
-                smallest_f: with(&Arrival::is_faster_than_asked),
-            },
-            by_law,
-            added_time_s: arrivals().map(|a| a.added_time).sum(),
-        }
     }
 }
 

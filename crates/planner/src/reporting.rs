@@ -11,6 +11,7 @@ use nalgebra::Point3;
 use crate::along::Along;
 use crate::cell::budget;
 use crate::chip_points::chip_points;
+use crate::chip_points::chips_report;
 use crate::cusps_kept::cusps_kept;
 use crate::load::{Job, Setup};
 use crate::made_from::MadeFrom;
@@ -18,14 +19,14 @@ use crate::moves::{MoveKind, PieceMoves};
 use crate::operation::PlannedOperation;
 use crate::pass_order::PassOrderReport;
 use crate::pieces::{Cut, LeftOut, Piece};
-use crate::plan_stock::{PlannedStockReport, not_asked};
 use crate::program::Timed;
 use crate::program_times::ProgramTimes;
-use crate::rapids::LinksReport;
 use crate::report::{
     BudgetReport, CertifiedReport, ChipsReport, HelpReport, InfeasibleReport, OptimumReport, PassReport,
     PosturesReport, REPORT_FORMAT, Report, SearchProofReport, Totals, Worst,
 };
+use crate::report_links::LinksReport;
+use crate::report_stock::{PlannedStockReport, not_asked};
 use crate::rotary_motion::rotary_report;
 use crate::turning::Turning;
 
@@ -147,8 +148,7 @@ fn order_report(o: &PlannedOperation<'_>) -> Option<PassOrderReport> {
 fn chip_reports(jobs: &[&Job], operations: &[PlannedOperation<'_>], timed: &Timed) -> Vec<ChipsReport> {
     let points = chip_points(operations, timed, &[]);
     let of = operations.iter().zip(jobs).zip(&points);
-    of.map(|((o, job), points)| ChipsReport::new(o.operation, job.tool.n_inserts(), points, timed.chips_by_law))
-        .collect()
+    of.map(|((o, job), points)| chips_report(o.operation, job.tool.n_inserts(), points, timed.chips_by_law)).collect()
 }
 
 fn postures_report(job: &Job, o: &PlannedOperation<'_>) -> PosturesReport {

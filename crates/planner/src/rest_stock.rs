@@ -5,10 +5,11 @@ use std::path::Path;
 use facemill_surface_model::TriMesh;
 use facemill_z_map::DexelMap;
 
+use crate::failure::Failure;
+use crate::files;
 use crate::load::{Job, Setup};
-use crate::plan_stock::follows;
+use crate::setup_order::follows;
 use crate::stock_map::StockMeshes;
-use crate::{Failure, files};
 
 /// Reads the rest that a program left of the stock of a job's setup (`verify --rest-out`), or of another setup of the job with the same
 /// workpiece frame and stock.

@@ -5,7 +5,7 @@ use facemill_cutter_location::link::{LinkBlocked, Linker, Waypoint, between};
 use facemill_cutter_location::{Configuration, Hints, Infeasible, PoseTest, rewound_axis};
 use facemill_inverse_kinematics::BlockLaw;
 
-use crate::Failure;
+use crate::failure::Failure;
 use crate::linearity::{Linearity, endless_near};
 use crate::moves::{Move, MoveKind, MoveSettings, OperationMoves, PieceMoves, Reached, blocked_way, configuration_of};
 use crate::pieces::Cut;

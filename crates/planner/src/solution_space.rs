@@ -5,6 +5,7 @@ use facemill_cutter_location::map::{CellState, MapCell, MapError, PostureRange, 
 use facemill_cutter_location::{Body, Hints, Infeasible, PoseTest, SearchCurve, search};
 
 use crate::cell::{search_settings, workcell, z_map};
+use crate::failure::Failure;
 use crate::job_file::OperationFile;
 use crate::load::{Job, Setup};
 use crate::operation::settle_branch;
@@ -14,8 +15,8 @@ use crate::solution_space_file::{
     AreaFile, CellFile, PostureFile, ReasonFile, ReasonKind, SolutionSpaceFile, SolutionSpaceFormat, StateFile,
 };
 use crate::solution_svg::map_svg;
+use crate::stages::Stages;
 use crate::validate::belongs;
-use crate::{Failure, Stages};
 
 /// Which CC point is mapped, and how finely.
 #[derive(Clone, Debug)]

@@ -7,11 +7,12 @@ use facemill_nc_program::{Dialect, FeedMode};
 use facemill_tool_model::{ToolAssembly, ToolFile};
 use serde_json::{Value, json};
 
+use crate::failure::Failure;
+use crate::files;
 use crate::job_file::{JOB_FORMAT, JobFile, UnitFile, UpAxisFile};
 use crate::load::Job;
 use crate::mesh_files::read_mesh;
 use crate::validate::check_setups;
-use crate::{Failure, files};
 
 /// Depth of the cutter below the part beyond which it is a finding, mm, where no operation of a job says what is allowed.
 pub const STAND_GOUGE_LIMIT: f64 = 0.02;

@@ -6,10 +6,10 @@ use facemill_virtual_machine::outside_layer;
 use facemill_z_map::{DexelMap, GridError, MeshStockError, TriDexel};
 use nalgebra::Isometry3;
 
-use crate::Failure;
+use crate::failure::Failure;
 use crate::load::{Job, Setup};
 use crate::obstacle_meshes::ObstacleRole;
-use crate::pieces::places;
+use crate::pattern::places;
 use crate::rest_stock::Origin;
 
 /// Which part of the stock has lines.

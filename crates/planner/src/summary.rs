@@ -2,13 +2,17 @@
 
 use facemill_virtual_machine::{Assumption, WindUp};
 
-use crate::plan_stock::OWN_STOCK;
-use crate::rapids::LinksReport;
+use crate::duration_text::clock;
+use crate::pass_order::PassOrderReport;
+use crate::remaining_report::RemainingReport;
 use crate::report::{
     CertifiedReport, ChipsReport, CuspsKeptReport, HeldBackReport, LostTimeReport, PosturesReport, Report,
     SpreadReport, VectorTimeReport,
 };
-use crate::{PairReport, PassOrderReport, PlannedStockReport, RemainingReport, StockReport};
+use crate::report_links::LinksReport;
+use crate::report_pairs::PairReport;
+use crate::report_stock::StockReport;
+use crate::report_stock::{OWN_STOCK, PlannedStockReport};
 
 /// A few lines for a person.
 pub fn summary(report: &Report) -> String {
@@ -327,12 +331,6 @@ fn turning(report: &Report) -> Vec<String> {
     }
     lines.extend(report.lost_times.iter().map(LostTimeReport::summary_line));
     lines
-}
-
-/// Hours, minutes and seconds of a time, s: `1:02:03`.
-pub fn clock(seconds: f64) -> String {
-    let total = seconds.round() as u64;
-    format!("{}:{:02}:{:02}", total / 3600, total / 60 % 60, total % 60)
 }
 
 #[cfg(test)]

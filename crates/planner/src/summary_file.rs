@@ -6,8 +6,9 @@ use serde::Serialize;
 
 use crate::incomplete::incomplete_because;
 use crate::program_times::ProgramTimes;
+use crate::remaining_report::RemainingReport;
 use crate::report::{CuspsKeptReport, InfeasibleReport, Report, Totals, Worst};
-use crate::{Outcome, RemainingReport};
+use crate::report_outcome::Outcome;
 
 /// Value of the key `format` in a summary.
 pub const SUMMARY_FORMAT: &str = "facemill-summary/1";

@@ -5,11 +5,12 @@ use facemill_inverse_kinematics::{AxisKind, Branch};
 
 use crate::job_file::OperationFile;
 use crate::load::Job;
-use crate::lost_time::{LostTimeReport, lost_times};
+use crate::lost_time::lost_times;
 use crate::moves::{Move, MoveKind};
 use crate::operation::PlannedOperation;
 use crate::output::Texts;
 use crate::report::{RewindReport, RewindsReport, SingularBlocks};
+use crate::report_lost_time::LostTimeReport;
 
 /// Angle to the pole up to which an axis that cannot follow the feed is said to race because of it, rad: farther away it turns
 /// less than eleven times as fast as the tool axis.

@@ -6,10 +6,10 @@ use facemill_inverse_kinematics::{AxisKind, AxisValues, Machine};
 use facemill_nc_program::{FeedMode, MotionKind, ReadBlock, ReadCommand, ReadProgram};
 use facemill_virtual_machine::{Assumption, BlockCut, Finding, FindingKind, Measure, StockRun};
 
-use crate::follow::{FollowedCut, Follower, Surroundings, Way};
 use crate::job_file::{FeedsFile, SetupFile};
 use crate::load::Job;
-use crate::timing::levers_at;
+use facemill_virtual_machine::follow::{FollowedCut, Follower, Surroundings, Way};
+use facemill_virtual_machine::program_time::tolerance::levers_at;
 
 /// What a job asks for in one of its setups, of all its operations and heads.
 pub(crate) struct Asked {

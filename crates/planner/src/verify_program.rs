@@ -10,8 +10,6 @@ use facemill_virtual_machine::{
 };
 use facemill_z_map::DexelMap;
 use nalgebra::Isometry3;
-use schemars::JsonSchema;
-use serde::Serialize;
 
 use crate::between_lines::{
     BetweenLines, add_between, between_lines, held_as_cut, seen_between, seen_in_estimate, seen_of_rest,
@@ -19,25 +17,30 @@ use crate::between_lines::{
 use crate::cell::budget;
 use crate::deviation::{CutStock, deviation_of};
 use crate::deviation_report::DeviationReport;
-use crate::dual::{HEADS_APART, dual_word_map, merged_runs, proven_for_both};
-use crate::follow::Surroundings;
+use crate::failure::Failure;
+use crate::heads_merged::{merged_runs, proven_for_both};
 use crate::job_file::{OperationFile, SetupFile};
+use crate::job_limits::STOCK_TOLERANCES;
+use crate::load::HEADS_APART;
 use crate::load::{Job, Setup};
 use crate::open_meshes::{open_files, open_stock};
-use crate::output::{name_obstacles, not_verified, virtual_obstacles};
-use crate::plan_stages::TIMES;
-use crate::program::{rtcp_frame, word_map};
+use crate::program_stamp::ProgramStamp;
 use crate::program_times::ProgramTimes;
 use crate::remaining::{RunningHead, remaining};
+use crate::remaining_report::RemainingReport;
+use crate::report_stock::StockReport;
+use crate::stages::Stages;
+use crate::stages::TIMES;
 use crate::stock_map::StockRegion;
-use crate::timing::{TimedText, times_of_text};
+use crate::text_times::{TimedText, times_of_text};
+use crate::verification_file::{VERIFICATION_FORMAT, VerificationFile};
 use crate::verify_assumptions::{all_assumptions, cuts_nothing, is_estimate};
 use crate::verify_feeds::{Asked, CutFeeds, FastBlock, KnownCuts};
-use crate::verify_stock::{CutRequest, STOCK_TOLERANCES, Stand, StockReport, blocks_of_heads, cut_stock};
-use crate::{Failure, ProgramStamp, RemainingReport, Stages};
-
-/// Value of the key `format` in the file of a verification.
-pub const VERIFICATION_FORMAT: &str = "facemill-verification/1";
+use crate::verify_stock::{CutRequest, Stand, blocks_of_heads, cut_stock};
+use crate::virtual_setup::{name_obstacles, not_verified, virtual_setup};
+use crate::word_map::dual_word_map;
+use crate::word_map::{rtcp_frame, word_map};
+use facemill_virtual_machine::follow::Surroundings;
 
 /// How a program is run.
 #[derive(Clone, Debug)]
@@ -94,43 +97,6 @@ pub struct Verified {
     pub painted: Option<Vec<u8>>,
     /// Lines of the program's rapids, in order: what findings are [joined](facemill_virtual_machine::joined) by.
     pub rapid_lines: Vec<u32>,
-}
-
-/// What a program does on a job's setup, as it is written.
-#[derive(Clone, Debug, Serialize, JsonSchema)]
-pub struct VerificationFile {
-    /// Always "facemill-verification/1".
-    pub format: &'static str,
-    /// Name of the job.
-    pub job: String,
-    /// Name of the setup.
-    pub setup: String,
-    /// The program that this speaks of.
-    pub program: ProgramStamp,
-    /// Control that the program was read for.
-    pub dialect: String,
-    /// Depth of the cutter beyond which it is a finding, mm.
-    pub gouge_limit_mm: f64,
-    /// How long it takes, as a plan tells it.
-    pub times: ProgramTimes,
-    /// What the run showed.
-    #[serde(flatten)]
-    pub verification: Verification,
-    /// What the run rests on because neither the program nor the command line says it, what its feeds are held against where cuts
-    /// are not told from other feed moves, and that the program reaches no stock.
-    pub assumptions: Vec<Assumption>,
-    /// Material that the program leaves on the regions of the setup's operations; absent where no operation is known, and of an estimate.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub remaining: Option<RemainingReport>,
-    /// What was cut; absent where the stock was not.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub stock: Option<StockReport>,
-    /// How far the cut stock is from the part; absent where it was not asked for.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub deviation: Option<DeviationReport>,
-    /// What is proven of each block; absent where it was not asked for.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub certificates: Option<Certificates>,
 }
 
 /// Runs a program on the virtual machine as a setup of a job stands: its machine, mounting, work offset, tool, part,
@@ -545,28 +511,10 @@ const MM3_PER_CM3: f64 = 1000.0;
 
 /// The register of the tool's length as the reader of a control tells it: edge 1 of Siemens, and the number of the tool on
 /// Heidenhain, whose tools have their length in themselves.
-fn register_in(dialect: Dialect, job: &Job) -> u32 {
+pub(crate) fn register_in(dialect: Dialect, job: &Job) -> u32 {
     match dialect {
         Dialect::Siemens840d => 1,
         Dialect::Heidenhain => job.tool.number(),
         _ => job.tool.length_register(),
-    }
-}
-
-pub(crate) fn virtual_setup<'a>(
-    dialect: Dialect,
-    job: &'a Job,
-    setup: &'a Setup<'_>,
-    words: &'a WordMap,
-    frame: Isometry3<f64>,
-) -> VirtualSetup<'a> {
-    VirtualSetup {
-        machine: &job.machine,
-        table_from_work: setup.table_from_work,
-        words,
-        table_from_rtcp_words: frame,
-        tool: &job.tool,
-        length_register: register_in(dialect, job),
-        obstacles: virtual_obstacles(setup),
     }
 }

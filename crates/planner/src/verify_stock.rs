@@ -1,26 +1,21 @@
 //! The stock of a job's setup as a program from anywhere cuts it.
 
 use std::collections::BTreeSet;
-use std::ops::RangeInclusive;
 
 use facemill_nc_program::ReadProgram;
 use facemill_virtual_machine::{BlockCut, StockRun, VerifySettings, VirtualSetup, blocks_beyond, run_stock_of_heads};
 use facemill_z_map::DexelMap;
-use schemars::JsonSchema;
-use serde::Serialize;
 
 use crate::across::cut_across;
 use crate::deviation::DeviationRequest;
+use crate::failure::Failure;
 use crate::load::{Job, Setup};
-use crate::output::not_verified;
-use crate::plan_stages::CUT;
+use crate::report_stock::StockReport;
+use crate::stages::CUT;
+use crate::stages::Stages;
 use crate::stock_map::{StockMeshes, StockRegion};
+use crate::virtual_setup::not_verified;
 use crate::walls::{has_walls, weights};
-use crate::{Failure, Stages};
-
-/// Tolerances that stock can be cut within, mm. Smaller: motions fall into more parts than memory holds. Larger: what goes less deep into
-/// the stock than twice the tolerance is no finding.
-pub const STOCK_TOLERANCES: RangeInclusive<f64> = 0.0001..=0.5;
 
 /// How stock is cut.
 #[derive(Clone, Debug)]
@@ -32,7 +27,7 @@ pub struct CutRequest {
     /// Which part of the job's stock has lines.
     pub region: StockRegion,
     /// The rest of another program, which this one begins with in place of the job's stock: of the same stock, as
-    /// [`read_rest`](crate::read_rest) makes sure.
+    /// [`read_rest`](crate::rest_stock::read_rest) makes sure.
     pub rest: Option<DexelMap>,
     /// Cut lines along x and y of the workpiece frame, too, which show walls along z: of all of the job's stock, not of a region or a
     /// rest.
@@ -57,67 +52,6 @@ impl CutRequest {
             across_walls: false,
             deviation: None,
         }
-    }
-}
-
-/// What was cut.
-#[derive(Clone, Debug, Serialize, JsonSchema)]
-pub struct StockReport {
-    /// Distance of the lines that the stock is made of, mm.
-    pub cell_mm: f64,
-    /// How far from the truth what is cut may be, on every line, mm.
-    pub tolerance_mm: f64,
-    /// Axes of the lines' frame along which there are lines: `z`, or all three.
-    pub lines_along: Vec<&'static str>,
-    /// Whether a surface that the operations cut has walls along the lines, and nothing shows what is cut of the stock on them.
-    pub walls_not_seen: bool,
-    /// Volume of the stock before the program, mm³: with lines along three axes a mean of them.
-    pub before_mm3: f64,
-    /// What the program took, mm³.
-    pub removed_mm3: f64,
-    /// What each of several heads took of that, mm³: what both reach at once counts for the first. Absent with one head.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub removed_by_heads_mm3: Vec<f64>,
-    /// Cutting blocks on which nothing was taken, by no head.
-    pub blocks_in_air: usize,
-    /// Low and high corner of the rectangle that has lines, x and y of the lines' frame, mm.
-    pub region_mm: [[f64; 2]; 2],
-    /// Blocks on which the tool may reach stock beyond that rectangle: what it meets there is not seen.
-    pub blocks_not_covered: usize,
-    /// Line of the first of them.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub first_line_not_covered: Option<u32>,
-}
-
-impl StockReport {
-    /// Lines for a person.
-    pub fn told(&self) -> Vec<String> {
-        let mut lines = vec![format!(
-            "  stock             {:.1} of {:.1} cm3 cut, on lines {} mm apart along {}; {} blocks in air",
-            self.removed_mm3 / 1000.0,
-            self.before_mm3 / 1000.0,
-            self.cell_mm,
-            self.lines_along.join(", "),
-            self.blocks_in_air
-        )];
-        if self.walls_not_seen {
-            let walls = "  walls             stand along z, where no line shows what is cut of the stock on them";
-            lines.push(walls.to_owned());
-        }
-        let of_head = |(k, taken): (usize, &f64)| format!("head {} {:.1}", k + 1, taken / 1000.0);
-        let of_heads: Vec<String> = self.removed_by_heads_mm3.iter().enumerate().map(of_head).collect();
-        if !of_heads.is_empty() {
-            lines.push(format!("  cut by            {} cm3", of_heads.join(", ")));
-        }
-        lines.extend(self.first_line_not_covered.map(|line| {
-            let [[x0, y0], [x1, y1]] = self.region_mm;
-            format!(
-                "  not covered       {} blocks, first in line {line}, may reach stock beyond x {x0:.1} to {x1:.1}, \
-                 y {y0:.1} to {y1:.1}: it is not seen",
-                self.blocks_not_covered
-            )
-        }));
-        lines
     }
 }
 

@@ -81,6 +81,7 @@ mod engagement;
 mod episodes;
 mod feeds;
 mod finding;
+pub mod follow;
 mod joined;
 #[cfg(test)]
 #[path = "../tests/laws/kit/mod.rs"]
@@ -94,6 +95,7 @@ mod motion_modes;
 mod moves;
 mod outside_run;
 mod probe;
+pub mod program_time;
 mod proof;
 mod prover;
 mod ramp;

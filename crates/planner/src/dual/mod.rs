@@ -5,21 +5,15 @@
 //! (`moves`), and written as one block for one time (`program`). What has no common value of the shared axis is left to each
 //! head alone, with the other one at home.
 
-mod channels;
-mod mending;
-mod moves;
-mod output;
-mod pair;
-mod pairing;
-mod plan;
-mod program;
-mod remains;
-mod report;
-mod runs;
-mod stock;
-mod telling;
-
-pub(crate) use output::{merged_runs, proven_for_both};
-pub(crate) use plan::{HEADS_APART, plan_dual_setup};
-pub(crate) use program::dual_word_map;
-pub use report::{PairReport, PairSplit};
+pub(crate) mod channels;
+pub(crate) mod mending;
+pub(crate) mod moves;
+pub(crate) mod output;
+pub(crate) mod pair;
+pub(crate) mod pairing;
+pub(crate) mod plan;
+pub(crate) mod program;
+pub(crate) mod remains;
+pub(crate) mod runs;
+pub(crate) mod stock;
+pub(crate) mod telling;

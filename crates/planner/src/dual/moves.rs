@@ -9,8 +9,8 @@ use nalgebra::{Unit, Vector3};
 use rayon::prelude::*;
 
 use super::runs::{Causes, Run};
-use crate::Failure;
 use crate::chips::Chip;
+use crate::failure::Failure;
 use crate::linearity::turned_near;
 use crate::moves::{Move, MoveKind, MoveSettings, blocked_way};
 

@@ -12,16 +12,18 @@ use super::moves::{DualMove, DualMover, ReachedRun};
 use super::pairing::{PiecePair, pairs, stations};
 use super::plan::{DualGround, PairOutline, Part, Section, alone_sections, cells, mover, section};
 use super::remains::{Remains, paired_left};
-use super::report::PairSplit;
 use super::runs::{Cause, Causes, Run, RunPlanner, Stop, left_over};
 use crate::along::along_passes;
+use crate::failure::Failure;
 use crate::job_file::{OperationFile, PairFile};
+use crate::move_settings::move_settings;
 use crate::moves::{Move, MoveKind, MoveSettings, OperationMoves, PieceMoves, operation_moves};
-use crate::operation::{PlannedOperation, move_settings};
+use crate::operation::PlannedOperation;
 use crate::pieces::{Cut, LeftOut, Piece};
 use crate::plan::Clock;
 use crate::program::BlockWriter;
-use crate::{Failure, Stages};
+use crate::report_pairs::PairSplit;
+use crate::stages::Stages;
 
 /// Plans two operations at once.
 pub(crate) struct PairPlanner<'p, 'a> {
@@ -37,7 +39,7 @@ impl<'a> PairPlanner<'_, 'a> {
     /// The two operations and their part of the program; `at` is where the machine is before and after it.
     ///
     /// # Errors
-    /// As [`crate::plan_setup`].
+    /// As [`crate::plan::plan_setup`].
     pub(crate) fn plan(
         &self,
         at: &mut Option<AxisValues>,
@@ -195,7 +197,7 @@ impl<'a> PairPlanner<'_, 'a> {
         let mut sum = 0.0;
         for (head, _, operation) in planned {
             let job = self.ground.jobs[*head];
-            let words = crate::program::word_map(job, self.ground.setups[*head], 0)?;
+            let words = crate::word_map::word_map(job, self.ground.setups[*head], 0)?;
             let mut writer = BlockWriter::new(job, self.ground.setups[*head], &words)?;
             writer.operation(operation.operation, &operation.moves)?;
             let timed = writer.finish();

@@ -8,29 +8,33 @@ use nalgebra::Point3;
 
 use super::mending::{lines, mend};
 use super::moves::{DualMove, DualMover};
-use super::output::{DualProgram, merged, proven_for_both, write_dual_texts};
+use super::output::{DualProgram, merged, write_dual_texts};
 use super::pair::{PairPlanner, as_piece};
-use super::program::dual_word_map;
-use super::report::PairSplit;
 use super::runs::Run;
 use crate::cell::{workcell, z_map};
 use crate::chip_files::ChipFiles;
+use crate::failure::Failure;
+use crate::heads_merged::proven_for_both;
 use crate::job_file::{OperationFile, PairFile};
-use crate::load::{Job, Setup};
+use crate::load::{HEADS_APART, Job, Setup};
 use crate::made_from::MadeFrom;
 use crate::mending::ROUNDS;
 use crate::mesh_winding::check_winding;
+use crate::move_settings::move_settings;
 use crate::moves::{Move, MoveSettings, PieceMoves};
 use crate::open_meshes::open_stock;
-use crate::operation::{Ground, PlannedOperation, move_settings};
+use crate::operation::{Ground, PlannedOperation};
 use crate::output::check_feeds;
 use crate::plan::{Clock, PlanSettings, Planned, name_parts, planned_files};
-use crate::plan_stages::{READ, TIMES, WRITE, stages_of_heads};
+use crate::plan_stages::stages_of_heads;
 use crate::plan_stock::StockToCut;
-use crate::rapids::LinksReport;
+use crate::report_links::LinksReport;
+use crate::report_pairs::PairSplit;
 use crate::reporting::report;
+use crate::stages::Stages;
+use crate::stages::{READ, TIMES, WRITE};
 use crate::timing::control_assumption;
-use crate::{Failure, Stages};
+use crate::word_map::dual_word_map;
 
 /// What both heads stand on.
 pub(crate) struct DualGround<'a> {
@@ -85,7 +89,7 @@ pub(crate) struct PairOutline {
 /// Plans one setup of a job on a machine with two heads.
 ///
 /// # Errors
-/// As [`crate::plan_setup`].
+/// As [`crate::plan::plan_setup`].
 pub(crate) fn plan_dual_setup(
     job: &Job,
     index: usize,
@@ -260,9 +264,6 @@ pub(crate) fn mover<'r, 'c>(
 ) -> DualMover<'r, 'c> {
     DualMover { test: PairTest { tests: [&tests[0], &tests[1]], shared: ground.shared }, settings }
 }
-
-/// Distance that the two tools keep from each other at planned stands, mm: what moves between them is run and proven.
-pub(crate) const HEADS_APART: f64 = 1.0;
 
 /// Gives the pieces of pairs the stops that mending has put into their runs.
 fn with_mended_stops(operations: &mut [PlannedOperation<'_>], parts: &[Part<'_>]) {

@@ -2,62 +2,18 @@
 
 use facemill_feedrate::{FeedLimit, PairFeed, PairLimit, feed_for_pair, rapid_time};
 use facemill_inverse_kinematics::AxisValues;
-use facemill_nc_program::{Block, FeedMode, HeadSpec, MappedAxis, NcProgram, ProgramSpec, SpindleSpec, WordMap};
+use facemill_nc_program::{Block, FeedMode, HeadSpec, NcProgram, ProgramSpec, WordMap};
 use facemill_tool_model::SpindleRotation;
 
 use super::moves::DualMove;
-use crate::Failure;
+use crate::failure::Failure;
 use crate::job_file::FeedsFile;
 use crate::load::{Job, Setup};
 use crate::moves::MoveKind;
-use crate::program::{Timed, axis_offset, check_offset_axes, letter};
-use crate::program_spec::tool_spec;
+use crate::program::Timed;
 use crate::timing::TimedMove;
 use crate::tip_feed::{CutFeed, FeedLaw, programmed_feed};
-
-/// How joint values become words: one length for each head, along its spindle's axis.
-///
-/// # Errors
-/// When the work offset names an axis that the machine does not have, or the heads cannot be told apart in a program.
-pub(crate) fn dual_word_map(jobs: [&Job; 2], setup: &Setup<'_>, setup_index: usize) -> Result<WordMap, Failure> {
-    check_offset_axes(jobs[0], setup, setup_index)?;
-    let mut along = vec![0.0; jobs[0].machine.axes().len()];
-    for job in jobs {
-        let travel = job.machine.length_compensation_travel();
-        let travel =
-            travel.ok_or_else(|| Failure::Internal("the linear axes are dependent at the zero pose".to_owned()))?;
-        for (k, own) in along.iter_mut().enumerate().filter(|(k, _)| job.machine.moves_tool(*k)) {
-            *own += travel.get_or_zero(k);
-        }
-    }
-    let axes = jobs[0].machine.axes().iter().zip(&along);
-    let axes = axes
-        .map(|(a, &along_spindle)| {
-            let offset = axis_offset(setup, a);
-            Ok(MappedAxis { letter: letter(a.letter.as_str())?, offset, along_spindle })
-        })
-        .collect::<Result<Vec<_>, Failure>>()?;
-    let heads = (0..2).map(|h| Ok(head_spec(jobs, h, 0.0)?.mapped())).collect::<Result<_, Failure>>()?;
-    WordMap::with_heads(axes, setup.work_offset, heads).map_err(|e| jobs[0].wrong(format!("post: {e}")))
-}
-
-/// A head as the program names it.
-pub(crate) fn head_spec(jobs: [&Job; 2], head: usize, rpm: f64) -> Result<HeadSpec, Failure> {
-    let job = jobs[head];
-    let travel = job.machine.length_compensation_travel();
-    let along = |k: &usize| travel.as_ref().is_some_and(|t| t.get_or_zero(*k).abs() > 0.5);
-    let axis = (0..job.machine.axes().len()).find(|k| job.machine.moves_tool(*k) && along(k));
-    let axis = axis.ok_or_else(|| {
-        Failure::Infeasible(format!("head {}: no linear axis is along its spindle, for the tool's length", head + 1))
-    })?;
-    Ok(HeadSpec {
-        name: (head + 1).to_string(),
-        spindle_axis: letter(job.machine.axes()[axis].letter.as_str())?,
-        spindle_number: job.machine.channel(),
-        tool: tool_spec(&job.tool),
-        spindle: SpindleSpec { rpm, clockwise: job.tool.spindle_rotation() == SpindleRotation::Clockwise },
-    })
-}
+use crate::word_map::head_spec;
 
 /// What a part of a program is timed by.
 #[derive(Clone, Copy)]

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use super::moves::{DualMover, ReachedRun};
 use super::pairing::{PiecePair, length, stations};
 use super::runs::{Causes, Gap, Run, RunPlanner, gaps, part_of};
-use crate::Failure;
+use crate::failure::Failure;
 use crate::moves::reach;
 use crate::pieces::Piece;
 

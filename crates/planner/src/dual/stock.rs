@@ -4,12 +4,14 @@ use facemill_virtual_machine::{Verification, VerifySettings};
 
 use super::output::DualProgram;
 use crate::between_lines::{hold_machine_as_cut, machine_as_cut};
+use crate::failure::Failure;
 use crate::output::lines_of;
-use crate::plan_stock::{CutByPlan, PlannedStockReport, StockToCut, cut_by_plan};
+use crate::plan_stock::{CutByPlan, StockToCut, cut_by_plan};
+use crate::report_stock::PlannedStockReport;
+use crate::stages::Stages;
 use crate::stock_map::StockRegion;
 use crate::verify_program::removal_of;
 use crate::verify_stock::{Stand, cut_stock};
-use crate::{Failure, Stages};
 
 impl DualProgram<'_, '_> {
     /// Cuts the stock by both heads, where it is verified and there is one to cut, and adds what meets it to each head's run; what bodies of

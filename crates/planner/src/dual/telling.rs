@@ -7,9 +7,9 @@ use nalgebra::Vector3;
 use super::output::DualTexts;
 use super::plan::{DualGround, Part};
 use super::program::DualTimes;
-use super::report::PairReport;
 use super::runs::Stop;
 use crate::moves::{Move, MoveKind};
+use crate::report_pairs::PairReport;
 use crate::turning::{Driven, Turning, rewinds_report, singular_blocks};
 
 impl DualTexts {

@@ -3,11 +3,11 @@ use nalgebra::{Isometry3, Point3};
 use serde_json::{Value, json};
 
 use crate::cell::z_map;
-use crate::load::Setup;
+use crate::load::{Job, Setup};
 use crate::new_job::{NewJob, new_job};
 use crate::operation::{Ground, PlannedOperation};
-use crate::plan::Clock;
-use crate::{Job, PlanSettings, Planned, SilentStages, plan_setup};
+use crate::plan::{Clock, PlanSettings, Planned, plan_setup};
+use crate::stages::SilentStages;
 
 /// A plan of a job on a surface of heights `z(x)`, with values of the operation.
 pub(crate) fn planned(z: fn(f64) -> f64, values: &[(&str, Value)]) -> Planned {

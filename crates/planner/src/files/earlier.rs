@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 
 use facemill_nc_program::Dialect;
 
-use crate::{Failure, REJECTED};
+use crate::failure::Failure;
+use crate::files::REJECTED;
 
 /// Stands in the names of files that an earlier plan wrote, from the beginning of the next plan on.
 const EARLIER: &str = ".earlier";

@@ -5,7 +5,7 @@ use std::io::{Error, ErrorKind, Read, Result};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, OnceLock, PoisonError};
 
-use crate::Failure;
+use crate::failure::Failure;
 
 /// Largest file of text that people write (job, tool, machine, template), bytes.
 pub(super) const MOST_TEXT: u64 = 64 << 20;

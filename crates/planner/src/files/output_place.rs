@@ -4,7 +4,7 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, OnceLock, PoisonError};
 
-use crate::Failure;
+use crate::failure::Failure;
 
 /// Files that were read or will be, as they were named and as the system knows them.
 #[derive(Default)]

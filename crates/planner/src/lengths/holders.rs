@@ -6,7 +6,7 @@ use facemill_virtual_machine::ClearLengths;
 use super::FoundLengths;
 use super::report::HolderReport;
 use super::stage::{Stage, is_of_bodies};
-use crate::Failure;
+use crate::failure::Failure;
 
 /// A holder that works.
 struct Works<'a> {

@@ -1,22 +1,23 @@
 //! The shortest tool assembly for a program that exists, or of a holder library, and postures that let a shorter one
 //! pass.
 
-mod holders;
-mod replan;
-mod report;
-mod stage;
+pub(crate) mod holders;
+pub(crate) mod report;
+pub(crate) mod stage;
 
 use std::path::Path;
 
 use facemill_nc_program::{Dialect, ReadProgram};
 use facemill_tool_model::{HolderLibrary, OpenAssembly, ToolFile};
-
-use crate::load::{Job, Setup};
-use crate::{CutRequest, Failure, ProgramStamp, Stages};
 use stage::Stage;
 
-pub use replan::ReplanTry;
-pub use report::{HolderReport, LENGTHS_FORMAT, LengthName, LengthReport, LengthsFile, NoLength, Posting};
+use crate::failure::Failure;
+use crate::load::{Job, Setup};
+use crate::program_stamp::ProgramStamp;
+use crate::stages::Stages;
+use crate::verify_stock::CutRequest;
+
+pub use report::{HolderReport, LENGTHS_FORMAT, LengthName, LengthReport, LengthsFile, NoLength, Posting, ReplanTry};
 
 /// How the lengths of a program's tool are looked at.
 #[derive(Clone, Debug)]
@@ -37,8 +38,6 @@ pub struct LengthsRequest<'a> {
     pub certificates: bool,
     /// Holders to choose from; without them the four lengths are open.
     pub holders: Option<&'a HolderLibrary>,
-    /// Plan the job again with shorter assemblies of the library.
-    pub replan: bool,
 }
 
 /// What was found.
@@ -86,9 +85,5 @@ pub fn lengths_of_program(
         let found = stage.lengths(&open, request.longest)?;
         return stage.told(&found, &open);
     };
-    let mut told = holders::choose(&stage, library)?;
-    if request.replan {
-        replan::replan(&stage, library, &mut told)?;
-    }
-    Ok(told)
+    holders::choose(&stage, library)
 }

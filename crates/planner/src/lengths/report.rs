@@ -5,8 +5,8 @@ use facemill_virtual_machine::{Certificates, Finding, ForcedBy};
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::replan::ReplanTry;
-use crate::ProgramStamp;
+use crate::program_stamp::ProgramStamp;
+use crate::report::InfeasibleReport;
 
 /// Value of the key `format` in the file.
 pub const LENGTHS_FORMAT: &str = "facemill-lengths/1";
@@ -213,4 +213,43 @@ fn holder_line(holder: &HolderReport, is_chosen: bool) -> String {
 fn place(by: &ForcedBy) -> String {
     let [x, y, z] = by.place_work_mm;
     format!("line {} ({}): {} and {} at ({x:.2}, {y:.2}, {z:.2})", by.line, by.block_text, by.body, by.obstacle)
+}
+
+/// A shorter assembly that the job was planned again with.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct ReplanTry {
+    /// Name of the holder.
+    pub holder: String,
+    /// Stick-out that it was planned with.
+    pub stick_out_mm: f64,
+    /// CC points with a pose in its program.
+    pub planned_points: usize,
+    /// How many CC points fewer that is than with the assembly that works as the program is.
+    pub lost_points: usize,
+    /// All that its plan leaves out, by reason, with the first place of each.
+    pub left_out: Vec<InfeasibleReport>,
+    /// Faults that its program was found with.
+    pub faults: usize,
+    /// Whether it was taken.
+    pub taken: bool,
+    /// Why it could not be planned at all.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub why_not: Option<String>,
+}
+
+impl ReplanTry {
+    /// As a line to read.
+    pub(super) fn line(&self) -> String {
+        let Self { holder, stick_out_mm, planned_points, lost_points, left_out, faults, taken, why_not } = self;
+        let mark = if *taken { "*" } else { " " };
+        let what = match why_not {
+            Some(why) => why.clone(),
+            None => format!("{planned_points} CC points planned, {lost_points} lost, {faults} faults"),
+        };
+        let lost = left_out.first().filter(|_| *lost_points > 0).map_or_else(String::new, |first| {
+            let [x, y, z] = first.first_place_mm;
+            format!("; first at ({x:.2}, {y:.2}, {z:.2}): {}", first.reason)
+        });
+        format!("  {mark} planned again with {holder} at {stick_out_mm:.2} mm: {what}{lost}\n")
+    }
 }

@@ -12,12 +12,13 @@ use nalgebra::Isometry3;
 use super::report::{LENGTHS_FORMAT, LengthName, LengthReport, LengthsFile, NoLength, Posting};
 use super::{FoundLengths, LengthsRequest};
 use crate::cell::budget;
+use crate::failure::Failure;
 use crate::load::{Job, Setup};
-use crate::output::{name_obstacle, name_obstacles_of, not_verified};
-use crate::program::{rtcp_frame, word_map};
+use crate::program_stamp::ProgramStamp;
+use crate::stages::Stages;
 use crate::stock_map::StockMeshes;
-use crate::verify_program::virtual_setup;
-use crate::{Failure, ProgramStamp, Stages};
+use crate::virtual_setup::{name_obstacle, name_obstacles_of, not_verified, virtual_setup};
+use crate::word_map::{rtcp_frame, word_map};
 
 pub(super) struct Stage<'a> {
     pub(super) job: &'a Job,

@@ -6,10 +6,11 @@ use crate::cell::{pass_settings, workcell, z_map};
 use crate::extra_passes::as_laid;
 use crate::extra_passes::laws::{job, planned};
 use crate::load::Setup;
-use crate::lost_time::LostTimeCause;
 use crate::operation::{neighbour_reach, pass_tasks, settle_branch};
 use crate::path::lay;
-use crate::{Planned, SilentStages};
+use crate::plan::Planned;
+use crate::report_lost_time::LostTimeCause;
+use crate::stages::SilentStages;
 
 /// A ridge of 24 mm radius along y: cut across, the normals pass the pole at its top.
 fn ridge(x: f64) -> f64 {

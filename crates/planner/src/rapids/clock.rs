@@ -3,7 +3,8 @@
 use facemill_feedrate::{ProgramBlock, rapid_time};
 use facemill_inverse_kinematics::{Axis, AxisValues, BlockLaw, Machine};
 
-use crate::timing::{Run, Timer, View};
+use facemill_virtual_machine::program_time::run::{Run, Timer};
+use facemill_virtual_machine::program_time::tolerance::View;
 
 /// Times ways at rapid rate, from rest to rest.
 pub(crate) struct LinkClock<'a> {

@@ -5,8 +5,12 @@ use facemill_virtual_machine::{Finding, Verification, joined};
 
 use super::clock::LinkClock;
 use super::numbered::{replaced, without_numbers};
-use super::{Found, LinkReport, RAPIDS_FORMAT, Rapids, RapidsFile, Stage, WayKind, verified};
-use crate::{Failure, Stages, Verified};
+use super::{Found, Rapids, Stage, verified};
+use crate::failure::Failure;
+use crate::rapids::report::{LinkReport, RAPIDS_FORMAT, RapidsFile};
+use crate::rapids::ways::WayKind;
+use crate::stages::Stages;
+use crate::verify_program::Verified;
 
 /// How often links with new findings get their old lines back before nothing is changed.
 const ROUNDS: usize = 4;

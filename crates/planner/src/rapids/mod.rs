@@ -1,45 +1,47 @@
 //! Faster links for a program that exists: each replaced by the fastest way that is proven free, against the stock as it is then.
 
-mod choose;
-mod clock;
-mod finish;
-mod numbered;
-mod planned;
-mod planned_report;
-mod report;
-mod text;
-mod tour;
+pub(crate) mod choose;
+pub(crate) mod clock;
+pub(crate) mod finish;
+pub(crate) mod numbered;
+pub(crate) mod planned;
+pub(crate) mod planned_report;
+pub(crate) mod report;
+pub(crate) mod text;
+pub(crate) mod tour;
 #[cfg(test)]
-mod way_scenes;
-mod ways;
+pub(crate) mod way_scenes;
+pub(crate) mod ways;
 #[cfg(test)]
-mod ways_laws;
+pub(crate) mod ways_laws;
 
 use std::path::Path;
 
+use choose::{Choice, Chooser, Chosen};
+use clock::LinkClock;
 use facemill_inverse_kinematics::{Axis, AxisValues, Machine};
 use facemill_nc_program::{Dialect, ReadProgram, WordMap};
 use facemill_virtual_machine::{
     LinkHold, LinkSettings, LinkStage, ProgramLink, VerifySettings, VirtualSetup, run_links,
 };
-use nalgebra::Isometry3;
-
-use crate::load::{Job, Setup};
-use crate::operation::clearance_surface;
-use crate::output::not_verified;
-use crate::plan_stages::SHORTEN;
-use crate::program::{rtcp_frame, word_map};
-use crate::stock_map::StockMeshes;
-use crate::verify_program::virtual_setup;
-use crate::{CutRequest, Failure, Stages, VerificationFile, Verified, VerifyRequest, verify_program};
-use choose::{Choice, Chooser, Chosen};
 use finish::finish;
+use nalgebra::Isometry3;
 use text::{LinkLines, LinkWords, RapidForm, link_lines, turns_shorter};
 use ways::Ends;
 
-pub(crate) use clock::LinkClock;
-pub(crate) use planned::PlannedLinks;
-pub use planned_report::{LinksReport, PlannedLinkReport, ShortenedLinks};
+use crate::clearance_surface::clearance_surface;
+use crate::failure::Failure;
+use crate::load::{Job, Setup};
+use crate::stages::{SHORTEN, Stages};
+use crate::stock_map::StockMeshes;
+use crate::verification_file::VerificationFile;
+use crate::verify_program;
+use crate::verify_program::{Verified, VerifyRequest};
+use crate::verify_stock::CutRequest;
+use crate::virtual_setup::{not_verified, virtual_setup};
+use crate::word_map::{rtcp_frame, word_map};
+
+pub use crate::report_links::{LinksReport, PlannedLinkReport, ShortenedLinks};
 pub use report::{LinkReport, RAPIDS_FORMAT, RapidsFile};
 pub use tour::{Tour, TourCosts, TourError, shortest_tour};
 pub use ways::WayKind;

@@ -11,15 +11,17 @@ use facemill_z_map::DexelMap;
 use super::choose::Choice;
 use super::clock::LinkClock;
 use super::fastest;
-use super::planned_report::{PlannedLinkReport, ShortenedLinks};
 use super::text::LinkWords;
 use super::ways::WayKind;
+use crate::failure::Failure;
 use crate::moves::{Move, MoveKind};
 use crate::operation::PlannedOperation;
-use crate::output::{OwnProgram, Texts, not_verified};
-use crate::plan_stages::SHORTEN;
-use crate::program::table_from_rtcp_words;
-use crate::{Failure, Stages};
+use crate::output::{OwnProgram, Texts};
+use crate::report_links::{PlannedLinkReport, ShortenedLinks};
+use crate::stages::SHORTEN;
+use crate::stages::Stages;
+use crate::virtual_setup::not_verified;
+use crate::word_map::table_from_rtcp_words;
 
 /// Share of the rapid clearance that is proven to be kept from the stock as it was at first: links begin and end at the whole of it,
 /// and the control may leave them by a little.
@@ -313,9 +315,9 @@ mod tests {
     use crate::operation::Ground;
     use crate::output::write_draft;
     use crate::plan::Clock;
-    use crate::program::word_map;
+    use crate::stages::{SilentStages, Stages};
     use crate::stock_map::{StockMeshes, StockRegion};
-    use crate::{SilentStages, Stages};
+    use crate::word_map::word_map;
 
     /// A patch of few passes, cut twice.
     fn job(folder: &std::path::Path) -> Job {

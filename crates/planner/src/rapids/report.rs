@@ -4,7 +4,8 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::ways::WayKind;
-use crate::{ProgramStamp, clock};
+use crate::duration_text::clock;
+use crate::program_stamp::ProgramStamp;
 
 /// Value of the key `format` in the file.
 pub const RAPIDS_FORMAT: &str = "facemill-rapids/1";

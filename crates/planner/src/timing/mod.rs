@@ -1,9 +1,6 @@
 //! A planned program in time: within velocity, acceleration and jerk of every axis, with feeds that ask for no more.
 
-mod run;
-mod text;
-mod tolerance;
-mod vectors;
+pub(crate) mod text;
 
 use std::collections::BTreeMap;
 
@@ -12,34 +9,20 @@ use facemill_feedrate::{FeedLimit, MotionLimit, ProgramBlock};
 use facemill_inverse_kinematics::{AxisValues, Machine};
 use facemill_nc_program::{AxisWords, Block, FeedMode, WordMap};
 use facemill_virtual_machine::Assumption;
+use facemill_virtual_machine::program_time::reachable;
+use facemill_virtual_machine::program_time::run::{Run, RunLaw, Timer, missing_limits};
+use facemill_virtual_machine::program_time::tolerance::{View, stops_at_corners};
+use facemill_virtual_machine::program_time::vectors::{VectorDecimals, VectorRounding};
 use nalgebra::{Isometry3, Unit, Vector3};
 use rayon::prelude::*;
 
-pub(crate) use run::{Run, RunLaw, Timer, missing_limits};
-pub(crate) use text::{TimedText, time_text, times_of_text};
-pub(crate) use tolerance::{View, levers_at, stops_at_corners};
-pub(crate) use vectors::{VectorDecimals, VectorRounding};
-
-use crate::Failure;
+use crate::failure::Failure;
 use crate::job_file::FeedsWithin;
 use crate::load::Job;
 use crate::moves::MoveKind;
 use crate::program::Timed;
 use crate::report::{HeldBackReport, TimeLawReport, VectorTimeReport};
 use crate::tip_feed::FeedLaw;
-
-/// Feeds that ask for more than so many times the largest speed of a block are lowered. In dense programs the law holds a block to the
-/// least tip feed of those around it, which takes 2 % off where rounded words make feeds uneven: that is no limit of the machine.
-const BEYOND: f64 = 1.03;
-
-/// They are lowered to so many times that speed: the law stays some tenths of a percent off its limits, and a feed that asks for a
-/// little more costs nothing.
-const ROOM: f64 = 1.01;
-
-/// The time that a block's feed is to ask for instead of `time`, where the largest speed in it takes `peak_time`; `None`: it stays.
-pub(crate) fn reachable(time: f64, peak_time: f64) -> Option<f64> {
-    (peak_time > BEYOND * time).then_some(peak_time / ROOM)
-}
 
 /// What the times of a program by the law rest on where nobody has checked it against the control.
 pub(crate) fn control_assumption(job: &Job, timed: &Timed) -> Option<Assumption> {
@@ -137,7 +120,7 @@ impl Written<'_> {
 
 /// Times all moves of a program by the law, and lowers the feeds of cutting blocks to what the machine reaches in them, if the
 /// job says so. Where the machine file lacks a limit, this is said and nothing else is done. The times that are told are those of
-/// the text, by [`time_text`].
+/// the text, by [`time_text`](text::time_text).
 ///
 /// `views` are the machine as each head sees it, with the lengths of its tool. Returns by what each move's time has grown
 /// at the new feeds, as a factor.

@@ -6,7 +6,7 @@ use facemill::nc_program::Dialect;
 use facemill::surface_model::{NamedNode, TriMesh, write_obj};
 use facemill::tool_model::{HolderLibrary, OpenAssembly, ToolAssembly, ToolFile};
 use facemill::virtual_machine::{Finding, FindingKind};
-use facemill::{Failure, Job, SilentStages, VerifyRequest, verify_program};
+use facemill::{Failure, Job, SilentStages, VerifyRequest, replan_with_shorter_tools, verify_program};
 use facemill_tests::jobs::{JobFolder, text_of};
 use facemill_tests::variants::{tiny_patch, variant};
 use nalgebra::{Isometry3, Point3};
@@ -70,9 +70,13 @@ fn lengths(
         cut: None,
         certificates: !replan,
         holders,
-        replan,
     };
-    lengths_of_program(&Job::read(&job.job()).unwrap(), text.as_bytes(), &request, &SilentStages)
+    let job = Job::read(&job.job()).unwrap();
+    let mut found = lengths_of_program(&job, text.as_bytes(), &request, &SilentStages)?;
+    if let (true, Some(library)) = (replan, holders) {
+        replan_with_shorter_tools(&job, 0, library, &mut found, &SilentStages)?;
+    }
+    Ok(found)
 }
 
 /// What bodies meet as the ordinary run says, with this tool in the job.

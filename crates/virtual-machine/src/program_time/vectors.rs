@@ -1,12 +1,16 @@
 //! The staircase that rounding makes of tool vectors, evened out within the decimals of the text.
 
+#[cfg(test)]
+#[path = "vectors_laws.rs"]
+mod laws;
+
 use facemill_cl_data::{ClPoint, ControlTolerance};
 use facemill_feedrate::{ProgramBlock, smoothest_within};
 use facemill_inverse_kinematics::AxisValues;
 use nalgebra::{Isometry3, Unit, Vector3};
 
-use super::run::Run;
-use super::tolerance::{View, stops_at_corners};
+use crate::program_time::run::Run;
+use crate::program_time::tolerance::{View, stops_at_corners};
 
 /// Decimals at most that a component is looked at for: beyond them it is no rounded number but a computed one.
 const MOST_DECIMALS: i32 = 12;
@@ -27,7 +31,7 @@ const LEAST_DECIMALS: i32 = 4;
 
 /// With how many decimals a program says its tool vectors: the most that any component has.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct VectorDecimals(i32);
+pub struct VectorDecimals(i32);
 
 impl Default for VectorDecimals {
     fn default() -> Self {
@@ -37,7 +41,7 @@ impl Default for VectorDecimals {
 
 impl VectorDecimals {
     /// Counts a vector in.
-    pub(crate) fn read(&mut self, vector: &[f64; 3]) {
+    pub fn read(&mut self, vector: &[f64; 3]) {
         for component in vector {
             while self.0 < MOST_DECIMALS && (component * self.scale()).round() / self.scale() != *component {
                 self.0 += 1;
@@ -50,14 +54,14 @@ impl VectorDecimals {
     }
 
     /// What a component may be off by: half of the last decimal.
-    pub(crate) fn half(self) -> f64 {
+    pub fn half(self) -> f64 {
         0.5 / self.scale()
     }
 }
 
 /// What the text leaves open of its tool vectors.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct VectorRounding {
+pub struct VectorRounding {
     /// Frame of the words on the table, which the vectors are told in.
     pub table_from_words: Isometry3<f64>,
     /// What each component may be off by.
@@ -65,7 +69,7 @@ pub(crate) struct VectorRounding {
 }
 
 /// A run whose rotary axes go smoothly within the rounding of its vectors.
-pub(crate) struct Evened {
+pub struct Evened {
     /// The run with other positions at the ends of its moves: of the same tip, and of a vector that has the same text.
     pub run: Run,
     /// What is left of the control's tolerance for blends.
@@ -89,12 +93,7 @@ struct Places {
 /// words stay as they are.
 ///
 /// `None` where there is nothing to even out: no vectors, or a control without a tolerance, which stops at every step.
-pub(crate) fn evened(
-    view: View<'_>,
-    run: &Run,
-    rounding: &VectorRounding,
-    tolerance: ControlTolerance,
-) -> Option<Evened> {
+pub fn evened(view: View<'_>, run: &Run, rounding: &VectorRounding, tolerance: ControlTolerance) -> Option<Evened> {
     if run.is_rapid || stops_at_corners(tolerance) || run.vectors.iter().all(Option::is_none) {
         return None;
     }
@@ -163,7 +162,3 @@ fn turned(
     let cl = ClPoint { axis, ..machine.cl_point(end, tool_length) };
     machine.control_choice(end, &cl, tool_length).unwrap_or(*end)
 }
-
-#[cfg(test)]
-#[path = "vectors_laws.rs"]
-mod laws;

@@ -6,10 +6,10 @@ use facemill_inverse_kinematics::{AxisKind, AxisValues, Machine};
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
-use super::run::Run;
+use crate::program_time::run::Run;
 
 /// A machine as one head sees it, and the length of its tool, mm.
-pub(crate) type View<'a> = (&'a Machine, f64);
+pub type View<'a> = (&'a Machine, f64);
 
 /// Turn of all rotary axes between two places at which levers are measured, rad: a hundredth of a lever is what they
 /// may grow in between. Smaller places cost more of them in long moves.
@@ -29,14 +29,14 @@ const CHUNK: usize = 1024;
 
 /// Largest levers of the rotary axes that move a head's tool, mm: what the tip moves by per rad. 0 for all others.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Levers(AxisValues);
+pub struct Levers(AxisValues);
 
 impl Levers {
     /// Levers over the moves of a run, on straight lines of the axes: nowhere larger than told.
     ///
     /// The lever of a rotary axis is the distance of the tip from it, half of the way that half a turn moves the tip by.
     /// Between the places at which it is measured it grows by no more than the tip moves.
-    pub(crate) fn over(view: View<'_>, run: &Run) -> Self {
+    pub fn over(view: View<'_>, run: &Run) -> Self {
         let of_chunk = |(k, moves): (usize, &[ProgramBlock])| {
             let start = (k * CHUNK).checked_sub(1).map_or(run.start, |before| run.blocks[before].end);
             chunk_levers(view, start, moves)
@@ -90,7 +90,7 @@ fn ways(machine: &Machine, from: &AxisValues, to: &AxisValues) -> (f64, f64) {
 }
 
 /// Levers of the rotary axes at a position, mm: what the tip moves by per rad.
-pub(crate) fn levers_at((machine, tool_length): View<'_>, q: &AxisValues) -> AxisValues {
+pub fn levers_at((machine, tool_length): View<'_>, q: &AxisValues) -> AxisValues {
     let tip = machine.cl_point(q, tool_length).tip;
     let axes = machine.axes();
     AxisValues::from_fn(axes.len(), |k| {
@@ -104,12 +104,12 @@ pub(crate) fn levers_at((machine, tool_length): View<'_>, q: &AxisValues) -> Axi
 }
 
 /// Whether a control with this tolerance blends no corner.
-pub(crate) fn stops_at_corners(tolerance: ControlTolerance) -> bool {
+pub fn stops_at_corners(tolerance: ControlTolerance) -> bool {
     tolerance.path <= 0.0 || tolerance.orientation <= 0.0
 }
 
 /// Which axes may stray in a run: those that move where no rotary axis does, else all.
-pub(crate) fn moving(machine: &Machine, run: &Run) -> Vec<bool> {
+pub fn moving(machine: &Machine, run: &Run) -> Vec<bool> {
     let moves = |k: usize| run.blocks.iter().any(|block| block.end[k] != run.start[k]);
     let moving: Vec<bool> = (0..run.start.len()).map(moves).collect();
     let turns = machine.axes().iter().zip(&moving).any(|(axis, moves)| *moves && axis.kind == AxisKind::Rotary);
@@ -121,7 +121,7 @@ pub(crate) fn moving(machine: &Machine, run: &Run) -> Vec<bool> {
 /// linear ones where no rotary axis moves. `None` where that is nothing: the axes then stop at every corner.
 ///
 /// `levers` are those of each view over the program. Axes that are not `moving` stay, and stray by nothing.
-pub(crate) fn blend_tolerance(
+pub fn blend_tolerance(
     tolerance: ControlTolerance,
     views: &[View<'_>],
     levers: &[Levers],
@@ -187,7 +187,7 @@ fn linear_reach(machine: &Machine, linears: &[usize]) -> f64 {
 mod tests {
     use facemill_inverse_kinematics::Axis;
 
-    use super::*;
+    use crate::program_time::tolerance::*;
 
     struct Random(u64);
 

@@ -1,66 +1,33 @@
 //! The job planned again with shorter assemblies: tilting may let them pass.
 
 use facemill_tool_model::{HolderLibrary, OpenAssembly, ToolAssembly};
-use schemars::JsonSchema;
-use serde::Serialize;
 
-use super::FoundLengths;
-use super::report::{LengthReport, Posting};
-use super::stage::Stage;
+use crate::failure::Failure;
+use crate::lengths::FoundLengths;
+use crate::lengths::report::ReplanTry;
+use crate::lengths::report::{LengthReport, Posting};
 use crate::load::Job;
 use crate::plan::{PlanSettings, Planned, plan_setup};
-use crate::report::InfeasibleReport;
-use crate::{Failure, Stages};
-
-/// A shorter assembly that the job was planned again with.
-#[derive(Clone, Debug, Serialize, JsonSchema)]
-pub struct ReplanTry {
-    /// Name of the holder.
-    pub holder: String,
-    /// Stick-out that it was planned with.
-    pub stick_out_mm: f64,
-    /// CC points with a pose in its program.
-    pub planned_points: usize,
-    /// How many CC points fewer that is than with the assembly that works as the program is.
-    pub lost_points: usize,
-    /// All that its plan leaves out, by reason, with the first place of each.
-    pub left_out: Vec<InfeasibleReport>,
-    /// Faults that its program was found with.
-    pub faults: usize,
-    /// Whether it was taken.
-    pub taken: bool,
-    /// Why it could not be planned at all.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub why_not: Option<String>,
-}
-
-impl ReplanTry {
-    /// As a line to read.
-    pub(super) fn line(&self) -> String {
-        let Self { holder, stick_out_mm, planned_points, lost_points, left_out, faults, taken, why_not } = self;
-        let mark = if *taken { "*" } else { " " };
-        let what = match why_not {
-            Some(why) => why.clone(),
-            None => format!("{planned_points} CC points planned, {lost_points} lost, {faults} faults"),
-        };
-        let lost = left_out.first().filter(|_| *lost_points > 0).map_or_else(String::new, |first| {
-            let [x, y, z] = first.first_place_mm;
-            format!("; first at ({x:.2}, {y:.2}, {z:.2}): {}", first.reason)
-        });
-        format!("  {mark} planned again with {holder} at {stick_out_mm:.2} mm: {what}{lost}\n")
-    }
-}
+use crate::stages::Stages;
 
 /// Stick-outs that are tried of each holder, from its shortest toward the one that works as the program is.
 const STEPS: u32 = 4;
 
 /// Plans the job again with shorter assemblies of the library, the shortest first, and takes the first that plans no
 /// fewer CC points than the assembly that was found, and whose program is without a fault.
-pub(super) fn replan(stage: &Stage<'_>, library: &HolderLibrary, told: &mut FoundLengths) -> Result<(), Failure> {
-    let (job, setup) = (stage.job, stage.request.setup);
+///
+/// # Errors
+/// When the setup cannot be read, or the stages are cancelled.
+pub fn replan_with_shorter_tools(
+    job: &Job,
+    setup: usize,
+    library: &HolderLibrary,
+    told: &mut FoundLengths,
+    stages: &dyn Stages,
+) -> Result<(), Failure> {
     let found = told.tool.clone().map(ToolAssembly::new).transpose();
     let found = found.map_err(|e| Failure::Internal(e.to_string()))?.unwrap_or_else(|| job.tool.clone());
-    let base = planned(job, &found, setup, stage.stages)?;
+    let base = planned(job, &found, setup, stages)?;
     let base_points = base.map(|p| p.report.totals.planned_points).unwrap_or_default();
     for (holder, tool) in candidates(job, library, found.stick_out())? {
         let mut tried = ReplanTry {
@@ -73,7 +40,7 @@ pub(super) fn replan(stage: &Stage<'_>, library: &HolderLibrary, told: &mut Foun
             taken: false,
             why_not: None,
         };
-        let made = match planned(job, &tool, setup, stage.stages)? {
+        let made = match planned(job, &tool, setup, stages)? {
             Ok(made) => made,
             Err(why) => {
                 tried.why_not = Some(why);
@@ -97,7 +64,7 @@ pub(super) fn replan(stage: &Stage<'_>, library: &HolderLibrary, told: &mut Foun
 }
 
 /// A plan of the job with another tool; why it cannot be planned under its own terms.
-fn planned(
+pub(crate) fn planned(
     job: &Job,
     tool: &ToolAssembly,
     setup: usize,

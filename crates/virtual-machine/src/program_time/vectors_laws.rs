@@ -3,8 +3,9 @@ use facemill_feedrate::ProgramBlock;
 use facemill_inverse_kinematics::{AxisValues, Machine};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
-use super::{VectorDecimals, VectorRounding, evened};
-use crate::timing::Run;
+use super::evened;
+use crate::program_time::run::Run;
+use crate::program_time::vectors::{VectorDecimals, VectorRounding};
 
 const LENGTH: f64 = 220.0;
 

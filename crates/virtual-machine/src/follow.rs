@@ -6,15 +6,17 @@ use facemill_nc_program::{
     AxisAt, AxisLetter, AxisWords, Compensation, Dialect, FeedMode, MotionKind, ReadBlock, ReadCommand, ReadMotion,
     RtcpRapids, WordMap, WordMapError, WorkOffset,
 };
-use facemill_virtual_machine::{CountedAxes, RolledWords};
 use nalgebra::{Isometry3, Unit, Vector3};
 
+use crate::{CountedAxes, RolledWords};
+
 /// What turns words into axis values.
-pub(crate) struct Surroundings<'a> {
+pub struct Surroundings<'a> {
     /// The machine, of two heads as one of them sees it.
     pub machine: &'a Machine,
     /// From the gauge line to the tip, mm.
     pub tool_length: f64,
+    /// How words become axis values.
     pub words: &'a WordMap,
     /// Frame of the words under RTCP on the table; `None` where the machine has no X, Y and Z at right angles.
     pub frame: Option<Isometry3<f64>>,
@@ -23,11 +25,16 @@ pub(crate) struct Surroundings<'a> {
 }
 
 /// What a block does to the axes.
-pub(crate) enum Way {
+pub enum Way {
     /// Nothing moves.
     Stands,
     /// At rapid rate from each position to the next.
-    Rapid { positions: Vec<AxisValues>, law: BlockLaw },
+    Rapid {
+        /// Where it begins, where it passes, and where it ends.
+        positions: Vec<AxisValues>,
+        /// Motion between two of them.
+        law: BlockLaw,
+    },
     /// A straight cut between positions that the program has said.
     Cut(FollowedCut),
     /// An arc, a cycle, or a cut whose start or end the program has not said; where it ends, if that is known.
@@ -36,8 +43,10 @@ pub(crate) enum Way {
 
 /// A straight cut.
 #[derive(Clone, Copy)]
-pub(crate) struct FollowedCut {
+pub struct FollowedCut {
+    /// Where it begins.
     pub from: AxisValues,
+    /// Where it ends.
     pub to: AxisValues,
     /// The tool axis as the block's text says it, frame of the words; `None` where rotary words do, or nothing does.
     pub vector: Option<[f64; 3]>,
@@ -65,7 +74,7 @@ enum Known {
 }
 
 /// Follows a program.
-pub(crate) struct Follower<'a> {
+pub struct Follower<'a> {
     at: Surroundings<'a>,
     dialect: Dialect,
     /// Whether the tip goes straight at rapid rate under RTCP.
@@ -87,7 +96,7 @@ impl<'a> Follower<'a> {
     ///
     /// # Errors
     /// None but for words that are not the machine's.
-    pub(crate) fn new(at: Surroundings<'a>, dialect: Dialect, rapids: RtcpRapids) -> Result<Self, String> {
+    pub fn new(at: Surroundings<'a>, dialect: Dialect, rapids: RtcpRapids) -> Result<Self, String> {
         let axes = at.machine.home();
         let letters = at.words.axes().iter().map(|a| (a.letter, 0.0));
         let zeros = AxisWords::from_words(letters).map_err(|e| e.to_string())?;
@@ -102,7 +111,7 @@ impl<'a> Follower<'a> {
     ///
     /// # Errors
     /// What it does to axes or feeds that cannot be followed.
-    pub(crate) fn block(&mut self, block: &ReadBlock) -> Result<Way, String> {
+    pub fn block(&mut self, block: &ReadBlock) -> Result<Way, String> {
         self.read_modes(block)?;
         let Some(motion) = &block.motion else { return Ok(Way::Stands) };
         self.check_frame(motion)?;
@@ -138,7 +147,7 @@ impl<'a> Follower<'a> {
     }
 
     /// From here on it is not known where the axes are until the program says it.
-    pub(crate) fn forget(&mut self) {
+    pub fn forget(&mut self) {
         self.known.fill(Known::Lost);
     }
 
@@ -308,12 +317,12 @@ impl<'a> Follower<'a> {
 
 impl FollowedCut {
     /// Whether F says nothing of how long it takes: the tip stands under RTCP.
-    pub(crate) fn is_free(&self) -> bool {
+    pub fn is_free(&self) -> bool {
         self.mode == FeedMode::Rtcp && self.way <= STANDS
     }
 }
 
 /// Positions one after the other, in pairs.
-pub(crate) fn legs(positions: &[AxisValues]) -> impl Iterator<Item = [&AxisValues; 2]> {
+pub fn legs(positions: &[AxisValues]) -> impl Iterator<Item = [&AxisValues; 2]> {
     positions.windows(2).map(|pair| [&pair[0], &pair[1]])
 }

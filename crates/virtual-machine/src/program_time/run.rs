@@ -8,11 +8,11 @@ use facemill_feedrate::{
 use facemill_inverse_kinematics::{Axis, AxisKind, AxisValues, Machine};
 use facemill_nc_program::{ControlMotion, LimitedBy, RotaryBlocks};
 
-use super::tolerance::{Levers, View, blend_tolerance, moving};
-use super::vectors::{Evened, VectorRounding, evened};
+use crate::program_time::tolerance::{Levers, View, blend_tolerance, moving};
+use crate::program_time::vectors::{Evened, VectorRounding, evened};
 
 /// Moves of one kind, between which the axes need not stand.
-pub(crate) struct Run {
+pub struct Run {
     /// Where the first one starts.
     pub start: AxisValues,
     /// The moves; their least times are those of their feeds.
@@ -24,7 +24,7 @@ pub(crate) struct Run {
 }
 
 /// The law of a run, move by move.
-pub(crate) struct RunLaw {
+pub struct RunLaw {
     /// Times, s.
     pub times: Vec<f64>,
     /// Times at the largest speed of each move, s.
@@ -36,7 +36,7 @@ pub(crate) struct RunLaw {
 }
 
 /// Times runs on a machine.
-pub(crate) struct Timer<'a> {
+pub struct Timer<'a> {
     views: &'a [View<'a>],
     bounds: Vec<AxisBounds>,
     tolerance: ControlTolerance,
@@ -50,7 +50,7 @@ pub(crate) struct Timer<'a> {
 }
 
 /// Limits of axes that a machine file does not give, without which there is no law.
-pub(crate) fn missing_limits(machine: &Machine) -> Vec<MissingLimit> {
+pub fn missing_limits(machine: &Machine) -> Vec<MissingLimit> {
     let missing = |axis: &facemill_inverse_kinematics::Axis| {
         let limits = [("acceleration", axis.max_acceleration), ("jerk", axis.max_jerk)];
         let letter = axis.letter;
@@ -64,24 +64,24 @@ impl<'a> Timer<'a> {
     ///
     /// # Errors
     /// The first axis without a limit.
-    pub(crate) fn new(views: &'a [View<'a>], tolerance: ControlTolerance) -> Result<Self, MissingLimit> {
+    pub fn new(views: &'a [View<'a>], tolerance: ControlTolerance) -> Result<Self, MissingLimit> {
         let bounds = views.first().map_or_else(|| Ok(Vec::new()), |(machine, _)| machine_bounds(machine))?;
         let rapid = views.first().map_or(RapidLaw::Linear, |(machine, _)| machine.motion_law().rapid);
         Ok(Self { views, bounds, tolerance, control: None, rapid, rounding: None, tells_limits: true })
     }
 
     /// The same without what each move is held back by, which takes as long as half of the law.
-    pub(crate) fn without_limits(self) -> Self {
+    pub fn without_limits(self) -> Self {
         Self { tells_limits: false, ..self }
     }
 
     /// The same on a control that runs its blocks so.
-    pub(crate) fn on_control(self, control: &ControlMotion) -> Self {
+    pub fn on_control(self, control: &ControlMotion) -> Self {
         Self { control: Some(control.clone()), ..self }
     }
 
     /// The same where vectors are evened out within their rounding.
-    pub(crate) fn with_rounded_vectors(self, rounding: Option<VectorRounding>) -> Self {
+    pub fn with_rounded_vectors(self, rounding: Option<VectorRounding>) -> Self {
         Self { rounding, ..self }
     }
 
@@ -89,7 +89,7 @@ impl<'a> Timer<'a> {
     ///
     /// # Errors
     /// What is wrong with its blocks.
-    pub(crate) fn time(&self, run: &Run) -> Result<RunLaw, String> {
+    pub fn time(&self, run: &Run) -> Result<RunLaw, String> {
         if run.is_rapid && self.rapid == RapidLaw::PerAxis {
             return self.each_axis_on_its_own(run);
         }

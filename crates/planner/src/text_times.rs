@@ -1,0 +1,144 @@
+//! Times of a program by its text.
+
+use std::collections::BTreeMap;
+
+use facemill_feedrate::{FeedLimit, rapid_time};
+use facemill_inverse_kinematics::Machine;
+use facemill_nc_program::{ControlMotion, Dialect, MotionKind, ProgramReader, RtcpRapids};
+use facemill_virtual_machine::follow::{Follower, Surroundings, Way, legs};
+use facemill_virtual_machine::program_time::program_moves::{Moves, stands};
+use facemill_virtual_machine::program_time::run::{RunLaw, Timer, missing_limits};
+use facemill_virtual_machine::program_time::tolerance::View;
+use nalgebra::Isometry3;
+use rayon::prelude::*;
+
+use crate::moves::MoveKind;
+use crate::program_times::ProgramTimes;
+
+/// A program's text and what it was written from.
+pub(crate) struct TimedText<'a> {
+    pub text: &'a [u8],
+    pub dialect: Dialect,
+    /// How the control runs its blocks.
+    pub control: &'a ControlMotion,
+    /// What the control does at rapid rate under RTCP.
+    pub rapids: RtcpRapids,
+    /// Line of the text of every block of the program.
+    pub block_lines: &'a [u32],
+}
+
+/// What a motion of the text is: its kind, and what sets its feed.
+#[derive(Clone, Copy)]
+pub(crate) struct Meant {
+    /// Line of the text.
+    pub(crate) line: u32,
+    pub(crate) kind: MoveKind,
+    pub(crate) limit: Option<FeedLimit>,
+}
+
+/// Times of a text that anyone may have written, at `constant` speeds ([cuts, rapids] in s) and by the law: the same for anyone who reads it.
+pub(crate) fn times_of_text(
+    views: &[View<'_>],
+    at: Surroundings<'_>,
+    written: &TimedText<'_>,
+    constant: [f64; 2],
+) -> ProgramTimes {
+    let machine = at.machine;
+    let missing = missing_limits(machine);
+    if !missing.is_empty() {
+        return ProgramTimes::constant(constant, missing.iter().map(ToString::to_string).collect());
+    }
+    let laws = motions(at, written, &BTreeMap::new()).and_then(|motions| match motions.not_followed {
+        Some(why) => Err(why),
+        None => Ok((motions.laws(views, machine, written.control)?, motions.meant)),
+    });
+    let (laws, meant) = match laws {
+        Ok(known) => known,
+        Err(why) => return ProgramTimes::constant(constant, vec![format!("not known within acceleration: {why}")]),
+    };
+    let mut sums = [0.0; 2];
+    for (time, meant) in laws.iter().flat_map(|law| &law.times).zip(&meant) {
+        sums[usize::from(meant.kind == MoveKind::Rapid)] += time;
+    }
+    ProgramTimes::by_law(constant, sums)
+}
+
+/// The motions of a text.
+#[derive(Default)]
+pub(crate) struct Motions {
+    /// In runs between stops.
+    pub(crate) moves: Moves,
+    /// What each is.
+    pub(crate) meant: Vec<Meant>,
+    /// Time of all rapids at the axes' largest velocities, s.
+    pub(crate) rapid_time: f64,
+    /// The first motion that cannot be followed.
+    pub(crate) not_followed: Option<String>,
+    pub(crate) frame: Option<Isometry3<f64>>,
+}
+
+impl Motions {
+    /// The times of each run.
+    pub(crate) fn laws(
+        &self,
+        views: &[View<'_>],
+        machine: &Machine,
+        control: &ControlMotion,
+    ) -> Result<Vec<RunLaw>, String> {
+        let timer = Timer::new(views, machine.motion_law().control_tolerance).map_err(|e| e.to_string())?;
+        let timer = timer.on_control(control).with_rounded_vectors(self.moves.vector_rounding(self.frame));
+        self.moves.runs().par_iter().map(|run| timer.time(run)).collect()
+    }
+}
+
+/// The motions of the text in runs between stops, and what each is.
+pub(crate) fn motions(
+    at: Surroundings<'_>,
+    written: &TimedText<'_>,
+    planned: &BTreeMap<u32, Meant>,
+) -> Result<Motions, String> {
+    let view = (at.machine, at.tool_length);
+    let mut all = Motions { frame: at.frame, ..Motions::default() };
+    let mut follower = Follower::new(at, written.dialect, written.rapids)?;
+    let mut reader = ProgramReader::new(written.dialect);
+    for line in written.text.split_inclusive(|byte| *byte == b'\n') {
+        // What is not understood is a finding of the run.
+        let Ok(Some(block)) = reader.read_line(line) else { continue };
+        let stands = stands(&block);
+        if stands {
+            all.moves.stop();
+        }
+        match follower.block(&block) {
+            Ok(Way::Rapid { positions, law }) => {
+                for [from, to] in legs(&positions) {
+                    all.rapid_time += rapid_time(view.0, law, from, to, view.1);
+                    all.moves.rapid(view, law, [from, to]);
+                    all.meant.push(Meant { line: block.line, kind: MoveKind::Rapid, limit: None });
+                }
+                if block.motion.as_ref().is_some_and(|m| m.kind == MotionKind::ReferenceReturn) {
+                    all.moves.stop();
+                }
+            }
+            Ok(Way::Cut(cut)) => {
+                all.moves.cut(&cut, cut.time.unwrap_or(0.0));
+                let unknown = Meant { line: block.line, kind: MoveKind::Approach, limit: None };
+                all.meant.push(planned.get(&block.line).copied().unwrap_or(unknown));
+            }
+            Ok(Way::Stands) => {}
+            Ok(Way::Other(_)) => {
+                all.moves.stop();
+                all.not_followed
+                    .get_or_insert_with(|| format!("line {} is no straight way between known places", block.line));
+            }
+            Err(why) => {
+                follower.forget();
+                all.moves.stop();
+                all.not_followed.get_or_insert_with(|| format!("line {}: {why}", block.line));
+            }
+        }
+        if stands {
+            all.moves.stop();
+        }
+    }
+    Ok(all)
+}

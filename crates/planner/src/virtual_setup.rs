@@ -1,0 +1,91 @@
+//! The machine of a setup with all that is on it, for the virtual machine.
+
+use facemill_cutter_location::Pieces;
+use facemill_nc_program::{Dialect, WordMap};
+use facemill_virtual_machine::{Finding, ObstacleKind, Verification, VerifyError, VirtualObstacle, VirtualSetup};
+use nalgebra::Isometry3;
+
+use crate::failure::Failure;
+use crate::load::{Job, Setup};
+use crate::obstacle_meshes::ObstacleRole;
+use crate::verify_program::register_in;
+
+/// Why a program was not run.
+pub(crate) fn not_verified(e: VerifyError) -> Failure {
+    match e {
+        VerifyError::Cancelled(_) => Failure::Interrupted,
+        other => Failure::Internal(other.to_string()),
+    }
+}
+
+/// What stands on the table, for the virtual machine.
+pub(crate) fn virtual_obstacles<'a>(setup: &'a Setup<'_>) -> Vec<VirtualObstacle<'a>> {
+    setup
+        .obstacles
+        .iter()
+        .filter(|o| o.role != ObstacleRole::Table)
+        .map(|o| VirtualObstacle {
+            name: o.name.clone(),
+            mesh: &o.tree,
+            kind: match o.role {
+                ObstacleRole::Part => ObstacleKind::Part,
+                ObstacleRole::Check => ObstacleKind::Check,
+                ObstacleRole::Fixture | ObstacleRole::Table => ObstacleKind::Fixture,
+                ObstacleRole::Stock => ObstacleKind::Stock,
+            },
+            allowance: o.allowance,
+            stock: match o.role {
+                ObstacleRole::Part | ObstacleRole::Check => setup.stock_thickness.max(o.allowance),
+                // Everything keeps off a fixture by its allowance.
+                ObstacleRole::Fixture | ObstacleRole::Table | ObstacleRole::Stock => o.allowance,
+            },
+        })
+        .collect()
+}
+
+/// Says of an obstacle that is several files or groups which of them is at a place.
+pub(crate) fn name_obstacle(name: &mut String, place: [f64; 3], setup: &Setup<'_>) {
+    if let Some(o) = setup.obstacles.iter().find(|o| o.name == *name) {
+        *name = o.name_at(&place.into());
+    }
+}
+
+/// The same of every finding.
+pub(crate) fn name_obstacles_of(findings: &mut [Finding], setup: &Setup<'_>) {
+    for finding in findings {
+        if let (Some(obstacle), Some(place)) = (&mut finding.obstacle, finding.place_work_mm) {
+            name_obstacle(obstacle, place, setup);
+        }
+    }
+}
+
+/// The same of everything that a run tells.
+pub(crate) fn name_obstacles(verification: &mut Verification, setup: &Setup<'_>) {
+    let name = |name: &mut String, place: [f64; 3]| name_obstacle(name, place, setup);
+    name_obstacles_of(&mut verification.findings, setup);
+    let in_sections = verification.sections.iter_mut().filter_map(|s| s.largest_gouge.as_mut());
+    for g in verification.largest_gouge.iter_mut().chain(in_sections) {
+        name(&mut g.obstacle, g.place_work_mm);
+    }
+    if let Some(c) = &mut verification.smallest_clearance {
+        name(&mut c.obstacle, c.place_work_mm);
+    }
+}
+
+pub(crate) fn virtual_setup<'a>(
+    dialect: Dialect,
+    job: &'a Job,
+    setup: &'a Setup<'_>,
+    words: &'a WordMap,
+    frame: Isometry3<f64>,
+) -> VirtualSetup<'a> {
+    VirtualSetup {
+        machine: &job.machine,
+        table_from_work: setup.table_from_work,
+        words,
+        table_from_rtcp_words: frame,
+        tool: &job.tool,
+        length_register: register_in(dialect, job),
+        obstacles: virtual_obstacles(setup),
+    }
+}
