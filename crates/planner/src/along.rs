@@ -7,15 +7,15 @@ use facemill_tool_model::{Cusp, Outline};
 use nalgebra::{Isometry3, Point3};
 use rayon::prelude::*;
 
-use crate::chips::{Chip, ChipSite, ROUGH_THICKNESS, StockTop, THICKNESS_ACCURACY};
 use crate::failure::Failure;
 use crate::job_file::{FeedsFile, OperationFile};
 use crate::load::{Job, Setup};
-use crate::moves::{MoveKind, PieceMoves};
 use crate::operation::neighbour_reach;
 use crate::pattern::places;
-use crate::pieces::Piece;
 use crate::stages::{CHIPS, Stages};
+use facemill_tool_path::chips::{Chip, ChipSite, ROUGH_THICKNESS, StockTop, THICKNESS_ACCURACY};
+use facemill_tool_path::moves::{MoveKind, PieceMoves};
+use facemill_tool_path::pieces::Piece;
 
 /// What is known at a cut of a piece besides its pose.
 #[derive(Clone, Copy, Debug)]

@@ -17,11 +17,11 @@ use rayon::prelude::*;
 
 use crate::failure::Failure;
 use crate::operation::pass_tasks;
-use crate::pieces::LaidTask;
-use crate::pole::Tests;
 use crate::pole_detours::Detours;
 use crate::stages::ADDED;
 use crate::stages::Stages;
+use facemill_tool_path::pieces::LaidTask;
+use facemill_tool_path::pole::Tests;
 
 /// Passes with the poses of their points, in cutting order.
 #[derive(Clone)]

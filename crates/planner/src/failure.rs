@@ -1,6 +1,8 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use facemill_tool_path::path_error::PathError;
+
 /// Why the planner did not do what was asked. A plan with findings is no failure: it is a result.
 #[derive(Debug, thiserror::Error)]
 pub enum Failure {
@@ -54,6 +56,16 @@ impl Failure {
             Self::Write { .. } | Self::Internal(_) => 3,
             Self::Interrupted => 130,
         })
+    }
+}
+
+impl From<PathError> for Failure {
+    fn from(error: PathError) -> Self {
+        match error {
+            PathError::Blocked(why) => Self::Infeasible(why),
+            PathError::Fault(why) => Self::Internal(why),
+            PathError::Cancelled => Self::Interrupted,
+        }
     }
 }
 

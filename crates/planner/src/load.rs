@@ -7,6 +7,7 @@ use facemill_inverse_kinematics::{AxisKind, BlockLaw, BodyPose, Carrier, Machine
 use facemill_nc_program::{AxisWords, FeedMode, LAST_PROGRAM_NUMBER, PostSettings, ReadError, RtcpRapids, WorkOffset};
 use facemill_surface_model::{Group, Surface, SurfaceSettings, TriMesh};
 use facemill_tool_model::ToolAssembly;
+use facemill_tool_path::links::LinkScene;
 use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
 
 use crate::clearance_surface::clearance_surface;
@@ -326,6 +327,16 @@ impl<'a> Setup<'a> {
                 .iter()
                 .find(|hit| !hit.from_outside)
                 .map_or(0.0, |hit| hit.point.distance),
+        }
+    }
+
+    /// Machine, tool and workpiece for links.
+    pub(crate) fn link_scene<'j>(&self, job: &'j Job) -> LinkScene<'j> {
+        LinkScene {
+            machine: &job.machine,
+            tool_length: job.tool.gauge_length(),
+            table_from_work: self.table_from_work,
+            clearance: clearance_surface(&self.file.clearance),
         }
     }
 

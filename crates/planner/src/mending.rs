@@ -6,11 +6,11 @@ use facemill_cutter_location::{Hints, PoseTest};
 use facemill_virtual_machine::{Certificate, Certificates, FindingKind, Verification};
 
 use crate::cell::{pass_settings, workcell};
-use crate::linearity::turned_near;
 use crate::move_settings::cut_linearity;
-use crate::moves::{Move, MoveKind};
 use crate::operation::{Ground, PlannedOperation};
-use crate::pieces::{Filler, PosePair};
+use facemill_tool_path::linearity::turned_near;
+use facemill_tool_path::moves::{Move, MoveKind};
+use facemill_tool_path::pieces::{Filler, PosePair};
 
 /// Rounds of writing, running and mending: each halves the blocks that are mended.
 pub(crate) const ROUNDS: usize = 4;

@@ -9,9 +9,9 @@ use facemill_tool_model::Cutter;
 use crate::cell::diagonal;
 use crate::clearance_surface::clearance_surface;
 use crate::job_file::{ApproachFile, ArcFile, OperationFile, PassOrderFile};
-use crate::linearity::Linearity;
 use crate::load::{Job, Setup};
-use crate::moves::MoveSettings;
+use facemill_tool_path::linearity::Linearity;
+use facemill_tool_path::moves::MoveSettings;
 
 /// How far the control may stray in cuts, entries and exits of an operation.
 pub(crate) fn cut_linearity(job: &Job, operation: &OperationFile) -> Linearity {

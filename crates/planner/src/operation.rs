@@ -22,18 +22,18 @@ use crate::failure::Failure;
 use crate::job_file::{InfeasibleFile, OperationFile, PathFile};
 use crate::load::{Job, Setup};
 use crate::move_settings::move_settings;
-use crate::moves::{Move, OperationMoves, operation_moves};
 use crate::path::lay;
 use crate::pattern::places;
-use crate::pieces::{LaidTask, LeftOut, Piece, copy_outcomes, filled, split};
 use crate::plan::Clock;
-use crate::pole::Tests;
 use crate::pole_detours::Detours;
 use crate::reach::check_reach;
 use crate::solution_space::mapped_range;
 use crate::solution_svg::map_svg;
 use crate::stages::{BETWEEN, HELP, LAY, LINKS, PICTURE, PLACES, POSTURES, Stages};
-use crate::winding::wound;
+use facemill_tool_path::moves::{Move, OperationMoves, operation_moves};
+use facemill_tool_path::pieces::{LaidTask, LeftOut, Piece, copy_outcomes, filled, split};
+use facemill_tool_path::pole::Tests;
+use facemill_tool_path::winding::wound;
 
 /// What all operations of a setup stand on.
 pub(crate) struct Ground<'a> {

@@ -17,7 +17,6 @@ use crate::cell::budget;
 use crate::failure::Failure;
 use crate::load::{Job, Setup};
 use crate::mending::CutBlock;
-use crate::moves::MoveKind;
 use crate::operation::PlannedOperation;
 use crate::program::{BlockWriter, Timed};
 use crate::program_spec::program_spec;
@@ -38,6 +37,7 @@ use crate::verify_program::removal_of;
 use crate::verify_stock::{CutDone, CutRequest, Stand, cut_stock};
 use crate::virtual_setup::{name_obstacles, not_verified, virtual_obstacles};
 use crate::word_map::{rtcp_frame, table_from_rtcp_words};
+use facemill_tool_path::moves::MoveKind;
 use facemill_virtual_machine::follow::Surroundings;
 
 /// What a program says of itself that was not run on the virtual machine.

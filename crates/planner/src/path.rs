@@ -15,7 +15,7 @@ use crate::job_file::{
 };
 use crate::load::{Job, Setup};
 use crate::part_size::unit_advice;
-use crate::pieces::LaidTask;
+use facemill_tool_path::pieces::LaidTask;
 
 /// A pass, and whether the uncut stock lies to the left of its feed.
 type SidedPass = (Pass<CcPoint>, bool);

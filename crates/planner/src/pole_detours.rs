@@ -18,9 +18,9 @@ use facemill_tool_model::{Cusp, Outline, cusp_height_between};
 use rayon::prelude::*;
 
 use crate::failure::Failure;
-use crate::pole::Tests;
 use crate::stages::DETOURS;
 use crate::stages::Stages;
+use facemill_tool_path::pole::Tests;
 use facemill_virtual_machine::program_time::run::{Run, Timer};
 
 /// Angle to the pole within which lost time is put down to it, rad: farther away the first rotary axis turns less than six times

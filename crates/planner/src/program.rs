@@ -13,13 +13,13 @@ use crate::failure::Failure;
 use crate::job_file::{FeedsFile, OperationFile};
 use crate::load::{Job, Setup};
 use crate::mending::CutBlock;
-use crate::moves::{Move, MoveKind, OperationMoves};
 use crate::program_spec::coolant;
 use crate::report::TimeLawReport;
 use crate::timing::TimedMove;
 use crate::tip_feed::{CutFeed, FeedLaw, programmed_feed};
 use crate::vector_blocks::VectorBlocks;
 use crate::word_map::{rtcp_start_axes, table_from_rtcp_words};
+use facemill_tool_path::moves::{Move, MoveKind, OperationMoves};
 
 /// Turn of the tool that is none, rad: rounding of forward kinematics.
 const SAME_DIRECTION: f64 = 1e-9;

@@ -10,7 +10,7 @@ use crate::load::{Job, Setup};
 use crate::obstacle_meshes::ObstacleRole;
 use crate::part_size::unit_advice;
 use crate::pattern::places;
-use crate::pieces::LaidTask;
+use facemill_tool_path::pieces::LaidTask;
 
 /// CC points and directions of tilt that are tried, and steps of tilt, deg. More than any operation searches, so that none
 /// is refused that could be planned.

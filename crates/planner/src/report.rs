@@ -12,13 +12,13 @@ use serde::Serialize;
 use crate::job_file::PostureModeFile;
 use crate::job_settings::JobSetting;
 use crate::made_from::MadeFrom;
-use crate::pass_order::PassOrderReport;
 use crate::program_stamp::ProgramStamp;
 use crate::program_times::ProgramTimes;
 use crate::remaining_report::RemainingReport;
 use crate::report_links::LinksReport;
 use crate::report_pairs::PairReport;
 use crate::report_stock::PlannedStockReport;
+use facemill_tool_path::pass_order::PassOrderReport;
 
 pub use crate::report_chips::{ChipsReport, FeedsSetByReport, SpreadReport};
 pub use crate::report_cusps::{CuspReasonReport, CuspsKeptReport};

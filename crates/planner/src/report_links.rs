@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::rapids::ways::WayKind;
+use facemill_tool_path::links::ways::WayKind;
 
 /// The links between the passes of a setup.
 #[derive(Clone, Debug, Serialize, JsonSchema)]

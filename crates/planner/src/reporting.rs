@@ -15,10 +15,7 @@ use crate::chip_points::chips_report;
 use crate::cusps_kept::cusps_kept;
 use crate::load::{Job, Setup};
 use crate::made_from::MadeFrom;
-use crate::moves::{MoveKind, PieceMoves};
 use crate::operation::PlannedOperation;
-use crate::pass_order::PassOrderReport;
-use crate::pieces::{Cut, LeftOut, Piece};
 use crate::program::Timed;
 use crate::program_times::ProgramTimes;
 use crate::report::{
@@ -29,6 +26,9 @@ use crate::report_links::LinksReport;
 use crate::report_stock::{PlannedStockReport, not_asked};
 use crate::rotary_motion::rotary_report;
 use crate::turning::Turning;
+use facemill_tool_path::moves::{MoveKind, PieceMoves};
+use facemill_tool_path::pass_order::PassOrderReport;
+use facemill_tool_path::pieces::{Cut, LeftOut, Piece};
 
 /// Sums, extremes and details of planned operations and of the run of their program; `jobs` are the job as each operation's head
 /// sees it.

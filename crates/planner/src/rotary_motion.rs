@@ -2,8 +2,8 @@
 
 use facemill_inverse_kinematics::{AxisKind, Machine};
 
-use crate::pieces::Cut;
 use crate::report::RotaryReport;
+use facemill_tool_path::pieces::Cut;
 
 /// Back and forth by less than this is rounding, rad.
 const DEAD_BAND: f64 = 0.01 * std::f64::consts::PI / 180.0;

@@ -10,13 +10,13 @@ use crate::job_file::OperationFile;
 use crate::load::{Job, Setup};
 use crate::operation::settle_branch;
 use crate::path::lay;
-use crate::pieces::LaidTask;
 use crate::solution_space_file::{
     AreaFile, CellFile, PostureFile, ReasonFile, ReasonKind, SolutionSpaceFile, SolutionSpaceFormat, StateFile,
 };
 use crate::solution_svg::map_svg;
 use crate::stages::Stages;
 use crate::validate::belongs;
+use facemill_tool_path::pieces::LaidTask;
 
 /// Which CC point is mapped, and how finely.
 #[derive(Clone, Debug)]

@@ -3,7 +3,6 @@
 use facemill_virtual_machine::{Assumption, WindUp};
 
 use crate::duration_text::clock;
-use crate::pass_order::PassOrderReport;
 use crate::remaining_report::RemainingReport;
 use crate::report::{
     CertifiedReport, ChipsReport, CuspsKeptReport, HeldBackReport, LostTimeReport, PosturesReport, Report,
@@ -13,6 +12,7 @@ use crate::report_links::LinksReport;
 use crate::report_pairs::PairReport;
 use crate::report_stock::StockReport;
 use crate::report_stock::{OWN_STOCK, PlannedStockReport};
+use facemill_tool_path::pass_order::PassOrderReport;
 
 /// A few lines for a person.
 pub fn summary(report: &Report) -> String {

@@ -12,8 +12,8 @@ use facemill_virtual_machine::program_time::tolerance::View;
 use nalgebra::Isometry3;
 use rayon::prelude::*;
 
-use crate::moves::MoveKind;
 use crate::program_times::ProgramTimes;
+use facemill_tool_path::moves::MoveKind;
 
 /// A program's text and what it was written from.
 pub(crate) struct TimedText<'a> {

@@ -1,8 +1,8 @@
 //! Speed of the tool tip that a move is programmed with: the user's, and what chips make of it.
 
-use crate::chips::Chip;
 use crate::job_file::FeedsFile;
-use crate::moves::MoveKind;
+use facemill_tool_path::chips::Chip;
+use facemill_tool_path::moves::MoveKind;
 
 /// What set the tip feed of a move.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -6,11 +6,11 @@ use facemill_inverse_kinematics::{AxisKind, Branch};
 use crate::job_file::OperationFile;
 use crate::load::Job;
 use crate::lost_time::lost_times;
-use crate::moves::{Move, MoveKind};
 use crate::operation::PlannedOperation;
 use crate::output::Texts;
 use crate::report::{RewindReport, RewindsReport, SingularBlocks};
 use crate::report_lost_time::LostTimeReport;
+use facemill_tool_path::moves::{Move, MoveKind};
 
 /// Angle to the pole up to which an axis that cannot follow the feed is said to race because of it, rad: farther away it turns
 /// less than eleven times as fast as the tool axis.
@@ -108,7 +108,7 @@ pub(crate) fn rewinds_report(job: &Job, driven: &[Driven<'_>], branch_changes: u
 /// How often the machine goes over to its other branch between pieces.
 fn branch_changes(operations: &[PlannedOperation<'_>]) -> usize {
     let ends = operations.iter().flat_map(|o| &o.moves.pieces).filter_map(|p| {
-        let branch = |cut: &crate::pieces::Cut| cut.pose.configuration.branch;
+        let branch = |cut: &facemill_tool_path::pieces::Cut| cut.pose.configuration.branch;
         Some([p.piece.cuts.first().map(branch)?, p.piece.cuts.last().map(branch)?])
     });
     let ends: Vec<[Branch; 2]> = ends.collect();

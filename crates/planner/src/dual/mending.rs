@@ -11,7 +11,7 @@ use super::pair::run_planner;
 use super::plan::{DualGround, Part};
 use crate::mending::lines_to_mend;
 use crate::move_settings::move_settings;
-use crate::moves::MoveKind;
+use facemill_tool_path::moves::MoveKind;
 
 /// Lines of blocks in which a cutter goes deeper than allowed, or that could not be certified, for either head.
 pub(crate) fn lines(

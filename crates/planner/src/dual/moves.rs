@@ -9,10 +9,10 @@ use nalgebra::{Unit, Vector3};
 use rayon::prelude::*;
 
 use super::runs::{Causes, Run};
-use crate::chips::Chip;
 use crate::failure::Failure;
-use crate::linearity::turned_near;
-use crate::moves::{Move, MoveKind, MoveSettings, blocked_way};
+use facemill_tool_path::chips::Chip;
+use facemill_tool_path::linearity::turned_near;
+use facemill_tool_path::moves::{Move, MoveKind, MoveSettings, blocked_way};
 
 /// A move of the whole machine.
 #[derive(Clone, Copy, Debug)]
@@ -296,7 +296,7 @@ impl DualMover<'_, '_> {
             let clearance = RAPID_SHARE * self.settings[h].link.rapid_clearance;
             let block = Linker::new(self.test.tests[h], &self.settings[h].link).rapid_block(from, to, clearance);
             let what = format!("head {}: no way between passes of both heads", h + 1);
-            block.err().map(|blocked| blocked_way(self.test.tests[h], &what, &blocked))
+            block.err().map(|blocked| blocked_way(self.test.tests[h], &what, &blocked).into())
         })
     }
 

@@ -18,7 +18,6 @@ use crate::cell::budget;
 use crate::failure::Failure;
 use crate::heads_merged::merged_runs;
 use crate::job_file::OperationFile;
-use crate::moves::MoveKind;
 use crate::operation::PlannedOperation;
 use crate::output::NOT_VERIFIED;
 use crate::program::Timed;
@@ -30,6 +29,7 @@ use crate::timing::text::time_text;
 use crate::timing::{Written, time_program};
 use crate::tip_feed::programmed_feed;
 use crate::virtual_setup::{name_obstacles, not_verified, virtual_obstacles};
+use facemill_tool_path::moves::MoveKind;
 use facemill_virtual_machine::follow::Surroundings;
 use facemill_virtual_machine::program_time::tolerance::View;
 

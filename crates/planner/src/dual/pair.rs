@@ -17,13 +17,13 @@ use crate::along::along_passes;
 use crate::failure::Failure;
 use crate::job_file::{OperationFile, PairFile};
 use crate::move_settings::move_settings;
-use crate::moves::{Move, MoveKind, MoveSettings, OperationMoves, PieceMoves, operation_moves};
 use crate::operation::PlannedOperation;
-use crate::pieces::{Cut, LeftOut, Piece};
 use crate::plan::Clock;
 use crate::program::BlockWriter;
 use crate::report_pairs::PairSplit;
 use crate::stages::Stages;
+use facemill_tool_path::moves::{Move, MoveKind, MoveSettings, OperationMoves, PieceMoves, operation_moves};
+use facemill_tool_path::pieces::{Cut, LeftOut, Piece};
 
 /// Plans two operations at once.
 pub(crate) struct PairPlanner<'p, 'a> {

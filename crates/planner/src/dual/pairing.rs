@@ -3,7 +3,7 @@
 use facemill_cl_data::CcPoint;
 use facemill_cutter_location::PairStation;
 
-use crate::pieces::Piece;
+use facemill_tool_path::pieces::Piece;
 
 /// A piece of each operation, cut at the same time.
 #[derive(Clone, Debug)]

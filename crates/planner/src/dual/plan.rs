@@ -21,7 +21,6 @@ use crate::made_from::MadeFrom;
 use crate::mending::ROUNDS;
 use crate::mesh_winding::check_winding;
 use crate::move_settings::move_settings;
-use crate::moves::{Move, MoveSettings, PieceMoves};
 use crate::open_meshes::open_stock;
 use crate::operation::{Ground, PlannedOperation};
 use crate::output::check_feeds;
@@ -35,6 +34,7 @@ use crate::stages::Stages;
 use crate::stages::{READ, TIMES, WRITE};
 use crate::timing::control_assumption;
 use crate::word_map::dual_word_map;
+use facemill_tool_path::moves::{Move, MoveSettings, PieceMoves};
 
 /// What both heads stand on.
 pub(crate) struct DualGround<'a> {

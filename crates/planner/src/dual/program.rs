@@ -9,11 +9,11 @@ use super::moves::DualMove;
 use crate::failure::Failure;
 use crate::job_file::FeedsFile;
 use crate::load::{Job, Setup};
-use crate::moves::MoveKind;
 use crate::program::Timed;
 use crate::timing::TimedMove;
 use crate::tip_feed::{CutFeed, FeedLaw, programmed_feed};
 use crate::word_map::head_spec;
+use facemill_tool_path::moves::MoveKind;
 
 /// What a part of a program is timed by.
 #[derive(Clone, Copy)]

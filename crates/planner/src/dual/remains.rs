@@ -11,8 +11,8 @@ use super::moves::{DualMover, ReachedRun};
 use super::pairing::{PiecePair, length, stations};
 use super::runs::{Causes, Gap, Run, RunPlanner, gaps, part_of};
 use crate::failure::Failure;
-use crate::moves::reach;
-use crate::pieces::Piece;
+use facemill_tool_path::moves::reach;
+use facemill_tool_path::pieces::Piece;
 
 /// What is done with what runs leave.
 pub(crate) struct Remains<'m, 'r, 'a> {

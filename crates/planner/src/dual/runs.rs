@@ -9,8 +9,8 @@ use facemill_cutter_location::{
 use facemill_inverse_kinematics::AxisKind;
 
 use super::pairing::{PiecePair, Station, between};
-use crate::linearity::Linearity;
-use crate::pieces::Piece;
+use facemill_tool_path::linearity::Linearity;
+use facemill_tool_path::pieces::Piece;
 
 /// Both heads at CC points.
 #[derive(Clone, Copy, Debug)]

@@ -8,9 +8,9 @@ use super::output::DualTexts;
 use super::plan::{DualGround, Part};
 use super::program::DualTimes;
 use super::runs::Stop;
-use crate::moves::{Move, MoveKind};
 use crate::report_pairs::PairReport;
 use crate::turning::{Driven, Turning, rewinds_report, singular_blocks};
+use facemill_tool_path::moves::{Move, MoveKind};
 
 impl DualTexts {
     /// Axes that turn back or race at the pole, of either head.

@@ -3,14 +3,14 @@
 use facemill_nc_program::read_program;
 use facemill_virtual_machine::{Finding, Verification, joined};
 
-use super::clock::LinkClock;
 use super::numbered::{replaced, without_numbers};
 use super::{Found, Rapids, Stage, verified};
 use crate::failure::Failure;
 use crate::rapids::report::{LinkReport, RAPIDS_FORMAT, RapidsFile};
-use crate::rapids::ways::WayKind;
 use crate::stages::Stages;
 use crate::verify_program::Verified;
+use facemill_tool_path::links::clock::LinkClock;
+use facemill_tool_path::links::ways::WayKind;
 
 /// How often links with new findings get their old lines back before nothing is changed.
 const ROUNDS: usize = 4;

@@ -1,35 +1,25 @@
 //! Faster links for a program that exists: each replaced by the fastest way that is proven free, against the stock as it is then.
 
-pub(crate) mod choose;
-pub(crate) mod clock;
 pub(crate) mod finish;
 pub(crate) mod numbered;
 pub(crate) mod planned;
 pub(crate) mod planned_report;
 pub(crate) mod report;
-pub(crate) mod text;
-pub(crate) mod tour;
-#[cfg(test)]
-pub(crate) mod way_scenes;
-pub(crate) mod ways;
-#[cfg(test)]
-pub(crate) mod ways_laws;
 
 use std::path::Path;
 
-use choose::{Choice, Chooser, Chosen};
-use clock::LinkClock;
-use facemill_inverse_kinematics::{Axis, AxisValues, Machine};
+use facemill_inverse_kinematics::{Axis, AxisValues};
 use facemill_nc_program::{Dialect, ReadProgram, WordMap};
+use facemill_tool_path::links::choose::{Choice, Chosen};
+use facemill_tool_path::links::clock::LinkClock;
+use facemill_tool_path::links::fastest;
+use facemill_tool_path::links::words::{LinkLines, LinkWords, RapidForm, link_lines, turns_shorter};
 use facemill_virtual_machine::{
     LinkHold, LinkSettings, LinkStage, ProgramLink, VerifySettings, VirtualSetup, run_links,
 };
 use finish::finish;
 use nalgebra::Isometry3;
-use text::{LinkLines, LinkWords, RapidForm, link_lines, turns_shorter};
-use ways::Ends;
 
-use crate::clearance_surface::clearance_surface;
 use crate::failure::Failure;
 use crate::load::{Job, Setup};
 use crate::stages::{SHORTEN, Stages};
@@ -42,9 +32,9 @@ use crate::virtual_setup::{not_verified, virtual_setup};
 use crate::word_map::{rtcp_frame, word_map};
 
 pub use crate::report_links::{LinksReport, PlannedLinkReport, ShortenedLinks};
+pub use facemill_tool_path::links::tour::{Tour, TourCosts, TourError, shortest_tour};
+pub use facemill_tool_path::links::ways::WayKind;
 pub use report::{LinkReport, RAPIDS_FORMAT, RapidsFile};
-pub use tour::{Tour, TourCosts, TourError, shortest_tour};
-pub use ways::WayKind;
 
 /// How a program's links are looked at.
 #[derive(Clone, Debug)]
@@ -197,7 +187,7 @@ impl Stage<'_> {
         };
         let writer = self.writer(at);
         let rounded = |axes: &AxisValues| writer.rounded(own.compensation(), axes).map(|(_, rounded)| rounded);
-        let choice = fastest(self.job, self.setup, clock, (link, stage), &rounded)?;
+        let choice = fastest(&self.setup.link_scene(self.job), clock, (link, stage), &rounded)?;
         let Choice { before, lower_bound, better, .. } = choice;
         let said = |way: &Chosen| writer.lines(&self.form, self.turns_shorter, &own, &way.through);
         let (better, kept_because) = match better.map(|way| said(&way).map(|texts| (way, texts))).transpose() {
@@ -216,38 +206,6 @@ impl Stage<'_> {
             decimals: self.job.post.decimals(),
         }
     }
-}
-
-/// The fastest free way of a link, through positions as `rounded` gives them.
-///
-/// # Errors
-/// When a way cannot be timed.
-fn fastest(
-    job: &Job,
-    setup: &Setup<'_>,
-    clock: &LinkClock<'_>,
-    (link, stage): (&ProgramLink, &LinkStage<'_, '_>),
-    rounded: &(dyn Fn(&AxisValues) -> Option<AxisValues> + Sync),
-) -> Result<Choice, String> {
-    let machine = &job.machine;
-    let surface = clearance_surface(&setup.file.clearance);
-    let ends = Ends {
-        machine,
-        tool_length: job.tool.gauge_length(),
-        table_from_work: setup.table_from_work,
-        surface: &surface,
-        start: link.start,
-        end: link.ends.last().copied().unwrap_or(link.start),
-        spindle: spindle_of(machine),
-    };
-    Chooser { ends: &ends, clock, law: link.law, rounded }.choose(link, stage)
-}
-
-/// Index of the linear axis along the spindle where the rotary axes are at 0, and the sign of its motion away from the work.
-fn spindle_of(machine: &Machine) -> (usize, f64) {
-    let travel = machine.length_compensation_travel().unwrap_or_else(|| AxisValues::zeros(machine.axes().len()));
-    let spindle = (0..travel.len()).max_by(|&a, &b| travel[a].abs().total_cmp(&travel[b].abs())).unwrap_or(0);
-    (spindle, travel[spindle].signum())
 }
 
 /// Why a link is not looked at.

@@ -8,13 +8,7 @@ use facemill_virtual_machine::{
 };
 use facemill_z_map::DexelMap;
 
-use super::choose::Choice;
-use super::clock::LinkClock;
-use super::fastest;
-use super::text::LinkWords;
-use super::ways::WayKind;
 use crate::failure::Failure;
-use crate::moves::{Move, MoveKind};
 use crate::operation::PlannedOperation;
 use crate::output::{OwnProgram, Texts};
 use crate::report_links::{PlannedLinkReport, ShortenedLinks};
@@ -22,6 +16,12 @@ use crate::stages::SHORTEN;
 use crate::stages::Stages;
 use crate::virtual_setup::not_verified;
 use crate::word_map::table_from_rtcp_words;
+use facemill_tool_path::links::choose::Choice;
+use facemill_tool_path::links::clock::LinkClock;
+use facemill_tool_path::links::fastest;
+use facemill_tool_path::links::ways::WayKind;
+use facemill_tool_path::links::words::LinkWords;
+use facemill_tool_path::moves::{Move, MoveKind};
 
 /// Share of the rapid clearance that is proven to be kept from the stock as it was at first: links begin and end at the whole of it,
 /// and the control may leave them by a little.
@@ -290,7 +290,7 @@ impl Seeker<'_> {
             FeedMode::G94 | FeedMode::G93 => Compensation::Length(job.tool.length_register()),
         };
         let rounded = |axes: &AxisValues| self.words.rounded(compensation, axes).map(|(_, rounded)| rounded);
-        fastest(job, setup, self.clock, (link, stage), &rounded)
+        fastest(&setup.link_scene(job), self.clock, (link, stage), &rounded)
     }
 
     fn rapids(&self, over: &[AxisValues]) -> Vec<Move> {

@@ -3,9 +3,9 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::ways::WayKind;
 use crate::duration_text::clock;
 use crate::program_stamp::ProgramStamp;
+use facemill_tool_path::links::ways::WayKind;
 
 /// Value of the key `format` in the file.
 pub const RAPIDS_FORMAT: &str = "facemill-rapids/1";

@@ -19,10 +19,10 @@ use rayon::prelude::*;
 use crate::failure::Failure;
 use crate::job_file::FeedsWithin;
 use crate::load::Job;
-use crate::moves::MoveKind;
 use crate::program::Timed;
 use crate::report::{HeldBackReport, TimeLawReport, VectorTimeReport};
 use crate::tip_feed::FeedLaw;
+use facemill_tool_path::moves::MoveKind;
 
 /// What the times of a program by the law rest on where nobody has checked it against the control.
 pub(crate) fn control_assumption(job: &Job, timed: &Timed) -> Option<Assumption> {

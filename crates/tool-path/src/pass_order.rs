@@ -1,5 +1,6 @@
 //! In which order the pieces of an operation's passes are cut.
 
+use crate::moves::Reached;
 use facemill_cl_data::Monitor;
 use facemill_inverse_kinematics::{AxisValues, Machine};
 use facemill_tool_model::{Cutter, ToolAssembly};
@@ -8,10 +9,9 @@ use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::failure::Failure;
-use crate::moves::Reached;
-use crate::rapids::clock::LinkClock;
-use crate::rapids::tour::{TourCosts, shortest_tour};
+use crate::links::clock::LinkClock;
+use crate::links::tour::{TourCosts, shortest_tour};
+use crate::path_error::PathError;
 
 /// The order of an operation's pieces where the job leaves it open.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
@@ -40,13 +40,13 @@ pub struct PassOrderReport {
 ///
 /// # Errors
 /// When the monitor cancels.
-pub(crate) fn ordered(
+pub fn ordered(
     machine: &Machine,
     tool: &ToolAssembly,
     from: &AxisValues,
     pieces: Vec<Reached>,
     monitor: &dyn Monitor,
-) -> Result<(Vec<Reached>, PassOrderReport), Failure> {
+) -> Result<(Vec<Reached>, PassOrderReport), PathError> {
     let views = [(machine, tool.gauge_length())];
     let clock = LinkClock::new(&views);
     let ends: Vec<[AxisValues; 2]> =
@@ -58,7 +58,7 @@ pub(crate) fn ordered(
     monitor.checkpoint()?;
     let kept_pairs = pairs.len();
     let costs = TourCosts::new(links, first, vec![0.0; pieces.len()]).and_then(|costs| costs.keeping(pairs));
-    let costs = costs.map_err(|e| Failure::Internal(e.to_string()))?;
+    let costs = costs.map_err(|e| PathError::Fault(e.to_string()))?;
     let tour = shortest_tour(&costs);
     monitor.checkpoint()?;
     let report = PassOrderReport {

@@ -319,7 +319,7 @@ fn spanning_tree(costs: &TourCosts) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use crate::links::tour::*;
 
     struct Lcg(u64);
 

@@ -2,12 +2,11 @@
 
 use facemill_feedrate::{ProgramBlock, rapid_time};
 use facemill_inverse_kinematics::{Axis, AxisValues, BlockLaw, Machine};
-
 use facemill_virtual_machine::program_time::run::{Run, Timer};
 use facemill_virtual_machine::program_time::tolerance::View;
 
 /// Times ways at rapid rate, from rest to rest.
-pub(crate) struct LinkClock<'a> {
+pub struct LinkClock<'a> {
     machine: &'a Machine,
     tool_length: f64,
     /// `None` where the machine file does not give every acceleration and jerk.
@@ -16,19 +15,19 @@ pub(crate) struct LinkClock<'a> {
 
 impl<'a> LinkClock<'a> {
     /// On a machine's view, by its accelerations and jerks where it has them, else by its velocities alone.
-    pub(crate) fn new(views: &'a [View<'a>; 1]) -> Self {
+    pub fn new(views: &'a [View<'a>; 1]) -> Self {
         let (machine, tool_length) = views[0];
         let timer = Timer::new(views, machine.motion_law().control_tolerance).ok().map(Timer::without_limits);
         Self { machine, tool_length, timer }
     }
 
     /// Whether accelerations and jerks count.
-    pub(crate) fn is_by_law(&self) -> bool {
+    pub fn is_by_law(&self) -> bool {
         self.timer.is_some()
     }
 
     /// Time that no way to there is faster than, s: that of the slowest axis by itself.
-    pub(crate) fn least_time(&self, start: &AxisValues, end: &AxisValues) -> f64 {
+    pub fn least_time(&self, start: &AxisValues, end: &AxisValues) -> f64 {
         let of_axis = |(k, axis): (usize, &Axis)| {
             let way = (end[k] - start[k]).abs();
             match (axis.max_acceleration, axis.max_jerk) {
@@ -45,7 +44,7 @@ impl<'a> LinkClock<'a> {
     ///
     /// # Errors
     /// What is wrong with it.
-    pub(crate) fn time(&self, law: BlockLaw, start: &AxisValues, through: &[AxisValues]) -> Result<f64, String> {
+    pub fn time(&self, law: BlockLaw, start: &AxisValues, through: &[AxisValues]) -> Result<f64, String> {
         let starts = std::iter::once(start).chain(through);
         let plain: Vec<f64> =
             starts.zip(through).map(|(from, to)| rapid_time(self.machine, law, from, to, self.tool_length)).collect();
@@ -81,7 +80,7 @@ fn rest_to_rest(way: f64, velocity: f64, acceleration: f64, jerk: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use crate::links::clock::*;
 
     /// Way of an axis that changes its acceleration by the jerk all the time, or keeps the largest one or the largest speed:
     /// integrated step by step to the middle of its time, and doubled.

@@ -9,16 +9,21 @@ use facemill_virtual_machine::ProgramLink;
 use nalgebra::{Isometry3, Point3};
 
 /// How positions become words.
-pub(crate) struct LinkWords<'a> {
+pub struct LinkWords<'a> {
+    /// Machine.
     pub machine: &'a Machine,
+    /// From the gauge line to the tip, mm.
     pub tool_length: f64,
+    /// Words of axis values.
     pub words: &'a WordMap,
+    /// Frame of coordinates under RTCP.
     pub table_from_rtcp_words: Isometry3<f64>,
+    /// Decimals of words.
     pub decimals: Decimals,
 }
 
 /// How a control's rapids are written.
-pub(crate) struct RapidForm {
+pub struct RapidForm {
     /// What stands before the words, and behind them.
     code: String,
     end: String,
@@ -29,7 +34,8 @@ pub(crate) struct RapidForm {
 }
 
 impl RapidForm {
-    pub(crate) fn of(dialect: Dialect) -> Self {
+    /// Form of a dialect.
+    pub fn of(dialect: Dialect) -> Self {
         let file = dialect.file();
         Self {
             code: file.words.rapid,
@@ -58,7 +64,7 @@ impl RapidForm {
 
 /// The lines of a link that can be replaced.
 #[derive(Clone, Debug)]
-pub(crate) struct LinkLines {
+pub struct LinkLines {
     /// Its rapid blocks, from 1; comments between them stay.
     pub lines: Vec<u32>,
     /// What stands before the words of each of them: the block number.
@@ -71,7 +77,7 @@ pub(crate) struct LinkLines {
 
 impl LinkWords<'_> {
     /// The position as its rounded words give it, and these.
-    pub(crate) fn rounded(&self, compensation: Compensation, axes: &AxisValues) -> Option<(AxisWords, AxisValues)> {
+    pub fn rounded(&self, compensation: Compensation, axes: &AxisValues) -> Option<(AxisWords, AxisValues)> {
         match compensation {
             Compensation::Rtcp(_) => self.rounded_tip(axes),
             Compensation::Length(_) => {
@@ -121,7 +127,7 @@ impl LinkWords<'_> {
     /// # Errors
     /// When no words say it, or where rotary axes go the shorter way (`turns_shorter`), and one would turn by 180 deg or more
     /// in a block.
-    pub(crate) fn lines(
+    pub fn lines(
         &self,
         form: &RapidForm,
         turns_shorter: bool,
@@ -168,7 +174,7 @@ fn half_turn(from: &AxisWords, to: &AxisWords) -> Option<AxisLetter> {
 }
 
 /// Whether M126 stands anywhere in a program for Heidenhain: rotary axes then go the shorter way.
-pub(crate) fn turns_shorter(program: &ReadProgram) -> bool {
+pub fn turns_shorter(program: &ReadProgram) -> bool {
     let says = |block: &ReadBlock| block.text.to_ascii_uppercase().replace(' ', "").contains("M126");
     program.dialect == Dialect::Heidenhain && program.blocks.iter().any(says)
 }
@@ -180,7 +186,7 @@ const MOST_DECIMALS: usize = 9;
 ///
 /// # Errors
 /// With the line: what a block says besides places of the axes.
-pub(crate) fn link_lines(program: &ReadProgram, words: &WordMap, link: &ProgramLink) -> Result<LinkLines, String> {
+pub fn link_lines(program: &ReadProgram, words: &WordMap, link: &ProgramLink) -> Result<LinkLines, String> {
     let (Some(&first), Some(&last)) = (link.blocks.first(), link.blocks.last()) else {
         return Err("it has no block".to_owned());
     };
@@ -222,7 +228,8 @@ pub(crate) fn link_lines(program: &ReadProgram, words: &WordMap, link: &ProgramL
 }
 
 impl LinkLines {
-    pub(crate) fn compensation(&self) -> Compensation {
+    /// Length compensation at the end of the link.
+    pub fn compensation(&self) -> Compensation {
         self.compensation
     }
 }

@@ -29,7 +29,7 @@ type Cost = (u32, u32, f64);
 /// Within a piece an axis does not turn back: where no winding holds all of it, it is ended there and goes on as another piece,
 /// which begins at or before the cut that the first one ends at; at a limit that only one pose reaches, at poses 1e-6 mm apart.
 /// Exact for the cuts given: Bellman's recursion over all windings of all cuts. Endless axes are left as they are.
-pub(crate) fn wound(
+pub fn wound(
     test: &PoseTest<'_>,
     fallback: Option<&SearchSettings>,
     pieces: Vec<Piece>,
@@ -92,7 +92,7 @@ fn time(machine: &Machine, from: &AxisValues, to: &AxisValues) -> f64 {
 
 /// The end of a rapid with endless axes a whole turn nearer to home than the nearest turn, where the slowest axis takes no longer
 /// for it: the other way round costs nothing. `None` where none is.
-pub(crate) fn unwound(machine: &Machine, from: &AxisValues, to: &AxisValues) -> Option<AxisValues> {
+pub fn unwound(machine: &Machine, from: &AxisValues, to: &AxisValues) -> Option<AxisValues> {
     let time = machine.travel_time(from, to);
     let mut turned = *to;
     for (k, axis) in machine.axes().iter().enumerate().filter(|(_, a)| a.endless && !a.rolls_over()) {
@@ -120,11 +120,7 @@ fn cost(machine: &Machine, on_link: bool, from: &AxisValues, to: &AxisValues) ->
 }
 
 /// The chosen position of every cut.
-pub(crate) fn windings(
-    machine: &Machine,
-    pieces: &[Vec<AxisValues>],
-    start: Option<&AxisValues>,
-) -> Vec<Vec<AxisValues>> {
+pub fn windings(machine: &Machine, pieces: &[Vec<AxisValues>], start: Option<&AxisValues>) -> Vec<Vec<AxisValues>> {
     let layers: Vec<(bool, Vec<AxisValues>)> = pieces
         .iter()
         .flat_map(|cuts| cuts.iter().enumerate())

@@ -34,7 +34,7 @@ pub enum WayKind {
 
 impl WayKind {
     /// What can be tried in place of the original.
-    pub(crate) const TRIED: [Self; 9] = [
+    pub const TRIED: [Self; 9] = [
         Self::Direct,
         Self::Lifted,
         Self::LiftedSpread,
@@ -48,12 +48,18 @@ impl WayKind {
 }
 
 /// The ends of a link on a machine, and what is around the workpiece.
-pub(crate) struct Ends<'a> {
+pub struct Ends<'a> {
+    /// Machine.
     pub machine: &'a Machine,
+    /// From the gauge line to the tip, mm.
     pub tool_length: f64,
+    /// Mounting of the workpiece.
     pub table_from_work: Isometry3<f64>,
+    /// Clearance surface, workpiece frame.
     pub surface: &'a ClearanceSurface,
+    /// Axis values at the start.
     pub start: AxisValues,
+    /// Axis values at the end.
     pub end: AxisValues,
     /// Index of the linear axis along the spindle, and the sign of its motion away from the work.
     pub spindle: (usize, f64),
@@ -71,7 +77,7 @@ fn is_same(a: &AxisValues, b: &AxisValues) -> bool {
 
 impl Ends<'_> {
     /// The positions of a way of this kind that goes so far out, mm, without its start; `None` where there is none.
-    pub(crate) fn way(&self, kind: WayKind, out: f64) -> Option<Vec<AxisValues>> {
+    pub fn way(&self, kind: WayKind, out: f64) -> Option<Vec<AxisValues>> {
         let (start, end) = (&self.start, &self.end);
         let lifted = [self.lifted(start, out), self.lifted(end, out)];
         let mut way = match kind {

@@ -14,7 +14,7 @@ use crate::pole::Tests;
 
 /// A CC point with its pose.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Cut {
+pub struct Cut {
     /// Where on the part.
     pub cc: CcPoint,
     /// The tested pose.
@@ -25,7 +25,7 @@ pub(crate) struct Cut {
 
 /// Neighbouring points of a pass that are all feasible.
 #[derive(Clone, Debug)]
-pub(crate) struct Piece {
+pub struct Piece {
     /// Place in the pattern, from 0.
     pub copy: u32,
     /// Pass of the path, from 0.
@@ -44,25 +44,25 @@ pub(crate) struct Piece {
 impl Piece {
     /// Whether a cut is a place that runs of two heads count: a point of the path, or where a part begins or ends, which the
     /// tool has to go to as well.
-    pub(crate) fn is_place(&self, cut: usize) -> bool {
+    pub fn is_place(&self, cut: usize) -> bool {
         let at_end = self.part.is_some() && (cut == 0 || cut + 1 == self.cuts.len());
         at_end || self.cuts.get(cut).is_some_and(|c| !c.inserted)
     }
 
     /// The places, in order.
-    pub(crate) fn places(&self) -> impl Iterator<Item = &Cut> {
+    pub fn places(&self) -> impl Iterator<Item = &Cut> {
         self.cuts.iter().enumerate().filter(|(k, _)| self.is_place(*k)).map(|(_, cut)| cut)
     }
 
     /// Number of the path's points in it.
-    pub(crate) fn points(&self) -> usize {
+    pub fn points(&self) -> usize {
         self.cuts.iter().filter(|c| !c.inserted).count()
     }
 }
 
 /// A CC point that no pose was found for.
 #[derive(Clone, Debug)]
-pub(crate) struct LeftOut {
+pub struct LeftOut {
     /// Where.
     pub place: Point3<f64>,
     /// Why.
@@ -73,7 +73,7 @@ pub(crate) struct LeftOut {
 
 impl LeftOut {
     /// Adds to a reason that stock is in the way what stock is while planning.
-    pub(crate) fn explain_stock(&mut self) {
+    pub fn explain_stock(&mut self) {
         if self.reason.ends_with(" stock") {
             self.reason
                 .push_str(" (a solid of stock stays whole while planning; stock as an offset of the part does not)");
@@ -83,7 +83,7 @@ impl LeftOut {
 
 /// A pass of the path as laid.
 #[derive(Clone, Debug)]
-pub(crate) struct LaidTask {
+pub struct LaidTask {
     /// CC points.
     pub pass: Pass<CcPoint>,
     /// Whether the uncut stock lies to the left of the feed.
@@ -94,7 +94,7 @@ pub(crate) struct LaidTask {
 
 /// Splits passes where points are infeasible, and where the machine goes over to its other branch. A single feasible point between
 /// infeasible ones is no pass: it is left out.
-pub(crate) fn split(
+pub fn split(
     test: &PoseTest<'_>,
     tasks: &[LaidTask],
     outcomes: &[Pass<Outcome>],
@@ -147,7 +147,7 @@ pub(crate) fn split(
 ///
 /// # Errors
 /// When the monitor cancels.
-pub(crate) fn filled(
+pub fn filled(
     tests: &Tests<'_>,
     linearity: &Linearity,
     fallback: Option<&SearchSettings>,
@@ -196,20 +196,23 @@ fn fill(tests: &Tests<'_>, linearity: &Linearity, fallback: Option<&SearchSettin
 }
 
 /// Two cuts, one after the other.
-pub(crate) struct PosePair<'c> {
+pub struct PosePair<'c> {
+    /// First one.
     pub from: &'c Cut,
+    /// Second one.
     pub to: &'c Cut,
 }
 
 /// Puts cuts between two.
-pub(crate) struct Filler<'t, 'a> {
+pub struct Filler<'t, 'a> {
     test: &'t PoseTest<'a>,
     fallback: Option<&'t SearchSettings>,
     curve: SearchCurve,
 }
 
 impl<'t, 'a> Filler<'t, 'a> {
-    pub(crate) fn new(test: &'t PoseTest<'a>, fallback: Option<&'t SearchSettings>, curve: SearchCurve) -> Self {
+    /// Fills with tested poses on a search curve, and with searched ones where `fallback` has settings.
+    pub fn new(test: &'t PoseTest<'a>, fallback: Option<&'t SearchSettings>, curve: SearchCurve) -> Self {
         Self { test, fallback, curve }
     }
 
@@ -245,7 +248,7 @@ impl<'t, 'a> Filler<'t, 'a> {
 
     /// The cut halfway between two and all that it asks for; `None` where one of them is not feasible or the control would
     /// stray however near to each other they are put.
-    pub(crate) fn mended(&self, linearity: &Linearity, pair: &PosePair<'_>, hints: &mut Hints) -> Option<Vec<Cut>> {
+    pub fn mended(&self, linearity: &Linearity, pair: &PosePair<'_>, hints: &mut Hints) -> Option<Vec<Cut>> {
         self.halved(linearity, pair, MAX_HALVINGS, hints)
     }
 
@@ -259,7 +262,7 @@ impl<'t, 'a> Filler<'t, 'a> {
 
     /// The tested cut halfway between two, on the branch of the first: the posture between theirs, or else the next feasible one
     /// of the search curve.
-    pub(crate) fn middle(&self, PosePair { from, to }: &PosePair<'_>, hints: &mut Hints) -> Option<Cut> {
+    pub fn middle(&self, PosePair { from, to }: &PosePair<'_>, hints: &mut Hints) -> Option<Cut> {
         let near = from.pose.configuration;
         let (cc, posture) = middle(from, to)?;
         let pose = self.test.try_posture(&cc, posture, Some(&near), hints).or_else(|why| {
@@ -304,7 +307,7 @@ fn middle(a: &Cut, b: &Cut) -> Option<(CcPoint, Posture)> {
 ///
 /// # Errors
 /// When the monitor cancels.
-pub(crate) fn copy_outcomes(
+pub fn copy_outcomes(
     test: &PoseTest<'_>,
     tasks: &[LaidTask],
     outcomes: &[Pass<Outcome>],

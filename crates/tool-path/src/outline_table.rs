@@ -94,7 +94,7 @@ const STEEP_SHARE: f64 = 0.25;
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use crate::outline_table::*;
     use facemill_cl_data::Posture;
     use facemill_tool_model::Cutter;
 

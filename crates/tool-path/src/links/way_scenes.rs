@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use crate::links::spindle_of;
 use facemill_cl_data::{ClPoint, Silent};
 use facemill_cutter_location::link::ClearanceSurface;
 use facemill_interference::MeshTree;
@@ -17,12 +18,11 @@ use facemill_virtual_machine::{
 };
 use nalgebra::{Isometry3, Point3, Unit, UnitQuaternion, Vector3};
 
-use super::choose::{Choice, Chooser};
-use super::clock::LinkClock;
-use super::spindle_of;
-use super::text::LinkWords;
-use super::ways::{Ends, WayKind};
-use super::ways_laws::machine;
+use crate::links::choose::{Choice, Chooser};
+use crate::links::clock::LinkClock;
+use crate::links::ways::{Ends, WayKind};
+use crate::links::ways_laws::machine;
+use crate::links::words::LinkWords;
 
 /// A slim mill of 20 mm.
 fn tool() -> ToolAssembly {
@@ -275,7 +275,9 @@ fn flat() -> ClearanceSurface {
 }
 
 const HEAD_HEAD: &str = "head-head-c-a";
+
 const HEAD_TABLE: &str = "head-b-table-c";
+
 const TABLE_TABLE: &str = "table-table-a-c";
 
 /// Two places 300 mm apart, upright.

@@ -4,12 +4,13 @@ use facemill_inverse_kinematics::{AxisKind, AxisValues, BlockLaw};
 use facemill_virtual_machine::{LinkStage, ProgramLink};
 use rayon::prelude::*;
 
-use super::clock::LinkClock;
-use super::ways::{Ends, WayKind};
+use crate::links::clock::LinkClock;
+use crate::links::ways::{Ends, WayKind};
 
 /// A way in place of a link.
 #[derive(Clone, Debug)]
-pub(crate) struct Chosen {
+pub struct Chosen {
+    /// Kind of the way.
     pub kind: WayKind,
     /// The positions, as their words say them.
     pub through: Vec<AxisValues>,
@@ -19,11 +20,12 @@ pub(crate) struct Chosen {
 
 /// Times of a link, and a faster way where there is one.
 #[derive(Clone, Debug)]
-pub(crate) struct Choice {
+pub struct Choice {
     /// As it was, s.
     pub before: f64,
     /// The slowest axis by itself, whatever is in the way, s.
     pub lower_bound: f64,
+    /// Faster way; `None` where there is none.
     pub better: Option<Chosen>,
 }
 
@@ -40,9 +42,12 @@ const PULLS: [f64; 4] = [0.5, 0.25, 0.25, 0.125];
 const FASTER: f64 = 1e-4;
 
 /// What choosing needs.
-pub(crate) struct Chooser<'c, 'a> {
+pub struct Chooser<'c, 'a> {
+    /// Ends of the link.
     pub ends: &'c Ends<'a>,
+    /// Times of links.
     pub clock: &'c LinkClock<'a>,
+    /// Motion of the axes between two positions.
     pub law: BlockLaw,
     /// Positions as rounded words give them; `None` where they have no words.
     pub rounded: &'c (dyn Fn(&AxisValues) -> Option<AxisValues> + Sync),
@@ -98,7 +103,7 @@ impl Chooser<'_, '_> {
     ///
     /// # Errors
     /// When a way cannot be timed.
-    pub(crate) fn choose(&self, link: &ProgramLink, stage: &LinkStage<'_, '_>) -> Result<Choice, String> {
+    pub fn choose(&self, link: &ProgramLink, stage: &LinkStage<'_, '_>) -> Result<Choice, String> {
         let before = self.clock.time(self.law, &link.start, &link.ends)?;
         let lower_bound = self.clock.least_time(&link.start, &self.ends.end);
         let largest = self.largest_out(link);

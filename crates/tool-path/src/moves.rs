@@ -8,15 +8,15 @@ use facemill_inverse_kinematics::AxisValues;
 use rayon::prelude::*;
 
 use crate::chips::Chip;
-use crate::failure::Failure;
 use crate::linearity::Linearity;
 use crate::pass_order::{PassOrderReport, ordered};
+use crate::path_error::PathError;
 use crate::pieces::{Cut, LeftOut, Piece};
 use crate::sequencer::Sequencer;
 
 /// What a move is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum MoveKind {
+pub enum MoveKind {
     /// Between passes, at rapid rate.
     Rapid,
     /// Entry or exit outside the stock, at approach feed.
@@ -29,7 +29,7 @@ pub(crate) enum MoveKind {
 
 /// A move to a pose.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Move {
+pub struct Move {
     /// What it is for.
     pub kind: MoveKind,
     /// Its end, workpiece frame.
@@ -42,7 +42,7 @@ pub(crate) struct Move {
 
 /// The moves of one piece: the link to it, its entry, its cuts and its exit.
 #[derive(Clone, Debug)]
-pub(crate) struct PieceMoves {
+pub struct PieceMoves {
     /// The piece, as far as entry and exit left it.
     pub piece: Piece,
     /// In order.
@@ -51,7 +51,7 @@ pub(crate) struct PieceMoves {
 
 /// An operation's moves.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct OperationMoves {
+pub struct OperationMoves {
     /// Piece by piece.
     pub pieces: Vec<PieceMoves>,
     /// From the last piece back to the clearance surface.
@@ -64,13 +64,13 @@ pub(crate) struct OperationMoves {
 
 impl OperationMoves {
     /// Where the operation ends.
-    pub(crate) fn last(&self) -> Option<Move> {
+    pub fn last(&self) -> Option<Move> {
         self.retract.last().or_else(|| self.pieces.last()?.moves.last()).copied()
     }
 }
 
 /// How moves are made.
-pub(crate) struct MoveSettings {
+pub struct MoveSettings {
     /// Entry of every pass.
     pub entry: ApproachSettings,
     /// Exit of every pass.
@@ -86,7 +86,7 @@ pub(crate) struct MoveSettings {
 }
 
 /// A piece with its ways in and out.
-pub(crate) struct Reached {
+pub struct Reached {
     /// The piece.
     pub piece: Piece,
     /// Into it.
@@ -97,12 +97,12 @@ pub(crate) struct Reached {
 
 impl Reached {
     /// Where rapids end before it.
-    pub(crate) fn start(&self) -> Waypoint {
+    pub fn start(&self) -> Waypoint {
         outer(&self.entry)
     }
 
     /// Where rapids begin behind it.
-    pub(crate) fn end(&self) -> Waypoint {
+    pub fn end(&self) -> Waypoint {
         outer(&self.exit)
     }
 }
@@ -120,14 +120,14 @@ fn outer(approach: &Approach) -> Waypoint {
 ///
 /// # Errors
 /// When the monitor cancels, or two pieces cannot be linked.
-pub(crate) fn operation_moves(
+pub fn operation_moves(
     test: &PoseTest<'_>,
     settings: &MoveSettings,
     pieces: Vec<Piece>,
     from: Option<Move>,
     left_out: &mut Vec<LeftOut>,
     monitor: &dyn Monitor,
-) -> Result<OperationMoves, Failure> {
+) -> Result<OperationMoves, PathError> {
     let reached: Vec<(Option<Reached>, Vec<LeftOut>)> = pieces
         .into_par_iter()
         .map(|piece| {
@@ -157,19 +157,19 @@ pub(crate) fn operation_moves(
     let links: Vec<Vec<Waypoint>> = pieces
         .par_windows(2)
         .map(|w| {
-            monitor.checkpoint().map_err(Failure::from)?;
+            monitor.checkpoint().map_err(PathError::from)?;
             let ends = format!("pass {} to pass {}", w[0].piece.pass + 1, w[1].piece.pass + 1);
             let way = linked(test, settings, &w[0].end(), &w[1].start(), &ends)?;
             monitor.advance(1);
             Ok(way)
         })
-        .collect::<Result<_, Failure>>()?;
+        .collect::<Result<_, PathError>>()?;
     let moves = Sequencer::new(test, settings, from).sequence(pieces, before, links)?;
     Ok(OperationMoves { order, ..moves })
 }
 
 /// How the machine stands at axis values.
-pub(crate) fn configuration_of(test: &PoseTest<'_>, axes: &AxisValues) -> Configuration {
+pub fn configuration_of(test: &PoseTest<'_>, axes: &AxisValues) -> Configuration {
     Configuration { axes: *axes, branch: test.cell.machine.branch_of(axes) }
 }
 
@@ -180,20 +180,20 @@ fn linked(
     from: &Waypoint,
     to: &Waypoint,
     ends: &str,
-) -> Result<Vec<Waypoint>, Failure> {
+) -> Result<Vec<Waypoint>, PathError> {
     let what = format!("no way from {ends}: even over the clearance surface");
     Linker::new(test, &settings.link).link(from, to).map_err(|blocked| blocked_way(test, &what, &blocked))
 }
 
 /// What is said of a way that is blocked.
-pub(crate) fn blocked_way(test: &PoseTest<'_>, what: &str, blocked: &LinkBlocked) -> Failure {
+pub fn blocked_way(test: &PoseTest<'_>, what: &str, blocked: &LinkBlocked) -> PathError {
     let p = blocked.pose.tip;
     let why = test.describe(&blocked.why);
-    Failure::Infeasible(format!("{what}: at ({:.1}, {:.1}, {:.1}) {why}", p.x, p.y, p.z))
+    PathError::Blocked(format!("{what}: at ({:.1}, {:.1}, {:.1}) {why}", p.x, p.y, p.z))
 }
 
 /// Entry and exit of a piece, shortened until both exist.
-pub(crate) fn reach(test: &PoseTest<'_>, settings: &MoveSettings, mut piece: Piece) -> (Option<Reached>, Vec<LeftOut>) {
+pub fn reach(test: &PoseTest<'_>, settings: &MoveSettings, mut piece: Piece) -> (Option<Reached>, Vec<LeftOut>) {
     let mut hints = Hints::default();
     let mut lost = Vec::new();
     let mut at_end = |piece: &Piece, end: PassEnd| {

@@ -1,30 +1,29 @@
 //! Chip section at one point of a pass (CHIP, with the outline of the tilted cutter seen along the feed).
 
+use crate::outline_table::OutlineTable;
 use facemill_chip_area::{CutterEnd, CutterPose, OutlineError, chip_area_between_outlines, largest_thickness};
 use facemill_cutter_location::cusp::Ridge;
 use facemill_tool_model::Outline;
 
-use crate::outline_table::OutlineTable;
-
 /// Accuracy of a section area, as part of it.
-pub(crate) const AREA_ACCURACY: f64 = 1e-3;
+pub const AREA_ACCURACY: f64 = 1e-3;
 
 /// Accuracy of the areas of the thinnest chips, mm²: a millionth of a large one. Smaller, and chips of no weight take
 /// most of the time.
-pub(crate) const SMALLEST_AREA: f64 = 1e-3;
+pub const SMALLEST_AREA: f64 = 1e-3;
 
 /// Accuracy of a chip's thickness, as part of the feed per tooth, where feeds depend on it.
-pub(crate) const THICKNESS_ACCURACY: f64 = 1e-3;
+pub const THICKNESS_ACCURACY: f64 = 1e-3;
 
 /// The same where it is only told.
-pub(crate) const ROUGH_THICKNESS: f64 = 0.02;
+pub const ROUGH_THICKNESS: f64 = 0.02;
 
 /// Area below which nothing is cut, mm²: what rounding leaves where the stock ends at the part's surface.
 const NOTHING: f64 = 1e-6;
 
 /// What the cutter takes at a point of a pass, or at most on the way between two.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Chip {
+pub struct Chip {
     /// Section of the chip across the feed, mm².
     pub area: f64,
     /// Largest thickness of the chip as part of the feed per tooth.
@@ -38,7 +37,7 @@ pub(crate) struct Chip {
 
 impl Chip {
     /// Not less than either.
-    pub(crate) fn larger(self, other: Self) -> Self {
+    pub fn larger(self, other: Self) -> Self {
         Self {
             area: self.area.max(other.area),
             thickness: self.thickness.max(other.thickness),
@@ -51,16 +50,26 @@ impl Chip {
 /// Top of the stock in the section across the feed: height along the normal over the lateral coordinate y, to the left
 /// of the feed from the CC point, mm.
 #[derive(Clone, Debug)]
-pub(crate) enum StockTop {
+pub enum StockTop {
     /// As thick everywhere, on a surface of this curvature (1/mm, positive where the part is convex).
-    Layer { thickness: f64, curvature: f64 },
+    Layer {
+        /// Thickness, mm.
+        thickness: f64,
+        /// Curvature of the surface, 1/mm.
+        curvature: f64,
+    },
     /// Of a solid: heights at places evenly from one y to another, none of them less than at its neighbours.
-    Solid { extent: [f64; 2], heights: Vec<f64> },
+    Solid {
+        /// First and last y, mm.
+        extent: [f64; 2],
+        /// Heights, mm.
+        heights: Vec<f64>,
+    },
 }
 
 impl StockTop {
     /// Height at y; −∞ where there is none.
-    pub(crate) fn at(&self, y: f64) -> f64 {
+    pub fn at(&self, y: f64) -> f64 {
         match self {
             Self::Layer { thickness, curvature } => thickness + circle_height(*curvature, *thickness, y),
             Self::Solid { extent, heights } => {
@@ -92,7 +101,7 @@ impl StockTop {
 }
 
 /// The section across the feed at a point of a pass.
-pub(crate) struct ChipSite {
+pub struct ChipSite {
     /// Outline of the cutter.
     own: Outline,
     /// Its heights.
@@ -106,7 +115,7 @@ pub(crate) struct ChipSite {
 
 impl ChipSite {
     /// The section at a point with this outline, beside the passes cut before that the ridges go to.
-    pub(crate) fn new<'r>(own: Outline, ridges: impl IntoIterator<Item = &'r Ridge>, top: StockTop) -> Self {
+    pub fn new<'r>(own: Outline, ridges: impl IntoIterator<Item = &'r Ridge>, top: StockTop) -> Self {
         let range = engaged(&own, &top);
         let before = ridges.into_iter().map(|r| OutlineTable::new(&r.neighbour, range)).collect();
         Self { own, heights: OutlineTable::new(&own, range), before, top, range }
@@ -129,7 +138,7 @@ impl ChipSite {
     ///
     /// The estimate of its error is not above [`AREA_ACCURACY`] of it, or [`SMALLEST_AREA`] where that is more. 0 where
     /// nothing is cut.
-    pub(crate) fn area(&self) -> Result<f64, OutlineError> {
+    pub fn area(&self) -> Result<f64, OutlineError> {
         let (from, to) = self.range;
         let at = |accuracy: f64| {
             let before = |y: f64| Some(self.left_at(y)).filter(|height| height.is_finite());
@@ -148,7 +157,7 @@ impl ChipSite {
 
     /// Largest thickness of the chip as part of the feed per tooth: not too small, but for the accuracy of the tables,
     /// and at most `accuracy` too large.
-    pub(crate) fn thickness(&self, accuracy: f64) -> f64 {
+    pub fn thickness(&self, accuracy: f64) -> f64 {
         let (cutter, axis, tip) = (self.own.cutter(), self.own.axis(), self.own.tip());
         let pose = CutterPose {
             cutter: CutterEnd { radius: cutter.radius(), corner_radius: cutter.corner_radius() },
@@ -209,7 +218,7 @@ fn circle_height(curvature: f64, offset: f64, y: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use crate::chips::*;
     use facemill_chip_area::{
         Beside, Engagement, NeighbourAxis, Orientation, PassSection, SectionSurface, chip_of_pass,
     };

@@ -7,7 +7,7 @@ use facemill_nc_program::RoundingBound;
 
 /// The tolerance of motion between blocks and what uses it up.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Linearity {
+pub struct Linearity {
     /// Largest deviation, rounding of the words included, mm.
     pub tolerance: f64,
     /// Rounding of the words.
@@ -21,7 +21,7 @@ const LEAST_SHARE: f64 = 0.25;
 
 impl Linearity {
     /// How far the cutter may be from the meant way between two positions, and whether a block between them is too long.
-    pub(crate) fn judge(&self, test: &PoseTest<'_>, from: &AxisValues, to: &AxisValues) -> (f64, bool) {
+    pub fn judge(&self, test: &PoseTest<'_>, from: &AxisValues, to: &AxisValues) -> (f64, bool) {
         let length = test.cell.tool.gauge_length();
         let radius = test.cell.tool.cutter().radius();
         let motion = deviation_bound(test.cell.machine, self.law, from, to, length).rim(radius);
@@ -51,7 +51,7 @@ impl Linearity {
 }
 
 /// Axis values with every rotary axis at the full turn that is nearest to a reference.
-pub(crate) fn turned_near(test: &PoseTest<'_>, axes: &AxisValues, reference: &AxisValues) -> AxisValues {
+pub fn turned_near(test: &PoseTest<'_>, axes: &AxisValues, reference: &AxisValues) -> AxisValues {
     let mut turned = *axes;
     for (k, axis) in test.cell.machine.axes().iter().enumerate() {
         if axis.kind == AxisKind::Rotary {
@@ -64,7 +64,7 @@ pub(crate) fn turned_near(test: &PoseTest<'_>, axes: &AxisValues, reference: &Ax
 
 /// Axis values with every endless rotary axis at the full turn that is nearest to a reference; limited ones stand where they were
 /// put, because their windings are chosen for the whole operation.
-pub(crate) fn endless_near(test: &PoseTest<'_>, axes: &AxisValues, reference: &AxisValues) -> AxisValues {
+pub fn endless_near(test: &PoseTest<'_>, axes: &AxisValues, reference: &AxisValues) -> AxisValues {
     let mut turned = turned_near(test, axes, reference);
     for k in limited_rotaries(test.cell.machine) {
         turned[k] = axes[k];

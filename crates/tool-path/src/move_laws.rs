@@ -92,7 +92,7 @@ fn posture_deg(tilt: f64, rotate: f64) -> Posture {
 }
 
 /// Uniform numbers, always the same.
-pub(crate) struct Random(pub(crate) u64);
+pub(crate) struct Random(pub u64);
 
 impl Random {
     pub(crate) fn between(&mut self, low: f64, high: f64) -> f64 {

@@ -8,29 +8,29 @@ use rayon::prelude::*;
 use crate::pieces::LaidTask;
 
 /// The tests that postures are chosen by.
-pub(crate) struct Tests<'t> {
+pub struct Tests<'t> {
     /// Keeps away from the pole.
-    pub(crate) choosing: &'t PoseTest<'t>,
+    pub choosing: &'t PoseTest<'t>,
     /// Does not.
-    pub(crate) plain: &'t PoseTest<'t>,
+    pub plain: &'t PoseTest<'t>,
 }
 
 impl<'t> Tests<'t> {
     /// One test for both.
     #[cfg(test)]
-    pub(crate) fn one(test: &'t PoseTest<'t>) -> Self {
+    pub fn one(test: &'t PoseTest<'t>) -> Self {
         Self { choosing: test, plain: test }
     }
 
     /// Whether the middle of the way between two poses is so near to the pole that a pose between them may be in its cone.
-    pub(crate) fn leads_by_pole(&self, from: &ClPoint, to: &ClPoint) -> bool {
+    pub fn leads_by_pole(&self, from: &ClPoint, to: &ClPoint) -> bool {
         let cone = self.choosing.pole_cone();
         let middle = between(from, to, 0.5).transformed(&self.plain.cell.table_from_work);
         cone > 0.0 && self.plain.cell.machine.angle_to_singular(&middle).is_some_and(|angle| angle < 2.0 * cone)
     }
 
     /// The test to plan with: postures that the job prescribes are taken as they are.
-    pub(crate) fn of(&self, settings: &PassSettings) -> &'t PoseTest<'t> {
+    pub fn of(&self, settings: &PassSettings) -> &'t PoseTest<'t> {
         if settings.fallback().is_some() { self.choosing } else { self.plain }
     }
 
@@ -43,13 +43,13 @@ impl<'t> Tests<'t> {
     }
 
     /// CC points at which searches could not prove as finely as asked, of both tests.
-    pub(crate) fn widened(&self) -> Option<Widened> {
+    pub fn widened(&self) -> Option<Widened> {
         let both = [self.choosing.widened(), self.plain.widened()].into_iter().flatten();
         both.reduce(|a, b| Widened { points: a.points + b.points, largest: a.largest.max(b.largest) })
     }
 
     /// Points without a pose that have one nearer to the pole: there the first feasible one of the search curve.
-    pub(crate) fn at_pole(&self, tasks: &[LaidTask], settings: &PassSettings, outcomes: &mut [Pass<Outcome>]) {
+    pub fn at_pole(&self, tasks: &[LaidTask], settings: &PassSettings, outcomes: &mut [Pass<Outcome>]) {
         let Some(search_settings) = settings.fallback() else { return };
         outcomes.par_iter_mut().zip(tasks).for_each(|(outcome, task)| {
             let mut hints = Hints::default();

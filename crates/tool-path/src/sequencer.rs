@@ -1,13 +1,13 @@
 //! From pieces and links to moves, one after the other, with axis values.
 
+use crate::moves::{Move, MoveKind, MoveSettings, OperationMoves, PieceMoves, Reached, blocked_way, configuration_of};
 use facemill_cl_data::ClPoint;
 use facemill_cutter_location::link::{LinkBlocked, Linker, Waypoint, between};
 use facemill_cutter_location::{Configuration, Hints, Infeasible, PoseTest, rewound_axis};
 use facemill_inverse_kinematics::BlockLaw;
 
-use crate::failure::Failure;
 use crate::linearity::{Linearity, endless_near};
-use crate::moves::{Move, MoveKind, MoveSettings, OperationMoves, PieceMoves, Reached, blocked_way, configuration_of};
+use crate::path_error::PathError;
 use crate::pieces::Cut;
 use crate::winding::unwound;
 
@@ -28,6 +28,7 @@ const MAX_HALVINGS: u32 = 10;
 const RAPID_SHARE: f64 = 0.25;
 
 impl<'t, 'a> Sequencer<'t, 'a> {
+    /// Starts where the operation before has ended.
     pub(crate) fn new(test: &'t PoseTest<'a>, settings: &'t MoveSettings, from: Option<Move>) -> Self {
         let at = from.map(|m| Waypoint { cl: m.cl, configuration: configuration_of(test, &m.axes) });
         Self { test, settings, at, worst: 0.0, hints: Hints::default() }
@@ -39,7 +40,7 @@ impl<'t, 'a> Sequencer<'t, 'a> {
         pieces: Vec<Reached>,
         before: Option<Vec<Waypoint>>,
         links: Vec<Vec<Waypoint>>,
-    ) -> Result<OperationMoves, Failure> {
+    ) -> Result<OperationMoves, PathError> {
         let mut done = Vec::with_capacity(pieces.len());
         let mut ways = std::iter::once(before).chain(links.into_iter().map(Some));
         let mut last = None;
@@ -87,14 +88,14 @@ impl<'t, 'a> Sequencer<'t, 'a> {
     }
 
     /// A free way from a pose to the clearance surface.
-    fn out(&self, from: &Waypoint) -> Result<Vec<Waypoint>, Failure> {
+    fn out(&self, from: &Waypoint) -> Result<Vec<Waypoint>, PathError> {
         Linker::new(self.test, &self.settings.link)
             .way_out(from)
             .map_err(|blocked| blocked_way(self.test, "no way to the clearance surface", &blocked))
     }
 
     /// Goes to a pose of an entry or exit, the rotary axes as at the cut that it belongs to.
-    fn approach(&mut self, cl: &ClPoint, cut: &Cut, moves: &mut Vec<Move>) -> Result<(), Failure> {
+    fn approach(&mut self, cl: &ClPoint, cut: &Cut, moves: &mut Vec<Move>) -> Result<(), PathError> {
         let comes_from_stock = self.at.is_some_and(|at| self.test.cutter_in_stock(&at.cl, &mut self.hints));
         let in_stock = comes_from_stock || self.test.cutter_in_stock(cl, &mut self.hints);
         let kind = if in_stock { MoveKind::Engage } else { MoveKind::Approach };
@@ -102,7 +103,7 @@ impl<'t, 'a> Sequencer<'t, 'a> {
     }
 
     /// Goes to a pose on the branch, at the winding, and at the pole with the rotary values, that it was tested with.
-    fn go(&mut self, kind: MoveKind, tested: &Waypoint, moves: &mut Vec<Move>) -> Result<(), Failure> {
+    fn go(&mut self, kind: MoveKind, tested: &Waypoint, moves: &mut Vec<Move>) -> Result<(), PathError> {
         let near = self.at.map_or(tested.configuration.axes, |at| at.configuration.axes);
         let axes = endless_near(self.test, &tested.configuration.axes, &near);
         let reference = Configuration { axes, ..tested.configuration };
@@ -136,13 +137,13 @@ impl<'t, 'a> Sequencer<'t, 'a> {
         self.driven(at, &[turned]).is_ok().then_some(turned)
     }
 
-    fn stand(&self, cl: &ClPoint, near: &Configuration) -> Result<Configuration, Failure> {
+    fn stand(&self, cl: &ClPoint, near: &Configuration) -> Result<Configuration, PathError> {
         self.test.configuration_like(cl, near).map_err(|why| self.lost(&why))
     }
 
     /// What was tested cannot be driven, which happens only where tests and motion disagree by rounding at a limit.
-    fn lost(&self, why: &Infeasible) -> Failure {
-        Failure::Infeasible(format!("a link, entry or inserted pose cannot be reached: {}", self.test.describe(why)))
+    fn lost(&self, why: &Infeasible) -> PathError {
+        PathError::Blocked(format!("a link, entry or inserted pose cannot be reached: {}", self.test.describe(why)))
     }
 
     /// Goes over to the other branch, or to another winding, with all axes together, where links do that: clear of everything.
@@ -154,7 +155,7 @@ impl<'t, 'a> Sequencer<'t, 'a> {
         kind: MoveKind,
         why: Infeasible,
         moves: &mut Vec<Move>,
-    ) -> Result<(), Failure> {
+    ) -> Result<(), PathError> {
         if kind != MoveKind::Rapid {
             return Err(self.lost(&why));
         }
@@ -199,7 +200,7 @@ impl<'t, 'a> Sequencer<'t, 'a> {
     /// Appends the move to `to`, with poses in between where the control would stray too far: tip straight, axis turned
     /// evenly, as links and approaches were tested. Cuts are close enough already. Rapid blocks are tested once more as the
     /// control drives them.
-    fn reach(&mut self, kind: MoveKind, to: Waypoint, moves: &mut Vec<Move>) -> Result<(), Failure> {
+    fn reach(&mut self, kind: MoveKind, to: Waypoint, moves: &mut Vec<Move>) -> Result<(), PathError> {
         let push = |moves: &mut Vec<Move>, w: &Waypoint| {
             moves.push(Move { kind, cl: w.cl, axes: w.configuration.axes, chip: None })
         };

@@ -1,0 +1,63 @@
+//! Links: the fastest free way from one run of cuts to the next.
+
+pub mod choose;
+pub mod clock;
+pub mod tour;
+#[cfg(test)]
+mod way_scenes;
+pub mod ways;
+#[cfg(test)]
+mod ways_laws;
+pub mod words;
+
+use facemill_cutter_location::link::ClearanceSurface;
+use facemill_inverse_kinematics::{AxisValues, Machine};
+use facemill_virtual_machine::{LinkStage, ProgramLink};
+use nalgebra::Isometry3;
+
+use crate::links::choose::{Choice, Chooser};
+use crate::links::clock::LinkClock;
+use crate::links::ways::Ends;
+
+/// A machine with its tool and workpiece, and the surface that long links go over.
+#[derive(Clone, Copy)]
+pub struct LinkScene<'a> {
+    /// The machine.
+    pub machine: &'a Machine,
+    /// From the gauge line to the tip, mm.
+    pub tool_length: f64,
+    /// Mounting of the workpiece.
+    pub table_from_work: Isometry3<f64>,
+    /// Clearance surface, workpiece frame.
+    pub clearance: ClearanceSurface,
+}
+
+/// Fastest free way of a link, through positions as `rounded` gives them.
+///
+/// # Errors
+/// When a way cannot be timed.
+pub fn fastest(
+    scene: &LinkScene<'_>,
+    clock: &LinkClock<'_>,
+    (link, stage): (&ProgramLink, &LinkStage<'_, '_>),
+    rounded: &(dyn Fn(&AxisValues) -> Option<AxisValues> + Sync),
+) -> Result<Choice, String> {
+    let machine = scene.machine;
+    let ends = Ends {
+        machine,
+        tool_length: scene.tool_length,
+        table_from_work: scene.table_from_work,
+        surface: &scene.clearance,
+        start: link.start,
+        end: link.ends.last().copied().unwrap_or(link.start),
+        spindle: spindle_of(machine),
+    };
+    Chooser { ends: &ends, clock, law: link.law, rounded }.choose(link, stage)
+}
+
+/// Index of the linear axis along the spindle where the rotary axes are at 0, and the sign of its motion away from the work.
+pub fn spindle_of(machine: &Machine) -> (usize, f64) {
+    let travel = machine.length_compensation_travel().unwrap_or_else(|| AxisValues::zeros(machine.axes().len()));
+    let spindle = (0..travel.len()).max_by(|&a, &b| travel[a].abs().total_cmp(&travel[b].abs())).unwrap_or(0);
+    (spindle, travel[spindle].signum())
+}
