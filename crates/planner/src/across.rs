@@ -4,10 +4,10 @@ use facemill_nc_program::ReadProgram;
 use facemill_virtual_machine::{BlockCut, Finding, StockRun, VerifySettings, run_stock_of_heads};
 use facemill_z_map::DexelMap;
 
-use crate::failure::Failure;
-use crate::stages::Stages;
 use crate::verify_stock::Stand;
 use crate::virtual_setup::not_verified;
+use facemill_job::failure::Failure;
+use facemill_job::stages::Stages;
 
 /// Cuts further maps of the same stock by a program, and tells what it did on all of them together with what is known of the upright
 /// lines: what meets the material of any line, each block's volume, and what the probes of any of them show. Volumes are means with the

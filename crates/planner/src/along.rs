@@ -7,12 +7,12 @@ use facemill_tool_model::{Cusp, Outline};
 use nalgebra::{Isometry3, Point3};
 use rayon::prelude::*;
 
-use crate::failure::Failure;
-use crate::job_file::{FeedsFile, OperationFile};
-use crate::load::{Job, Setup};
 use crate::operation::neighbour_reach;
-use crate::pattern::places;
-use crate::stages::{CHIPS, Stages};
+use facemill_job::failure::Failure;
+use facemill_job::format::job_file::{FeedsFile, OperationFile};
+use facemill_job::load::{Job, Setup};
+use facemill_job::setup::pattern::places;
+use facemill_job::stages::{CHIPS, Stages};
 use facemill_tool_path::chips::{Chip, ChipSite, ROUGH_THICKNESS, StockTop, THICKNESS_ACCURACY};
 use facemill_tool_path::moves::{MoveKind, PieceMoves};
 use facemill_tool_path::pieces::Piece;

@@ -7,13 +7,13 @@ use facemill_virtual_machine::{
     is_known_to_cut, still_there, verify,
 };
 
-use crate::failure::Failure;
-use crate::load::Job;
-use crate::stages::LOOK;
-use crate::stages::Stages;
-use crate::stock_map::StockMeshes;
 use crate::verify_stock::{CutRequest, Stand};
 use crate::virtual_setup::{name_obstacles, not_verified};
+use facemill_job::failure::Failure;
+use facemill_job::load::Job;
+use facemill_job::stages::LOOK;
+use facemill_job::stages::Stages;
+use facemill_job::stock::map::StockMeshes;
 
 /// What a head's run against all of the stock adds to one that leaves it to the runs that cut it.
 pub(crate) struct BetweenLines {

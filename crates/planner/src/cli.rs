@@ -5,10 +5,11 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser, Subcommand, ValueEnum};
-use facemill::job_file::JobFile;
-use facemill::report::{CertificatesFile, Report};
-use facemill::solution_space_file::SolutionSpaceFile;
-use facemill::{Failure, Job, JobSetting, SolutionSpaceRequest, VerificationFile, files};
+use facemill::{Failure, Job, JobSetting, SolutionSpaceRequest, VerificationFile};
+use facemill_job::files;
+use facemill_job::format::job_file::JobFile;
+use facemill_job::format::report::{CertificatesFile, Report};
+use facemill_job::format::solution_space_file::SolutionSpaceFile;
 
 use crate::chip_area_command::{self, ChipAreaArguments};
 use crate::feedrate_command::{self, FeedrateArguments};

@@ -4,10 +4,10 @@ use facemill_tool_model::Cusp;
 use nalgebra::{Isometry3, Point3};
 
 use crate::extra_passes::ExtraPasses;
-use crate::job_file::{OperationFile, PathFile};
 use crate::operation::PlannedOperation;
-use crate::pattern::places;
-use crate::report_cusps::{CuspReasonReport, CuspsKeptReport};
+use facemill_job::format::job_file::{OperationFile, PathFile};
+use facemill_job::format::report::cusps::{CuspReasonReport, CuspsKeptReport};
+use facemill_job::setup::pattern::places;
 
 /// Cusps of a planned operation against what it allows.
 pub(crate) fn cusps_kept(planned: &PlannedOperation<'_>) -> CuspsKeptReport {

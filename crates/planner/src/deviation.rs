@@ -10,17 +10,17 @@ use facemill_z_map::{DeviationError, DexelMap, Place};
 use nalgebra::Point3;
 use rayon::prelude::*;
 
-use crate::cell::budget;
 use crate::deviation_colours::colour;
 use crate::deviation_cusps::{CuspScene, cusps};
 use crate::deviation_figures::{Condition, Patch, beyond, deviation_figures, drive_triangles};
-use crate::deviation_report::{DeviationPlace, DeviationReport};
-use crate::failure::Failure;
-use crate::load::{Job, Setup};
-use crate::obstacle_meshes::ObstacleRole;
-use crate::program_stamp::ProgramStamp;
-use crate::stages::Stages;
 use crate::stock_places::StockPlaces;
+use facemill_job::failure::Failure;
+use facemill_job::format::program_stamp::ProgramStamp;
+use facemill_job::format::report::deviation::{DeviationPlace, DeviationReport};
+use facemill_job::load::obstacle_meshes::ObstacleRole;
+use facemill_job::load::{Job, Setup};
+use facemill_job::setup::cell::budget;
+use facemill_job::stages::Stages;
 
 /// What is asked of the deviation.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

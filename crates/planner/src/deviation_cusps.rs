@@ -10,8 +10,8 @@ use facemill_virtual_machine::VirtualSetup;
 use nalgebra::{Point3, Unit, Vector3};
 use rayon::prelude::*;
 
-use crate::deviation_report::{CuspRatios, CuspReport, CuspsNotCompared};
 use crate::stock_places::StockPlaces;
+use facemill_job::format::report::deviation::{CuspRatios, CuspReport, CuspsNotCompared};
 
 /// Points that are drawn.
 const SAMPLES: usize = 300;

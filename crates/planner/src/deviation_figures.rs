@@ -4,7 +4,7 @@ use facemill_surface_model::Surface;
 use facemill_z_map::Place;
 use nalgebra::Point3;
 
-use crate::deviation_report::{DeviationBin, DeviationFigures, DeviationPlace};
+use facemill_job::format::report::deviation::{DeviationBin, DeviationFigures, DeviationPlace};
 
 /// What a place of a surface is like.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -15,11 +15,11 @@ use facemill_tool_model::{Cusp, Outline, step_over_for_cusp};
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
-use crate::failure::Failure;
 use crate::operation::pass_tasks;
 use crate::pole_detours::Detours;
-use crate::stages::ADDED;
-use crate::stages::Stages;
+use facemill_job::failure::Failure;
+use facemill_job::stages::ADDED;
+use facemill_job::stages::Stages;
 use facemill_tool_path::pieces::LaidTask;
 use facemill_tool_path::pole::Tests;
 

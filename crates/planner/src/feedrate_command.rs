@@ -8,8 +8,9 @@ use clap::Args;
 use facemill::nc_program::Dialect;
 use facemill::{
     BLEND_TOLERANCES, Failure, MAX_TOOL_LENGTH, RefeedError, RefeedLaw, RefeedLawTimes, RefeedSettings, RefeedSummary,
-    TipFeed, files, read_machine, refeed_lines,
+    TipFeed, read_machine, refeed_lines,
 };
+use facemill_job::files;
 
 use crate::cli::{say, say_bytes};
 use crate::program_arguments::open_nc;

@@ -9,7 +9,8 @@ use facemill::lengths::{LengthsRequest, lengths_of_program};
 use facemill::nc_program::{Dialect, read_program};
 use facemill::tool_model::HolderLibrary;
 use facemill::z_map::DexelMap;
-use facemill::{CutRequest, Failure, files, read_rest, replan_with_shorter_tools};
+use facemill::{CutRequest, Failure, read_rest, replan_with_shorter_tools};
+use facemill_job::files;
 
 use crate::cli::say;
 use crate::option_lengths::{above_zero, from_zero, stock_tolerance};

@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 
 use facemill_inverse_kinematics::AxisKind;
 
-use crate::load::Job;
 use crate::pole_detours::BESIDE_POLE;
 use crate::program::Timed;
-use crate::report_lost_time::{LostTimeCause, LostTimeReport};
 use crate::turning::Driven;
+use facemill_job::format::report::lost_time::{LostTimeCause, LostTimeReport};
+use facemill_job::load::Job;
 use facemill_tool_path::moves::MoveKind;
 
 /// Least part of an operation's time in passes that is reported.

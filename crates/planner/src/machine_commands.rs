@@ -5,7 +5,8 @@ use std::process::ExitCode;
 
 use clap::Subcommand;
 use facemill::inverse_kinematics::{Machine, import_autodesk_machine};
-use facemill::{Failure, describe_heads, describe_hulls, files, read_machine};
+use facemill::{Failure, describe_heads, describe_hulls, read_machine};
+use facemill_job::files;
 
 use crate::cli::say;
 

@@ -22,7 +22,7 @@ mod stand_arguments;
 mod verify_command;
 
 fn main() -> ExitCode {
-    facemill::files::guard_inputs();
+    facemill_job::files::guard_inputs();
     match cli::run(cli::Arguments::parse()) {
         Ok(code) => code,
         Err(failure) => {

@@ -6,11 +6,11 @@ use std::path::Path;
 use facemill_surface_model::{NamedNode, TriMesh, write_obj};
 use nalgebra::{Isometry3, Point3};
 
-use crate::check::describe_setup;
-use crate::load::Job;
-use crate::new_job::{NewJob, new_job};
 use crate::plan::{PlanSettings, plan_setup};
-use crate::stages::SilentStages;
+use facemill_job::check::describe_setup;
+use facemill_job::examples::new_job::{NewJob, new_job};
+use facemill_job::load::Job;
+use facemill_job::stages::SilentStages;
 
 /// Round wall along x with an outline of these half-axes, wound outward and open at both ends, mm.
 fn wall(chord: f64, thickness: f64) -> TriMesh {

@@ -6,10 +6,10 @@ use facemill_cutter_location::link::LinkSettings;
 use facemill_inverse_kinematics::BlockLaw;
 use facemill_tool_model::Cutter;
 
-use crate::cell::diagonal;
-use crate::clearance_surface::clearance_surface;
-use crate::job_file::{ApproachFile, ArcFile, OperationFile, PassOrderFile};
-use crate::load::{Job, Setup};
+use facemill_job::format::job_file::{ApproachFile, ArcFile, OperationFile, PassOrderFile};
+use facemill_job::load::{Job, Setup};
+use facemill_job::setup::cell::diagonal;
+use facemill_job::setup::clearance_surface::clearance_surface;
 use facemill_tool_path::linearity::Linearity;
 use facemill_tool_path::moves::MoveSettings;
 

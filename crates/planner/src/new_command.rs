@@ -5,8 +5,9 @@ use std::process::ExitCode;
 
 use clap::{Args, Subcommand, ValueEnum};
 use facemill::nc_program::Dialect;
-use facemill::new_job::{NewJob, Series};
-use facemill::{Failure, files, new_job_for};
+use facemill::{Failure, new_job_for};
+use facemill_job::examples::new_job::{NewJob, Series};
+use facemill_job::files;
 
 use crate::cli::say;
 use crate::feedrate_command::dialect;

@@ -7,37 +7,37 @@ use facemill_virtual_machine::{Assumption, Certificates, HeldAsCut, Verification
 use facemill_z_map::DexelMap;
 
 use crate::between_lines::{is_cut_known, machine_as_cut, seen_between, seen_of_rest};
-use crate::cell::z_map;
 use crate::chip_files::ChipFiles;
 use crate::dual::plan::plan_dual_setup;
-use crate::failure::Failure;
-use crate::files::REJECTED;
-use crate::incomplete::incomplete_because;
-use crate::job_file::LinkStockFile;
-use crate::load::{Job, Setup};
-use crate::made_from::MadeFrom;
 use crate::mending::{ROUNDS, lines_to_mend, mend};
-use crate::mesh_winding::check_winding;
-use crate::open_meshes::open_stock;
 use crate::operation::{Ground, PlannedOperation};
 use crate::output::{OwnProgram, Texts, certificates_json, check_feeds, time_texts, write_draft, write_texts};
 use crate::plan_stages::stages_of;
 use crate::plan_stock::{CutByPlan, StockBefore, StockToCut, cut_by_plan};
-use crate::post_probe::try_template;
-use crate::program_stamp::{programs_among, stamp_apt, stamped_svg};
 use crate::rapids::planned::PlannedLinks;
-use crate::report::Report;
-use crate::report_links::LinksReport;
-use crate::report_outcome::Outcome;
-use crate::report_stock::{PlannedStockReport, not_asked};
 use crate::reporting::report;
-use crate::stages::Stages;
-use crate::stages::{READ, TIMES, WRITE};
 use crate::timing::control_assumption;
 use crate::turning::Turning;
-use crate::validate::file_stem;
 use crate::verify_stock::CutRequest;
-use crate::word_map::word_map;
+use facemill_job::check::validate::file_stem;
+use facemill_job::failure::Failure;
+use facemill_job::files::REJECTED;
+use facemill_job::format::incomplete::incomplete_because;
+use facemill_job::format::job_file::LinkStockFile;
+use facemill_job::format::made_from::MadeFrom;
+use facemill_job::format::program_stamp::{programs_among, stamp_apt, stamped_svg};
+use facemill_job::format::report::Report;
+use facemill_job::format::report::links::LinksReport;
+use facemill_job::format::report::outcome::Outcome;
+use facemill_job::format::report::stock::{PlannedStockReport, not_asked};
+use facemill_job::load::mesh_winding::check_winding;
+use facemill_job::load::open_meshes::open_stock;
+use facemill_job::load::post_probe::try_template;
+use facemill_job::load::{Job, Setup};
+use facemill_job::setup::cell::z_map;
+use facemill_job::setup::word_map::word_map;
+use facemill_job::stages::Stages;
+use facemill_job::stages::{READ, TIMES, WRITE};
 
 /// What is wanted of a plan.
 #[derive(Clone, Copy, Debug)]

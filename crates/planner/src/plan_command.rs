@@ -5,9 +5,9 @@ use std::process::ExitCode;
 
 use clap::Args;
 use facemill::{
-    Failure, Job, JobSetting, Outcome, PlanSettings, SUMMARY_FORMAT, SetupSummary, SummaryFile, files, plan_job,
-    summary,
+    Failure, Job, JobSetting, Outcome, PlanSettings, SUMMARY_FORMAT, SetupSummary, SummaryFile, plan_job, summary,
 };
+use facemill_job::files;
 
 use crate::cli::{default_out, say};
 use crate::option_lengths::above_zero;

@@ -1,9 +1,9 @@
 //! The stages of a plan, in their order.
 
-use crate::job_file::PathFile;
-use crate::load::Job;
 use crate::plan::PlanSettings;
-use crate::stages::{
+use facemill_job::format::job_file::PathFile;
+use facemill_job::load::Job;
+use facemill_job::stages::{
     ADDED, BETWEEN, CERTIFY, CHIPS, CUT, DETOURS, HELP, LAY, LINKS, LOOK, MATERIAL, PICTURE, PLACES, POSTURES, READ,
     SHORTEN, TIMES, VERIFY, WRITE,
 };

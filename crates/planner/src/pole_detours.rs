@@ -17,9 +17,9 @@ use facemill_nc_program::ControlMotion;
 use facemill_tool_model::{Cusp, Outline, cusp_height_between};
 use rayon::prelude::*;
 
-use crate::failure::Failure;
-use crate::stages::DETOURS;
-use crate::stages::Stages;
+use facemill_job::failure::Failure;
+use facemill_job::stages::DETOURS;
+use facemill_job::stages::Stages;
 use facemill_tool_path::pole::Tests;
 use facemill_virtual_machine::program_time::run::{Run, Timer};
 

@@ -9,16 +9,16 @@ use facemill_nc_program::{AxisWords, Block, CutVectors, FeedMode, NcProgram, Wor
 use facemill_tool_model::SpindleRotation;
 use nalgebra::{Isometry3, Unit, Vector3};
 
-use crate::failure::Failure;
-use crate::job_file::{FeedsFile, OperationFile};
-use crate::load::{Job, Setup};
 use crate::mending::CutBlock;
-use crate::program_spec::coolant;
-use crate::report::TimeLawReport;
 use crate::timing::TimedMove;
-use crate::tip_feed::{CutFeed, FeedLaw, programmed_feed};
 use crate::vector_blocks::VectorBlocks;
-use crate::word_map::{rtcp_start_axes, table_from_rtcp_words};
+use facemill_job::failure::Failure;
+use facemill_job::format::job_file::{FeedsFile, OperationFile};
+use facemill_job::format::report::TimeLawReport;
+use facemill_job::load::{Job, Setup};
+use facemill_job::setup::program_spec::coolant;
+use facemill_job::setup::tip_feed::{CutFeed, FeedLaw, programmed_feed};
+use facemill_job::setup::word_map::{rtcp_start_axes, table_from_rtcp_words};
 use facemill_tool_path::moves::{Move, MoveKind, OperationMoves};
 
 /// Turn of the tool that is none, rad: rounding of forward kinematics.

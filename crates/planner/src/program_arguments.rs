@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use facemill::nc_program::{Dialect, is_cl_file};
-use facemill::{Failure, Job, files, no_program};
+use facemill::{Failure, Job, no_program};
+use facemill_job::files;
 
 use crate::feedrate_command::dialect;
 use crate::stand_arguments::StandArguments;

@@ -6,7 +6,8 @@ use std::process::ExitCode;
 use clap::Args;
 use facemill::rapids::{RapidsRequest, faster_rapids};
 use facemill::z_map::DexelMap;
-use facemill::{CutRequest, Failure, files, read_rest};
+use facemill::{CutRequest, Failure, read_rest};
+use facemill_job::files;
 
 use crate::cli::say;
 use crate::option_lengths::{above_zero, from_zero, stock_tolerance};

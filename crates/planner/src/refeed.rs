@@ -10,10 +10,10 @@ use facemill_nc_program::{
 };
 use serde::Serialize;
 
-use crate::failure::Failure;
 use crate::refeed_checks::{Computed, Doubts, LAST_BITS, check_vectors, not_raised, rounded_down};
 use crate::refeed_law::{Law, RefeedLaw, RefeedLawTimes, blending, timed};
-use crate::word_map::{letter, word_frame};
+use facemill_job::failure::Failure;
+use facemill_job::setup::word_map::{letter, word_frame};
 use facemill_virtual_machine::follow::{FollowedCut, Follower, Surroundings, Way, legs};
 use facemill_virtual_machine::program_time::program_moves::{Moves, stands};
 
@@ -247,7 +247,7 @@ struct Refeeder<'s> {
 }
 
 /// Longest tool, mm: as in jobs no length is larger.
-pub const MAX_TOOL_LENGTH: f64 = crate::validate::FARTHEST;
+pub const MAX_TOOL_LENGTH: f64 = facemill_job::check::validate::FARTHEST;
 
 /// Checks the settings, and makes the words of the machine.
 fn word_map(settings: &RefeedSettings<'_>) -> Result<WordMap, String> {

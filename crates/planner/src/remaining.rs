@@ -8,15 +8,15 @@ use facemill_virtual_machine::{VerifySettings, VirtualSetup, swept_by_cuts};
 use facemill_z_map::{LeftHeight, SurfacePlace, SweptCutter, left_heights};
 use nalgebra::{Isometry3, Point3, Vector3};
 
-use crate::cell::{budget, search_curve};
-use crate::failure::Failure;
-use crate::job_file::{OperationFile, PathFile};
-use crate::load::{Job, Setup};
-use crate::pattern::places;
-use crate::remaining_report::{RemainingOnRegion, RemainingPlace, RemainingReport};
-use crate::stages::MATERIAL;
-use crate::stages::Stages;
 use crate::virtual_setup::not_verified;
+use facemill_job::failure::Failure;
+use facemill_job::format::job_file::{OperationFile, PathFile};
+use facemill_job::format::report::remaining::{RemainingOnRegion, RemainingPlace, RemainingReport};
+use facemill_job::load::{Job, Setup};
+use facemill_job::setup::cell::{budget, search_curve};
+use facemill_job::setup::pattern::places;
+use facemill_job::stages::MATERIAL;
+use facemill_job::stages::Stages;
 
 /// By how much a point of the cutter may be beside its place where heights are measured, mm: a tenth of the finest cusps that face
 /// mills leave. Smaller: more parts of motions to look at.

@@ -9,23 +9,23 @@ use facemill_virtual_machine::{Certificates, Verification};
 use nalgebra::Point3;
 
 use crate::along::Along;
-use crate::cell::budget;
 use crate::chip_points::chip_points;
 use crate::chip_points::chips_report;
 use crate::cusps_kept::cusps_kept;
-use crate::load::{Job, Setup};
-use crate::made_from::MadeFrom;
 use crate::operation::PlannedOperation;
 use crate::program::Timed;
-use crate::program_times::ProgramTimes;
-use crate::report::{
+use crate::rotary_motion::rotary_report;
+use crate::turning::Turning;
+use facemill_job::format::made_from::MadeFrom;
+use facemill_job::format::program_times::ProgramTimes;
+use facemill_job::format::report::links::LinksReport;
+use facemill_job::format::report::stock::{PlannedStockReport, not_asked};
+use facemill_job::format::report::{
     BudgetReport, CertifiedReport, ChipsReport, HelpReport, InfeasibleReport, OptimumReport, PassReport,
     PosturesReport, REPORT_FORMAT, Report, SearchProofReport, Totals, Worst,
 };
-use crate::report_links::LinksReport;
-use crate::report_stock::{PlannedStockReport, not_asked};
-use crate::rotary_motion::rotary_report;
-use crate::turning::Turning;
+use facemill_job::load::{Job, Setup};
+use facemill_job::setup::cell::budget;
 use facemill_tool_path::moves::{MoveKind, PieceMoves};
 use facemill_tool_path::pass_order::PassOrderReport;
 use facemill_tool_path::pieces::{Cut, LeftOut, Piece};

@@ -2,7 +2,7 @@
 
 use facemill_inverse_kinematics::{AxisKind, Machine};
 
-use crate::report::RotaryReport;
+use facemill_job::format::report::RotaryReport;
 use facemill_tool_path::pieces::Cut;
 
 /// Back and forth by less than this is rounding, rad.

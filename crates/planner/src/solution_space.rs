@@ -4,18 +4,18 @@ use facemill_cl_data::CcPoint;
 use facemill_cutter_location::map::{CellState, MapCell, MapError, PostureRange, SolutionMap, map, n_steps};
 use facemill_cutter_location::{Body, Hints, Infeasible, PoseTest, SearchCurve, search};
 
-use crate::cell::{search_settings, workcell, z_map};
-use crate::failure::Failure;
-use crate::job_file::OperationFile;
-use crate::load::{Job, Setup};
 use crate::operation::settle_branch;
-use crate::path::lay;
-use crate::solution_space_file::{
+use crate::solution_svg::map_svg;
+use facemill_job::check::validate::belongs;
+use facemill_job::failure::Failure;
+use facemill_job::format::job_file::OperationFile;
+use facemill_job::format::solution_space_file::{
     AreaFile, CellFile, PostureFile, ReasonFile, ReasonKind, SolutionSpaceFile, SolutionSpaceFormat, StateFile,
 };
-use crate::solution_svg::map_svg;
-use crate::stages::Stages;
-use crate::validate::belongs;
+use facemill_job::load::{Job, Setup};
+use facemill_job::setup::cell::{search_settings, workcell, z_map};
+use facemill_job::setup::path::lay;
+use facemill_job::stages::Stages;
 use facemill_tool_path::pieces::LaidTask;
 
 /// Which CC point is mapped, and how finely.

@@ -2,16 +2,16 @@
 
 use facemill_virtual_machine::{Assumption, WindUp};
 
-use crate::duration_text::clock;
-use crate::remaining_report::RemainingReport;
-use crate::report::{
+use facemill_job::duration_text::clock;
+use facemill_job::format::report::links::LinksReport;
+use facemill_job::format::report::pairs::PairReport;
+use facemill_job::format::report::remaining::RemainingReport;
+use facemill_job::format::report::stock::StockReport;
+use facemill_job::format::report::stock::{OWN_STOCK, PlannedStockReport};
+use facemill_job::format::report::{
     CertifiedReport, ChipsReport, CuspsKeptReport, HeldBackReport, LostTimeReport, PosturesReport, Report,
     SpreadReport, VectorTimeReport,
 };
-use crate::report_links::LinksReport;
-use crate::report_pairs::PairReport;
-use crate::report_stock::StockReport;
-use crate::report_stock::{OWN_STOCK, PlannedStockReport};
 use facemill_tool_path::pass_order::PassOrderReport;
 
 /// A few lines for a person.
@@ -338,8 +338,8 @@ mod tests {
     use facemill_virtual_machine::Assumption;
 
     use super::{assumptions, wider_search};
-    use crate::job_file::PostureModeFile;
-    use crate::report::{PosturesReport, SearchProofReport};
+    use facemill_job::format::job_file::PostureModeFile;
+    use facemill_job::format::report::{PosturesReport, SearchProofReport};
 
     #[test]
     fn many_assumptions_are_counted_and_few_are_told() {

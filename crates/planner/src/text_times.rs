@@ -12,7 +12,7 @@ use facemill_virtual_machine::program_time::tolerance::View;
 use nalgebra::Isometry3;
 use rayon::prelude::*;
 
-use crate::program_times::ProgramTimes;
+use facemill_job::format::program_times::ProgramTimes;
 use facemill_tool_path::moves::MoveKind;
 
 /// A program's text and what it was written from.

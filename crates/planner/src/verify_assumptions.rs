@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use facemill_virtual_machine::{Assumption, BlockCut, EstimatedPositions};
 
-use crate::report_stock::StockReport;
+use facemill_job::format::report::stock::StockReport;
 
 /// Assumptions in the order of their lines, each once, with the first line that rests on it.
 pub(crate) fn all_assumptions(of_text: Vec<Assumption>, of_feeds: Vec<Assumption>) -> Vec<Assumption> {

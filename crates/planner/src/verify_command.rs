@@ -8,8 +8,9 @@ use facemill::virtual_machine::{BetweenPositions, EstimatedPositions, Verificati
 use facemill::z_map::DexelMap;
 use facemill::{
     CutRequest, DeviationRequest, Failure, RemainingReport, StockRegion, StockReport, VerificationFile, Verified,
-    VerifyRequest, files, read_rest, verify_program,
+    VerifyRequest, read_rest, verify_program,
 };
+use facemill_job::files;
 
 use crate::cli::say;
 use crate::deviation_command::{mesh_bytes, painted_mesh, rest_mesh, told_deviation};

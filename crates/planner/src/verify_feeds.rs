@@ -6,8 +6,8 @@ use facemill_inverse_kinematics::{AxisKind, AxisValues, Machine};
 use facemill_nc_program::{FeedMode, MotionKind, ReadBlock, ReadCommand, ReadProgram};
 use facemill_virtual_machine::{Assumption, BlockCut, Finding, FindingKind, Measure, StockRun};
 
-use crate::job_file::{FeedsFile, SetupFile};
-use crate::load::Job;
+use facemill_job::format::job_file::{FeedsFile, SetupFile};
+use facemill_job::load::Job;
 use facemill_virtual_machine::follow::{FollowedCut, Follower, Surroundings, Way};
 use facemill_virtual_machine::program_time::tolerance::levers_at;
 

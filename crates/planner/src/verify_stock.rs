@@ -8,14 +8,14 @@ use facemill_z_map::DexelMap;
 
 use crate::across::cut_across;
 use crate::deviation::DeviationRequest;
-use crate::failure::Failure;
-use crate::load::{Job, Setup};
-use crate::report_stock::StockReport;
-use crate::stages::CUT;
-use crate::stages::Stages;
-use crate::stock_map::{StockMeshes, StockRegion};
 use crate::virtual_setup::not_verified;
-use crate::walls::{has_walls, weights};
+use facemill_job::failure::Failure;
+use facemill_job::format::report::stock::StockReport;
+use facemill_job::load::{Job, Setup};
+use facemill_job::stages::CUT;
+use facemill_job::stages::Stages;
+use facemill_job::stock::map::{StockMeshes, StockRegion};
+use facemill_job::stock::walls::{has_walls, weights};
 
 /// How stock is cut.
 #[derive(Clone, Debug)]
@@ -27,7 +27,7 @@ pub struct CutRequest {
     /// Which part of the job's stock has lines.
     pub region: StockRegion,
     /// The rest of another program, which this one begins with in place of the job's stock: of the same stock, as
-    /// [`read_rest`](crate::rest_stock::read_rest) makes sure.
+    /// [`read_rest`](facemill_job::stock::rest::read_rest) makes sure.
     pub rest: Option<DexelMap>,
     /// Cut lines along x and y of the workpiece frame, too, which show walls along z: of all of the job's stock, not of a region or a
     /// rest.

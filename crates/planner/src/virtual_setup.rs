@@ -5,10 +5,10 @@ use facemill_nc_program::{Dialect, WordMap};
 use facemill_virtual_machine::{Finding, ObstacleKind, Verification, VerifyError, VirtualObstacle, VirtualSetup};
 use nalgebra::Isometry3;
 
-use crate::failure::Failure;
-use crate::load::{Job, Setup};
-use crate::obstacle_meshes::ObstacleRole;
 use crate::verify_program::register_in;
+use facemill_job::failure::Failure;
+use facemill_job::load::obstacle_meshes::ObstacleRole;
+use facemill_job::load::{Job, Setup};
 
 /// Why a program was not run.
 pub(crate) fn not_verified(e: VerifyError) -> Failure {

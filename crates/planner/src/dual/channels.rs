@@ -2,7 +2,7 @@
 
 use facemill_nc_program::{HeadSpec, PostSettings, ProgramSpec, SiemensSettings, write_siemens_pair};
 
-use crate::failure::Failure;
+use facemill_job::failure::Failure;
 
 /// The same blocks as the program in one channel, as one file for each channel: names with their bytes, channel 1 first.
 ///
@@ -31,7 +31,7 @@ pub(crate) fn channel_files(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::files::REJECTED;
+    use facemill_job::files::REJECTED;
     use facemill_nc_program::{
         AxisLetter, AxisSpec, AxisWords, Block, Coolant, FeedMode, NcProgram, PostFile, ReadPair, SpindleSpec,
         ToolSpec, WorkOffset, read_siemens_pair,

@@ -9,7 +9,7 @@ use nalgebra::{Unit, Vector3};
 use rayon::prelude::*;
 
 use super::runs::{Causes, Run};
-use crate::failure::Failure;
+use facemill_job::failure::Failure;
 use facemill_tool_path::chips::Chip;
 use facemill_tool_path::linearity::turned_near;
 use facemill_tool_path::moves::{Move, MoveKind, MoveSettings, blocked_way};

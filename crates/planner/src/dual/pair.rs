@@ -14,14 +14,14 @@ use super::plan::{DualGround, PairOutline, Part, Section, alone_sections, cells,
 use super::remains::{Remains, paired_left};
 use super::runs::{Cause, Causes, Run, RunPlanner, Stop, left_over};
 use crate::along::along_passes;
-use crate::failure::Failure;
-use crate::job_file::{OperationFile, PairFile};
 use crate::move_settings::move_settings;
 use crate::operation::PlannedOperation;
 use crate::plan::Clock;
 use crate::program::BlockWriter;
-use crate::report_pairs::PairSplit;
-use crate::stages::Stages;
+use facemill_job::failure::Failure;
+use facemill_job::format::job_file::{OperationFile, PairFile};
+use facemill_job::format::report::pairs::PairSplit;
+use facemill_job::stages::Stages;
 use facemill_tool_path::moves::{Move, MoveKind, MoveSettings, OperationMoves, PieceMoves, operation_moves};
 use facemill_tool_path::pieces::{Cut, LeftOut, Piece};
 
@@ -197,7 +197,7 @@ impl<'a> PairPlanner<'_, 'a> {
         let mut sum = 0.0;
         for (head, _, operation) in planned {
             let job = self.ground.jobs[*head];
-            let words = crate::word_map::word_map(job, self.ground.setups[*head], 0)?;
+            let words = facemill_job::setup::word_map::word_map(job, self.ground.setups[*head], 0)?;
             let mut writer = BlockWriter::new(job, self.ground.setups[*head], &words)?;
             writer.operation(operation.operation, &operation.moves)?;
             let timed = writer.finish();

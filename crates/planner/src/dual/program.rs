@@ -6,13 +6,13 @@ use facemill_nc_program::{Block, FeedMode, HeadSpec, NcProgram, ProgramSpec, Wor
 use facemill_tool_model::SpindleRotation;
 
 use super::moves::DualMove;
-use crate::failure::Failure;
-use crate::job_file::FeedsFile;
-use crate::load::{Job, Setup};
 use crate::program::Timed;
 use crate::timing::TimedMove;
-use crate::tip_feed::{CutFeed, FeedLaw, programmed_feed};
-use crate::word_map::head_spec;
+use facemill_job::failure::Failure;
+use facemill_job::format::job_file::FeedsFile;
+use facemill_job::load::{Job, Setup};
+use facemill_job::setup::tip_feed::{CutFeed, FeedLaw, programmed_feed};
+use facemill_job::setup::word_map::head_spec;
 use facemill_tool_path::moves::MoveKind;
 
 /// What a part of a program is timed by.
@@ -233,13 +233,13 @@ pub(crate) fn dual_spec(
 ) -> Result<(ProgramSpec, Vec<HeadSpec>), Failure> {
     let heads: Vec<HeadSpec> =
         (0..2).map(|h| head_spec(jobs, h, feeds[h].spindle_rpm)).collect::<Result<_, Failure>>()?;
-    let axes = crate::program_spec::axis_specs(jobs[0], words);
-    crate::rolled::roll(&mut timed.program, jobs[0].machine.axes());
+    let axes = facemill_job::setup::program_spec::axis_specs(jobs[0], words);
+    facemill_job::setup::rolled::roll(&mut timed.program, jobs[0].machine.axes());
     let spec = ProgramSpec {
         job_name: format!("{} - {}", jobs[0].file.name, setup.file.name),
         tool: heads[0].tool.clone(),
         spindle: heads[0].spindle,
-        coolant: crate::program_spec::coolant(feeds[0].coolant),
+        coolant: facemill_job::setup::program_spec::coolant(feeds[0].coolant),
         work_offset: setup.work_offset,
         axes,
         smallest_feed: jobs[0].machine.feed_range().min,

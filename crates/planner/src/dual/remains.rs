@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use super::moves::{DualMover, ReachedRun};
 use super::pairing::{PiecePair, length, stations};
 use super::runs::{Causes, Gap, Run, RunPlanner, gaps, part_of};
-use crate::failure::Failure;
+use facemill_job::failure::Failure;
 use facemill_tool_path::moves::reach;
 use facemill_tool_path::pieces::Piece;
 

@@ -8,8 +8,8 @@ use super::output::DualTexts;
 use super::plan::{DualGround, Part};
 use super::program::DualTimes;
 use super::runs::Stop;
-use crate::report_pairs::PairReport;
 use crate::turning::{Driven, Turning, rewinds_report, singular_blocks};
+use facemill_job::format::report::pairs::PairReport;
 use facemill_tool_path::moves::{Move, MoveKind};
 
 impl DualTexts {

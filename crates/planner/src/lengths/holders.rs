@@ -4,9 +4,9 @@ use facemill_tool_model::{HolderFile, HolderLibrary, OpenAssembly};
 use facemill_virtual_machine::ClearLengths;
 
 use super::FoundLengths;
-use super::report::HolderReport;
 use super::stage::{Stage, is_of_bodies};
-use crate::failure::Failure;
+use facemill_job::failure::Failure;
+use facemill_job::format::lengths_file::HolderReport;
 
 /// A holder that works.
 struct Works<'a> {

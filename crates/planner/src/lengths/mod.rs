@@ -2,7 +2,6 @@
 //! pass.
 
 pub(crate) mod holders;
-pub(crate) mod report;
 pub(crate) mod stage;
 
 use std::path::Path;
@@ -11,13 +10,15 @@ use facemill_nc_program::{Dialect, ReadProgram};
 use facemill_tool_model::{HolderLibrary, OpenAssembly, ToolFile};
 use stage::Stage;
 
-use crate::failure::Failure;
-use crate::load::{Job, Setup};
-use crate::program_stamp::ProgramStamp;
-use crate::stages::Stages;
 use crate::verify_stock::CutRequest;
+use facemill_job::failure::Failure;
+use facemill_job::format::program_stamp::ProgramStamp;
+use facemill_job::load::{Job, Setup};
+use facemill_job::stages::Stages;
 
-pub use report::{HolderReport, LENGTHS_FORMAT, LengthName, LengthReport, LengthsFile, NoLength, Posting, ReplanTry};
+pub use facemill_job::format::lengths_file::{
+    HolderReport, LENGTHS_FORMAT, LengthName, LengthReport, LengthsFile, NoLength, Posting, ReplanTry,
+};
 
 /// How the lengths of a program's tool are looked at.
 #[derive(Clone, Debug)]

@@ -9,16 +9,16 @@ use facemill_virtual_machine::{
 use facemill_z_map::DexelMap;
 use nalgebra::Isometry3;
 
-use super::report::{LENGTHS_FORMAT, LengthName, LengthReport, LengthsFile, NoLength, Posting};
 use super::{FoundLengths, LengthsRequest};
-use crate::cell::budget;
-use crate::failure::Failure;
-use crate::load::{Job, Setup};
-use crate::program_stamp::ProgramStamp;
-use crate::stages::Stages;
-use crate::stock_map::StockMeshes;
 use crate::virtual_setup::{name_obstacle, name_obstacles_of, not_verified, virtual_setup};
-use crate::word_map::{rtcp_frame, word_map};
+use facemill_job::failure::Failure;
+use facemill_job::format::lengths_file::{LENGTHS_FORMAT, LengthName, LengthReport, LengthsFile, NoLength, Posting};
+use facemill_job::format::program_stamp::ProgramStamp;
+use facemill_job::load::{Job, Setup};
+use facemill_job::setup::cell::budget;
+use facemill_job::setup::word_map::{rtcp_frame, word_map};
+use facemill_job::stages::Stages;
+use facemill_job::stock::map::StockMeshes;
 
 pub(super) struct Stage<'a> {
     pub(super) job: &'a Job,

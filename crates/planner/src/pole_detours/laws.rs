@@ -2,15 +2,15 @@ use facemill_cutter_location::neighbours::{Neighbours, OwnPlace};
 use serde_json::{Value, json};
 
 use super::*;
-use crate::cell::{pass_settings, workcell, z_map};
 use crate::extra_passes::as_laid;
 use crate::extra_passes::laws::{job, planned};
-use crate::load::Setup;
 use crate::operation::{neighbour_reach, pass_tasks, settle_branch};
-use crate::path::lay;
 use crate::plan::Planned;
-use crate::report_lost_time::LostTimeCause;
-use crate::stages::SilentStages;
+use facemill_job::format::report::lost_time::LostTimeCause;
+use facemill_job::load::Setup;
+use facemill_job::setup::cell::{pass_settings, workcell, z_map};
+use facemill_job::setup::path::lay;
+use facemill_job::stages::SilentStages;
 
 /// A ridge of 24 mm radius along y: cut across, the normals pass the pole at its top.
 fn ridge(x: f64) -> f64 {

@@ -5,10 +5,10 @@ use facemill_virtual_machine::{Finding, Verification, joined};
 
 use super::numbered::{replaced, without_numbers};
 use super::{Found, Rapids, Stage, verified};
-use crate::failure::Failure;
-use crate::rapids::report::{LinkReport, RAPIDS_FORMAT, RapidsFile};
-use crate::stages::Stages;
 use crate::verify_program::Verified;
+use facemill_job::failure::Failure;
+use facemill_job::format::rapids_file::{LinkReport, RAPIDS_FORMAT, RapidsFile};
+use facemill_job::stages::Stages;
 use facemill_tool_path::links::clock::LinkClock;
 use facemill_tool_path::links::ways::WayKind;
 

@@ -4,7 +4,6 @@ pub(crate) mod finish;
 pub(crate) mod numbered;
 pub(crate) mod planned;
 pub(crate) mod planned_report;
-pub(crate) mod report;
 
 use std::path::Path;
 
@@ -20,21 +19,21 @@ use facemill_virtual_machine::{
 use finish::finish;
 use nalgebra::Isometry3;
 
-use crate::failure::Failure;
-use crate::load::{Job, Setup};
-use crate::stages::{SHORTEN, Stages};
-use crate::stock_map::StockMeshes;
-use crate::verification_file::VerificationFile;
 use crate::verify_program;
 use crate::verify_program::{Verified, VerifyRequest};
 use crate::verify_stock::CutRequest;
 use crate::virtual_setup::{not_verified, virtual_setup};
-use crate::word_map::{rtcp_frame, word_map};
+use facemill_job::failure::Failure;
+use facemill_job::format::verification_file::VerificationFile;
+use facemill_job::load::{Job, Setup};
+use facemill_job::setup::word_map::{rtcp_frame, word_map};
+use facemill_job::stages::{SHORTEN, Stages};
+use facemill_job::stock::map::StockMeshes;
 
-pub use crate::report_links::{LinksReport, PlannedLinkReport, ShortenedLinks};
+pub use facemill_job::format::rapids_file::{LinkReport, RAPIDS_FORMAT, RapidsFile};
+pub use facemill_job::format::report::links::{LinksReport, PlannedLinkReport, ShortenedLinks};
 pub use facemill_tool_path::links::tour::{Tour, TourCosts, TourError, shortest_tour};
 pub use facemill_tool_path::links::ways::WayKind;
-pub use report::{LinkReport, RAPIDS_FORMAT, RapidsFile};
 
 /// How a program's links are looked at.
 #[derive(Clone, Debug)]

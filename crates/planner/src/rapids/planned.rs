@@ -8,14 +8,14 @@ use facemill_virtual_machine::{
 };
 use facemill_z_map::DexelMap;
 
-use crate::failure::Failure;
 use crate::operation::PlannedOperation;
 use crate::output::{OwnProgram, Texts};
-use crate::report_links::{PlannedLinkReport, ShortenedLinks};
-use crate::stages::SHORTEN;
-use crate::stages::Stages;
 use crate::virtual_setup::not_verified;
-use crate::word_map::table_from_rtcp_words;
+use facemill_job::failure::Failure;
+use facemill_job::format::report::links::{PlannedLinkReport, ShortenedLinks};
+use facemill_job::setup::word_map::table_from_rtcp_words;
+use facemill_job::stages::SHORTEN;
+use facemill_job::stages::Stages;
 use facemill_tool_path::links::choose::Choice;
 use facemill_tool_path::links::clock::LinkClock;
 use facemill_tool_path::links::fastest;
@@ -309,15 +309,15 @@ mod tests {
     use facemill_virtual_machine::{FindingKind, HeldAsCut};
 
     use super::*;
-    use crate::cell::z_map;
-    use crate::load::{Job, Setup};
-    use crate::new_job::{NewJob, new_job};
     use crate::operation::Ground;
     use crate::output::write_draft;
     use crate::plan::Clock;
-    use crate::stages::{SilentStages, Stages};
-    use crate::stock_map::{StockMeshes, StockRegion};
-    use crate::word_map::word_map;
+    use facemill_job::examples::new_job::{NewJob, new_job};
+    use facemill_job::load::{Job, Setup};
+    use facemill_job::setup::cell::z_map;
+    use facemill_job::setup::word_map::word_map;
+    use facemill_job::stages::{SilentStages, Stages};
+    use facemill_job::stock::map::{StockMeshes, StockRegion};
 
     /// A patch of few passes, cut twice.
     fn job(folder: &std::path::Path) -> Job {

@@ -16,12 +16,12 @@ use facemill_virtual_machine::program_time::vectors::{VectorDecimals, VectorRoun
 use nalgebra::{Isometry3, Unit, Vector3};
 use rayon::prelude::*;
 
-use crate::failure::Failure;
-use crate::job_file::FeedsWithin;
-use crate::load::Job;
 use crate::program::Timed;
-use crate::report::{HeldBackReport, TimeLawReport, VectorTimeReport};
-use crate::tip_feed::FeedLaw;
+use facemill_job::failure::Failure;
+use facemill_job::format::job_file::FeedsWithin;
+use facemill_job::format::report::{HeldBackReport, TimeLawReport, VectorTimeReport};
+use facemill_job::load::Job;
+use facemill_job::setup::tip_feed::FeedLaw;
 use facemill_tool_path::moves::MoveKind;
 
 /// What the times of a program by the law rest on where nobody has checked it against the control.

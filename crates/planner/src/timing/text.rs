@@ -6,9 +6,9 @@ use facemill_virtual_machine::follow::Surroundings;
 use facemill_virtual_machine::program_time::tolerance::View;
 
 use super::{Tally, TimedMove};
-use crate::failure::Failure;
 use crate::program::Timed;
 use crate::text_times::{Meant, TimedText, motions};
+use facemill_job::failure::Failure;
 use facemill_tool_path::moves::MoveKind;
 
 /// Takes the time of rapids and the times by the law from the text as it is read back: the same as anyone finds who reads it.

@@ -1,0 +1,88 @@
+//! What `check` says of a setup.
+
+pub mod enclosure;
+pub mod limits;
+pub mod machine_check;
+pub mod mesh_told;
+pub mod part_size;
+#[cfg(test)]
+mod placement_laws;
+pub mod reach;
+pub mod validate;
+pub mod validate_feeds;
+use crate::check::part_size::{part_box, unit_advice};
+use crate::check::reach::check_reach;
+use crate::setup::path::lay;
+use crate::setup::word_map::word_map;
+use facemill_surface_model::{LengthUnit, UpAxis};
+
+use crate::failure::Failure;
+use crate::load::mesh_winding::check_winding;
+use crate::load::post_probe::try_template;
+use crate::load::{Job, Setup, pose};
+
+/// Name of a unit.
+pub fn units(unit: LengthUnit) -> &'static str {
+    match unit {
+        LengthUnit::Metre => "metres",
+        LengthUnit::Centimetre => "centimetres",
+        LengthUnit::Millimetre => "millimetres",
+        LengthUnit::Inch => "inches",
+    }
+}
+
+fn up(axis: UpAxis) -> &'static str {
+    match axis {
+        UpAxis::X => "x",
+        UpAxis::Y => "y",
+        UpAxis::Z => "z",
+    }
+}
+
+/// Reads a setup, lays its passes, and tells in lines what was found; nothing is planned.
+///
+/// # Errors
+/// As planning would, as far as reading and laying go.
+pub fn describe_setup(job: &Job, index: usize) -> Result<Vec<String>, Failure> {
+    let setup = Setup::read(job, index)?;
+    let words = word_map(job, &setup, index)?;
+    try_template(job, &setup, &words)?;
+    let undecided = check_winding(job, &setup, index)?;
+    let mut lines = vec![format!("setup \"{}\"", setup.file.name)];
+    for mesh in &setup.reports {
+        let taken = format!("in {}, {} up", units(mesh.unit), up(mesh.up_axis));
+        lines.push(format!("mesh {} {taken}: {}", mesh.file, mesh.told()));
+    }
+    lines.extend(undecided);
+    lines.push(part_line(&setup));
+    lines.extend(unit_advice(job, &setup));
+    let b = setup.aabb();
+    lines.push(format!(
+        "everything on the table, its own bodies included, lies in ({:.1}, {:.1}, {:.1}) to ({:.1}, {:.1}, {:.1}) mm of the workpiece frame",
+        b.min.x, b.min.y, b.min.z, b.max.x, b.max.y, b.max.z
+    ));
+    for (k, operation) in job.operations_of(setup.file) {
+        let laid = lay(job, &setup, k, operation)?;
+        let head = job.seen_by(operation.head.saturating_sub(1) as usize, 0.0);
+        check_reach(&head, &setup, operation, &laid.tasks).map_err(|e| job.wrong(e))?;
+        let points: usize = laid.tasks.iter().map(|t| t.pass.points.len()).sum();
+        let copies = operation.pattern.as_ref().map_or(1, |p| p.copies);
+        lines.push(format!(
+            "operation \"{}\": {} passes with {points} CC points, in {copies} place(s); {} short pieces left out",
+            operation.name,
+            laid.tasks.len(),
+            laid.dropped_pieces
+        ));
+    }
+    Ok(lines)
+}
+
+/// Size and place of the part by itself.
+fn part_line(setup: &Setup<'_>) -> String {
+    let b = part_box(&setup.obstacles, &pose(&setup.file.work_from_part));
+    let size = b.max - b.min;
+    format!(
+        "the part is {:.1} x {:.1} x {:.1} mm: it lies in ({:.1}, {:.1}, {:.1}) to ({:.1}, {:.1}, {:.1}) mm of its own frame",
+        size.x, size.y, size.z, b.min.x, b.min.y, b.min.z, b.max.x, b.max.y, b.max.z
+    )
+}

@@ -1,0 +1,168 @@
+//! Whether stock and clearance surface enclose what they are said to.
+
+use crate::setup::clearance_surface::clearance_surface;
+use facemill_cutter_location::Pieces;
+use facemill_surface_model::TriMesh;
+use nalgebra::Point3;
+
+use crate::format::job_file::{SetupFile, StockFile};
+use crate::load::direction;
+use crate::load::obstacle_meshes::{ObstacleMesh, ObstacleRole};
+
+/// How far a part may stand out of its stock by rounding, mm: mesh files have single precision.
+const STOCK_ROUNDING: f64 = 1e-3;
+
+/// First thing that stock or clearance surface leave outside, as `field: what is wrong and what to do`.
+///
+/// The part is to lie in the stock: in a box or cylinder as it is, in a mesh's bounding box where the stock is a casting,
+/// which may lack some material but not be elsewhere. Part, stock and fixtures are to lie inside the clearance surface.
+/// `obstacles` are those of the job, without the machine's bodies; workpiece frame.
+///
+/// # Errors
+/// When there is one.
+pub fn check_enclosure(
+    at: &str,
+    file: &SetupFile,
+    stock_thickness: f64,
+    obstacles: &[ObstacleMesh],
+) -> Result<(), String> {
+    check_stock(at, file, obstacles)?;
+    let surface = clearance_surface(&file.clearance);
+    for o in obstacles {
+        let skin = match o.role {
+            ObstacleRole::Part | ObstacleRole::Check => stock_thickness.max(o.allowance),
+            ObstacleRole::Fixture | ObstacleRole::Table | ObstacleRole::Stock => o.allowance,
+        };
+        let Some((place, height)) = farthest(&o.mesh, |p| surface.height(p)) else { continue };
+        if height + skin > 0.0 {
+            return Err(format!(
+                "{at}.clearance: {} with what is on it reaches {:.3} mm beyond the clearance surface at {}; rapids would \
+                 go through it, so move the surface out",
+                o.name_at(&place),
+                height + skin,
+                text(&place)
+            ));
+        }
+    }
+    Ok(())
+}
+
+fn check_stock(at: &str, file: &SetupFile, obstacles: &[ObstacleMesh]) -> Result<(), String> {
+    let Some(outside) = outside_of_stock(&file.stock, obstacles) else { return Ok(()) };
+    let parts = obstacles.iter().filter(|o| o.role == ObstacleRole::Part);
+    let worst = parts.filter_map(|o| farthest(&o.mesh, &outside)).max_by(|a, b| a.1.total_cmp(&b.1));
+    match worst {
+        Some((place, distance)) if distance > STOCK_ROUNDING => Err(format!(
+            "{at}.stock: the part reaches {distance:.3} mm out of it at {}; give stock that contains the part, in the \
+             right unit and frame",
+            text(&place)
+        )),
+        _ => Ok(()),
+    }
+}
+
+/// How far a point lies outside of the stock, negative inside, mm.
+type Outside<'a> = Box<dyn Fn(&Point3<f64>) -> f64 + 'a>;
+
+/// `None` where the stock is a skin on the part.
+fn outside_of_stock<'a>(stock: &'a StockFile, obstacles: &[ObstacleMesh]) -> Option<Outside<'a>> {
+    let of_box = |min: Point3<f64>, max: Point3<f64>| -> Outside<'a> {
+        Box::new(move |p: &Point3<f64>| (min - p).sup(&(p - max)).max())
+    };
+    match stock {
+        StockFile::Offset(_) => None,
+        StockFile::Box(b) => Some(of_box(b.min_mm.into(), b.max_mm.into())),
+        StockFile::Cylinder(c) => {
+            let (base, axis) = (Point3::from(c.base_mm), direction(&c.axis));
+            Some(Box::new(move |p: &Point3<f64>| {
+                let d = p - base;
+                let along = d.dot(&axis);
+                let radial = (d - axis.into_inner() * along).norm();
+                (radial - c.radius_mm).max(-along).max(along - c.height_mm)
+            }))
+        }
+        StockFile::Mesh(_) => {
+            let bounds = obstacles.iter().find(|o| o.role == ObstacleRole::Stock)?.mesh.aabb();
+            Some(of_box(bounds.min, bounds.max))
+        }
+    }
+}
+
+/// The triangles' corner of largest height, and its height.
+fn farthest(mesh: &TriMesh, height: impl Fn(&Point3<f64>) -> f64) -> Option<(Point3<f64>, f64)> {
+    let corners = mesh.triangles().iter().flatten().map(|&v| mesh.vertices()[v as usize]);
+    corners.map(|p| (p, height(&p))).max_by(|a, b| a.1.total_cmp(&b.1))
+}
+
+fn text(p: &Point3<f64>) -> String {
+    format!("({:.1}, {:.1}, {:.1})", p.x, p.y, p.z)
+}
+
+#[cfg(test)]
+mod tests {
+    use facemill_interference::MeshTree;
+    use facemill_surface_model::TriMesh;
+
+    use crate::check::enclosure::*;
+
+    /// A setup whose part is a triangle with corners 10 mm along each axis.
+    fn obstacles() -> Vec<ObstacleMesh> {
+        let corners = vec![Point3::new(10.0, 0.0, 0.0), Point3::new(0.0, 10.0, 0.0), Point3::new(0.0, 0.0, 10.0)];
+        let mesh = TriMesh::new(corners, vec![[0, 1, 2]]).unwrap();
+        let tree = MeshTree::new(&mesh);
+        vec![ObstacleMesh {
+            name: "part".to_owned(),
+            role: ObstacleRole::Part,
+            mesh,
+            tree,
+            allowance: 0.0,
+            labels: vec!["part.stl".to_owned()],
+            machine_body: None,
+        }]
+    }
+
+    fn setup(stock: &str, clearance: &str) -> SetupFile {
+        let text = format!(r#"{{"name": "s", "meshes": [], "stock": {stock}, "clearance": {clearance}}}"#);
+        serde_json::from_str(&text).unwrap()
+    }
+
+    fn verdict(stock: &str, clearance: &str) -> Result<(), String> {
+        let thickness = if stock.contains("offset") { 2.0 } else { 0.0 };
+        check_enclosure("setups[0]", &setup(stock, clearance), thickness, &obstacles())
+    }
+
+    const OFFSET: &str = r#"{"offset": {"allowance_mm": 2}}"#;
+
+    #[test]
+    fn clearance_surfaces_enclose_part_and_stock() {
+        let plane = |z: f64| format!(r#"{{"plane": {{"origin_mm": [0, 0, {z}]}}}}"#);
+        assert_eq!(verdict(OFFSET, &plane(12.0)), Ok(()));
+        let message = verdict(OFFSET, &plane(11.5)).unwrap_err();
+        assert!(message.starts_with("setups[0].clearance: part") && message.contains("0.500 mm"), "{message}");
+        assert!(verdict(OFFSET, &plane(-100.0)).is_err());
+        for (radius, holds) in [(12.0, true), (11.9, false)] {
+            let cylinder = format!(r#"{{"cylinder": {{"radius_mm": {radius}}}}}"#);
+            let sphere = format!(r#"{{"sphere": {{"radius_mm": {radius}}}}}"#);
+            assert_eq!(verdict(OFFSET, &cylinder).is_ok(), holds);
+            assert_eq!(verdict(OFFSET, &sphere).is_ok(), holds);
+        }
+    }
+
+    #[test]
+    fn stock_contains_the_part() {
+        let sphere = r#"{"sphere": {"radius_mm": 1000}}"#;
+        for (stock, holds) in [
+            (r#"{"box": {"min_mm": [0, 0, 0], "max_mm": [10, 10, 10]}}"#, true),
+            (r#"{"box": {"min_mm": [0, 0, 0], "max_mm": [10, 9.9, 10]}}"#, false),
+            (r#"{"box": {"min_mm": [900000, 0, 0], "max_mm": [900010, 10, 10]}}"#, false),
+            (r#"{"cylinder": {"base_mm": [0, 0, 0], "radius_mm": 10, "height_mm": 10}}"#, true),
+            (r#"{"cylinder": {"base_mm": [0, 0, 0], "radius_mm": 10, "height_mm": 9}}"#, false),
+            (r#"{"cylinder": {"base_mm": [0, 0, 1], "radius_mm": 10, "height_mm": 20}}"#, false),
+            (r#"{"cylinder": {"base_mm": [0, 0, 0], "radius_mm": 9, "height_mm": 10}}"#, false),
+        ] {
+            let verdict = verdict(stock, sphere);
+            assert_eq!(verdict.is_ok(), holds, "{stock}: {verdict:?}");
+            assert!(verdict.is_ok() || verdict.unwrap_err().starts_with("setups[0].stock: "));
+        }
+    }
+}

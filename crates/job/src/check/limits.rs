@@ -1,0 +1,237 @@
+//! Limits of a job file's numbers: beyond them a value is a slip of unit or key, or asks for work without end.
+
+use std::ops::RangeInclusive;
+
+use crate::setup::cell::diagonal;
+use facemill_inverse_kinematics::{Carrier, Machine};
+use facemill_tool_model::ToolAssembly;
+
+use crate::check::validate::{FARTHEST, Field};
+use crate::format::job_file::{
+    ApproachFile, ArcFile, JobFile, OperationFile, PathFile, PathFromFile, PathFromStrategy, SetupFile,
+};
+
+/// Range of a key's value, in the key's own unit.
+pub struct JobLimit<T> {
+    /// Place of the key below that of what has it.
+    key: &'static str,
+    /// Its value, where it is there.
+    of: fn(&T) -> Option<f64>,
+    least: f64,
+    most: f64,
+}
+
+const fn limit<T>(key: &'static str, of: fn(&T) -> Option<f64>, least: f64, most: f64) -> JobLimit<T> {
+    JobLimit { key, of, least, most }
+}
+
+/// First value beyond its limits, as `field: what it must be`.
+///
+/// # Errors
+/// When there is one.
+pub fn check_limits<T>(at: &Field, limits: &[JobLimit<T>], of: &T) -> Result<(), String> {
+    limits.iter().try_for_each(|l| (l.of)(of).map_or(Ok(()), |value| at.within(l.key, value, l.least, l.most)))
+}
+
+/// Largest spindle speed, 1/min: the fastest spindles turn at a tenth of it.
+const FASTEST_SPINDLE: f64 = 1e6;
+
+/// Smallest distances between points and between passes, mm.
+const SMALLEST_STEP: f64 = 1e-3;
+
+/// Largest of them: the length of the largest parts.
+const LARGEST_STEP: f64 = 1e4;
+
+/// Smallest tolerance, mm: a thousandth of what is written or measured.
+pub const SMALLEST_TOLERANCE: f64 = 1e-6;
+
+/// Largest of the tolerances that let the cutter into the part or off it, mm: above it, it would be a depth of cut.
+const LARGEST_TOLERANCE: f64 = 2.0;
+
+/// Largest cusp and chord of a mesh, mm: beyond, nothing is cut to shape.
+const LARGEST_HEIGHT: f64 = 100.0;
+
+/// Largest radius of entries and exits, mm: beyond, an arc is as good as straight, and longer than any machine.
+const LARGEST_ARC: f64 = 1e4;
+
+/// Limits of the numbers of an operation.
+///
+/// Fineness: below the smallest steps and tolerances a program has more blocks than a control can read; how many points come of them is
+/// counted when passes are laid.
+pub const OPERATION_LIMITS: [JobLimit<OperationFile>; 30] = [
+    limit("path.file.max_distance_mm", |o| path_file(o).map(|f| f.max_distance_mm), 0.0, FARTHEST),
+    limit("path.strategy.edge_margin_mm", |o| strategy(o).map(|s| s.edge_margin_mm), 0.0, FARTHEST),
+    limit("path.strategy.min_pass_length_mm", |o| strategy(o).map(|s| s.min_pass_length_mm), 0.0, FARTHEST),
+    limit("entry.tangential_arc.radius_mm", |o| tangential(&o.entry).map(|a| a.radius_mm), SMALLEST_STEP, LARGEST_ARC),
+    limit("entry.tangential_arc.angle_deg", |o| tangential(&o.entry).map(|a| a.angle_deg), 1.0, 90.0),
+    limit("exit.roll_in.radius_mm", |o| rolled(&o.exit).map(|a| a.radius_mm), SMALLEST_STEP, LARGEST_ARC),
+    limit("exit.roll_in.angle_deg", |o| rolled(&o.exit).map(|a| a.angle_deg), 1.0, 90.0),
+    limit("exit.tangential_arc.radius_mm", |o| tangential(&o.exit).map(|a| a.radius_mm), SMALLEST_STEP, LARGEST_ARC),
+    limit("exit.tangential_arc.angle_deg", |o| tangential(&o.exit).map(|a| a.angle_deg), 1.0, 90.0),
+    limit("entry.roll_in.radius_mm", |o| rolled(&o.entry).map(|a| a.radius_mm), SMALLEST_STEP, LARGEST_ARC),
+    limit("entry.roll_in.angle_deg", |o| rolled(&o.entry).map(|a| a.angle_deg), 1.0, 90.0),
+    limit("pattern.copies", |o| o.pattern.as_ref().map(|p| f64::from(p.copies)), 1.0, 1000.0),
+    limit("pattern.index_angle_deg", |o| o.pattern.as_ref().map(|p| p.index_angle_deg), -360.0, 360.0),
+    limit("search.weight", |o| Some(o.search.weight), 1e-6, 1e6),
+    limit("search.u_step", |o| Some(o.search.u_step), 0.001, 1.0),
+    limit("search.u_tolerance", |o| Some(o.search.u_tolerance), 1e-6, 1.0),
+    limit("search.certified_u_width", |o| o.search.certified_u_width, 1e-6, 0.1),
+    limit("search.max_turn_deg_per_mm", |o| Some(o.search.max_turn_deg_per_mm), 1e-9, 1e6),
+    limit("search.singular_cone_deg", |o| Some(o.search.singular_cone_deg), 0.0, 10.0),
+    limit("feeds.spindle_rpm", |o| Some(o.feeds.spindle_rpm), 1.0, FASTEST_SPINDLE),
+    limit("tolerances.mesh_chord_mm", |o| Some(o.tolerances.mesh_chord_mm), 0.0, LARGEST_HEIGHT),
+    limit("tolerances.path_chord_mm", |o| Some(o.tolerances.path_chord_mm), SMALLEST_TOLERANCE, LARGEST_TOLERANCE),
+    limit("tolerances.max_step_mm", |o| Some(o.tolerances.max_step_mm), SMALLEST_STEP, LARGEST_STEP),
+    limit("tolerances.max_step_over_mm", |o| Some(o.tolerances.max_step_over_mm), SMALLEST_STEP, LARGEST_STEP),
+    limit(
+        "tolerances.linearisation_mm",
+        |o| Some(o.tolerances.linearisation_mm),
+        SMALLEST_TOLERANCE,
+        LARGEST_TOLERANCE,
+    ),
+    limit("tolerances.gouge_mm", |o| Some(o.tolerances.gouge_mm), SMALLEST_TOLERANCE, LARGEST_TOLERANCE),
+    limit("tolerances.max_lift_mm", |o| Some(o.tolerances.max_lift_mm), 0.0, LARGEST_TOLERANCE),
+    limit("tolerances.cusp_mm", |o| Some(o.tolerances.cusp_mm), SMALLEST_TOLERANCE, LARGEST_HEIGHT),
+    limit("finish.max_above_fraction", |o| Some(o.finish.max_above_fraction), 0.0, 1.0),
+    limit("finish.max_never_cut_fraction", |o| Some(o.finish.max_never_cut_fraction), 0.0, 1.0),
+];
+
+/// Limits of the numbers of a setup.
+pub const SETUP_LIMITS: [JobLimit<SetupFile>; 1] =
+    [limit("rapid_clearance_mm", |s| Some(s.rapid_clearance_mm), SMALLEST_STEP, 1000.0)];
+
+/// Limits of the numbers of a whole job.
+pub const JOB_LIMITS: [JobLimit<JobFile>; 2] = [
+    limit(
+        "stock_tolerance_mm",
+        |j| Some(j.verification.stock_tolerance_mm),
+        *STOCK_TOLERANCES.start(),
+        *STOCK_TOLERANCES.end(),
+    ),
+    limit("stock_cell_mm", |j| j.verification.stock_cell_mm, SMALLEST_STEP, 1000.0),
+];
+
+fn path_file(o: &OperationFile) -> Option<&PathFromFile> {
+    match &o.path {
+        PathFile::File(f) => Some(f),
+        PathFile::Strategy(_) => None,
+    }
+}
+
+fn strategy(o: &OperationFile) -> Option<&PathFromStrategy> {
+    match &o.path {
+        PathFile::Strategy(s) => Some(s),
+        PathFile::File(_) => None,
+    }
+}
+
+fn tangential(approach: &ApproachFile) -> Option<&ArcFile> {
+    match approach {
+        ApproachFile::TangentialArc(arc) => Some(arc),
+        ApproachFile::RollIn(_) => None,
+    }
+}
+
+fn rolled(approach: &ApproachFile) -> Option<&ArcFile> {
+    match approach {
+        ApproachFile::RollIn(arc) => Some(arc),
+        ApproachFile::TangentialArc(_) => None,
+    }
+}
+
+/// That a cutter is no wider than the machine's table, whose bodies' diagonals in a row are more than it can be; nothing where the machine
+/// file gives the table no body.
+///
+/// # Errors
+/// When it is wider.
+pub fn check_cutter_width(machine: &Machine, tool: &ToolAssembly) -> Result<(), String> {
+    let on_table = machine.bodies().iter().filter(|b| b.carrier() == Some(Carrier::Table));
+    let width: f64 = on_table.map(|b| diagonal(&b.body.solid.aabb())).sum();
+    let diameter = 2.0 * tool.cutter().radius();
+    if width == 0.0 || diameter <= width {
+        return Ok(());
+    }
+    Err(format!(
+        "radius_mm: a cutter of {diameter} mm is wider than the machine's table, {width:.0} mm from corner to corner: is the unit right?"
+    ))
+}
+
+/// Tolerances that stock can be cut within, mm. Smaller: motions fall into more parts than memory holds. Larger: what goes less deep into
+/// the stock than twice the tolerance is no finding.
+pub const STOCK_TOLERANCES: RangeInclusive<f64> = 0.0001..=0.5;
+
+#[cfg(test)]
+mod tests {
+    use facemill_file_format::from_json;
+    use serde_json::{Value, json};
+
+    use crate::check::limits::*;
+    use crate::check::validate::validate;
+    use crate::examples::new_job::{NewJob, new_job};
+
+    /// Example jobs with all keys that have limits between them.
+    fn jobs() -> [Value; 2] {
+        let files = new_job(&NewJob::Patch { size_mm: 100.0 }).unwrap();
+        let mut laid: Value =
+            serde_json::from_slice(&files.iter().find(|(name, _)| name == "job.json").unwrap().1).unwrap();
+        laid["verification"] = json!({ "stock_cell_mm": 1.0, "stock_tolerance_mm": 0.05 });
+        let operation = &mut laid["operations"][0];
+        operation["pattern"] = json!({ "copies": 3, "index_angle_deg": 120.0, "axis": [0, 0, 1] });
+        operation["search"]["certified_u_width"] = json!(0.01);
+        let mut read = laid.clone();
+        read["operations"][0]["path"] = json!({ "file": { "file": "path.json", "max_distance_mm": 1.0 } });
+        for key in ["entry", "exit"] {
+            read["operations"][0][key] = json!({ "roll_in": { "radius_mm": 30.0, "angle_deg": 20.0 } });
+        }
+        [laid, read]
+    }
+
+    /// A value in place of another, as the whole check of a job judges it.
+    fn with(job: &Value, place: &str, value: f64, is_count: bool) -> Result<(), String> {
+        let mut job = job.clone();
+        let mut at = &mut job;
+        for part in place.split('/') {
+            at = match part.parse::<usize>() {
+                Ok(index) => &mut at[index],
+                Err(_) => &mut at[part],
+            };
+        }
+        *at = if is_count { json!(value as u64) } else { json!(value) };
+        validate(&from_json::<JobFile>(job.to_string().as_bytes()).map_err(|e| e.to_string())?)
+    }
+
+    /// Walks over a table with values just outside and inside.
+    fn walk<T>(limits: &[JobLimit<T>], below: &str, of: impl Fn(&JobFile) -> &T) {
+        for limit in limits {
+            let jobs = jobs();
+            let has_it = |job: &&Value| {
+                let file: JobFile = from_json(job.to_string().as_bytes()).unwrap();
+                (limit.of)(of(&file)).is_some()
+            };
+            let job = jobs.iter().find(has_it).unwrap_or_else(|| panic!("{}", limit.key));
+            let is_count = limit.key == "pattern.copies";
+            let place = format!("{below}/{}", limit.key.replace('.', "/"));
+            let range = format!("from {} to {}", limit.least, limit.most);
+            let away = |value: f64| if is_count { 1.0 } else { (1e-3 * value.abs()).max(1e-9) };
+            for outside in [limit.least - away(limit.least), limit.most + away(limit.most), 4e9] {
+                let e = with(job, &place, outside, is_count).unwrap_err();
+                assert!(e.contains(limit.key) && e.contains(&range), "{place} {outside}: {e}");
+            }
+            // Within, another law may refuse it: copies that come back to the first place.
+            for inside in [limit.least, limit.most] {
+                let taken = with(job, &place, inside, is_count);
+                assert!(taken.as_ref().map_or_else(|e| !e.contains(&range), |()| true), "{place} {inside}: {taken:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn values_beyond_their_limits_are_refused_with_field_and_limits_and_those_within_are_read() {
+        for job in jobs() {
+            validate(&from_json::<JobFile>(job.to_string().as_bytes()).unwrap()).unwrap();
+        }
+        walk(&OPERATION_LIMITS, "operations/0", |job| &job.operations[0]);
+        walk(&SETUP_LIMITS, "setups/0", |job| &job.setups[0]);
+        walk(&JOB_LIMITS, "verification", |job| job);
+    }
+}

@@ -1,0 +1,94 @@
+//! What happened to a mesh file when it was read, in words.
+
+use crate::format::report::MeshReport;
+
+impl MeshReport {
+    /// What was read, mended and dropped, what is left, and what is wrong with that.
+    pub fn told(&self) -> String {
+        let count = |key: &str| self.repair.get(key).and_then(serde_json::Value::as_u64).unwrap_or(0);
+        let n = |key: &str, one: &str, more: &str| counted(count(key), one, more);
+        let mut parts = vec![n("n_triangles_in", "read 1 triangle", "read # triangles")];
+        parts.push(n(
+            "n_welded_vertices",
+            "welded 1 vertex to another at the same place",
+            "welded # vertices to others at the same place",
+        ));
+        parts.push(n(
+            "n_turned",
+            "turned 1 triangle with its corners in a line",
+            "turned # triangles with their corners in a line",
+        ));
+        parts.push(n("n_degenerate", "dropped 1 triangle without area", "dropped # triangles without area"));
+        parts.push(n(
+            "n_duplicates",
+            "dropped 1 triangle that was there twice",
+            "dropped # triangles that were there twice",
+        ));
+        let kept = count("n_triangles_in").saturating_sub(count("n_degenerate") + count("n_duplicates"));
+        let components = n("n_components", "1 component", "# components");
+        let closed = match (count("n_components"), count("n_closed")) {
+            (all, closed) if all == closed => "closed".to_owned(),
+            (_, 0) => "open".to_owned(),
+            (_, closed) => counted(closed, "1 of them closed", "# of them closed"),
+        };
+        parts.push(format!("kept {} in {components}, {closed}", counted(kept, "1 triangle", "# triangles")));
+        if self.reverse_winding {
+            parts.push("turned all of them (reverse_winding)".to_owned());
+        }
+        parts.push(n("n_open_edges", "1 edge has one triangle", "# edges have one triangle"));
+        parts.push(n("n_non_manifold_edges", "1 edge has more than two", "# edges have more than two"));
+        parts.push(n(
+            "n_miswound_edges",
+            "at 1 edge triangles are wound against each other",
+            "at # edges triangles are wound against each other",
+        ));
+        parts.push(n(
+            "n_inverted",
+            "1 closed component is wound inside out",
+            "# closed components are wound inside out",
+        ));
+        parts.retain(|part| !part.is_empty());
+        parts.join(", ")
+    }
+}
+
+/// A number in its words, `#` for it; empty for 0.
+fn counted(n: u64, one: &str, more: &str) -> String {
+    match n {
+        0 => String::new(),
+        1 => one.to_owned(),
+        n => more.replace('#', &n.to_string()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::check::mesh_told::*;
+    use facemill_surface_model::{ImportSettings, MeshFormat, RepairReport};
+
+    #[test]
+    fn a_mesh_is_told_by_what_happened_to_it() {
+        let told = |repair: &RepairReport| {
+            MeshReport::new("a.stl", ImportSettings::default_for(MeshFormat::Stl), repair).told()
+        };
+        let clean = RepairReport { n_triangles_in: 12, n_components: 1, n_closed: 1, ..RepairReport::default() };
+        assert_eq!(told(&clean), "read 12 triangles, kept 12 triangles in 1 component, closed");
+        let dirty = RepairReport {
+            n_triangles_in: 566_670,
+            n_welded_vertices: 6660,
+            n_degenerate: 1,
+            n_duplicates: 3,
+            n_open_edges: 5,
+            n_components: 3,
+            n_closed: 2,
+            n_inverted: 1,
+            ..RepairReport::default()
+        };
+        assert_eq!(
+            told(&dirty),
+            "read 566670 triangles, welded 6660 vertices to others at the same place, dropped 1 triangle without area, dropped 3 \
+             triangles that were there twice, kept 566666 triangles in 3 components, 2 of them closed, 5 edges have one triangle, 1 \
+             closed component is wound inside out"
+        );
+    }
+}

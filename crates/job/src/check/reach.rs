@@ -1,0 +1,136 @@
+//! Whether a mounting lets an operation reach any of its region.
+
+use crate::setup::pattern::places;
+use facemill_cl_data::{CcPoint, ClPoint, Posture};
+use facemill_inverse_kinematics::{AxisKind, Unreachable};
+use facemill_surface_model::{Surface, SurfaceSettings};
+use facemill_tool_model::cl_from_cc;
+use facemill_tool_path::pieces::LaidTask;
+
+use crate::check::part_size::unit_advice;
+use crate::format::job_file::OperationFile;
+use crate::load::obstacle_meshes::ObstacleRole;
+use crate::load::{Job, Setup};
+
+/// CC points and directions of tilt that are tried, and steps of tilt, deg. More than any operation searches, so that none
+/// is refused that could be planned.
+const POINTS: usize = 48;
+
+const TURNS: u32 = 12;
+
+const TILTS_DEG: [f64; 10] = [0.0, 2.0, 5.0, 10.0, 20.0, 30.0, 45.0, 60.0, 75.0, 89.0];
+
+/// How far a linear (mm) or rotary axis (rad) must be beyond its limits at the best of what is tried: between two tries one may
+/// be a little better.
+const SURE: [f64; 2] = [2.0, 0.035];
+
+/// What keeps a place from being reached.
+enum Barrier {
+    /// An axis at its limit, by so much, mm or rad.
+    Axis(Unreachable, f64),
+    /// The place lies in a body of the table.
+    Table(String),
+}
+
+/// Refuses a mounting in which no posture at all reaches any of the points that are tried, in no place of the pattern.
+///
+/// # Errors
+/// A message with operation, axis and limit, or the body of the table that the region lies in.
+pub fn check_reach(job: &Job, setup: &Setup<'_>, operation: &OperationFile, tasks: &[LaidTask]) -> Result<(), String> {
+    let points: Vec<&CcPoint> = tasks.iter().flat_map(|t| &t.pass.points).collect();
+    let points: Vec<&CcPoint> = points.iter().step_by(points.len().div_ceil(POINTS).max(1)).copied().collect();
+    let table = table(setup);
+    let mut least: Option<Barrier> = None;
+    for place in places(operation.pattern.as_ref()) {
+        for cc in &points {
+            match barrier(job, setup, &table, &cc.transformed(&place)) {
+                None => return Ok(()),
+                Some(found) => least = Some(lesser(least, found)),
+            }
+        }
+    }
+    let Some(barrier) = least else { return Ok(()) };
+    if matches!(&barrier, Barrier::Axis(why, by) if *by < sure(why)) {
+        return Ok(());
+    }
+    Err(message(job, setup, operation, points.len(), &barrier))
+}
+
+/// Bodies of the table that stand still against the workpiece, workpiece frame.
+fn table(setup: &Setup<'_>) -> Vec<(String, Surface)> {
+    let bodies = setup.obstacles.iter().filter(|o| o.role == ObstacleRole::Table && !o.mesh.triangles().is_empty());
+    bodies.map(|o| (o.name.clone(), Surface::new(o.mesh.clone(), SurfaceSettings::default()))).collect()
+}
+
+/// The least that keeps the tool from a CC point; `None` where a posture reaches it.
+fn barrier(job: &Job, setup: &Setup<'_>, table: &[(String, Surface)], cc: &CcPoint) -> Option<Barrier> {
+    if let Some((name, _)) = table.iter().find(|(_, body)| body.is_inside(&cc.position)) {
+        return Some(Barrier::Table(name.clone()));
+    }
+    let mut least = None;
+    for tilt in TILTS_DEG {
+        for turn in 0..TURNS {
+            let rotate = std::f64::consts::TAU * f64::from(turn) / f64::from(TURNS);
+            let cl = cl_from_cc(job.tool.cutter(), cc, Posture { tilt: tilt.to_radians(), rotate });
+            let on_table = ClPoint { tip: setup.table_from_work * cl.tip, axis: setup.table_from_work * cl.axis };
+            match job.machine.inverse(&on_table, job.tool.gauge_length()) {
+                Ok(_) => return None,
+                Err(why) => match excess(&why) {
+                    None => return None,
+                    Some(by) => least = Some(lesser(least, Barrier::Axis(why, by))),
+                },
+            }
+        }
+    }
+    least
+}
+
+/// By how much limits are exceeded, mm or rad; `None` where it is no matter of the mounting.
+fn excess(why: &Unreachable) -> Option<f64> {
+    match why {
+        Unreachable::AxisLimit { value, min, max, .. } => Some((min - value).max(value - max)),
+        Unreachable::Direction { by, .. } => Some(*by),
+        Unreachable::Tip { .. } | Unreachable::Singular | Unreachable::Inaccurate | Unreachable::NotFinite => None,
+    }
+}
+
+fn is_linear(why: &Unreachable) -> bool {
+    matches!(why, Unreachable::AxisLimit { kind: AxisKind::Linear, .. })
+}
+
+fn sure(why: &Unreachable) -> f64 {
+    if is_linear(why) { SURE[0] } else { SURE[1] }
+}
+
+/// The one that says more: a linear axis before a rotary one, that before the table; of two alike the smaller excess.
+fn lesser(known: Option<Barrier>, new: Barrier) -> Barrier {
+    let rank = |b: &Barrier| match b {
+        Barrier::Axis(why, by) => (u8::from(!is_linear(why)), *by),
+        Barrier::Table(_) => (2, 0.0),
+    };
+    match known {
+        Some(known) if rank(&known) <= rank(&new) => known,
+        _ => new,
+    }
+}
+
+fn message(job: &Job, setup: &Setup<'_>, operation: &OperationFile, n: usize, barrier: &Barrier) -> String {
+    let at = job.file.setups.iter().position(|s| s.name == setup.file.name).unwrap_or(0);
+    let why = match barrier {
+        Barrier::Axis(why @ Unreachable::AxisLimit { axis, kind, .. }, by) => {
+            let by = match kind {
+                AxisKind::Linear => format!("{by:.1} mm"),
+                AxisKind::Rotary => format!("{:.1} deg", by.to_degrees()),
+            };
+            format!("at the nearest, {why}; move or turn the part on the table so that {axis} has {by} less to go")
+        }
+        Barrier::Axis(why, _) => format!("at the nearest, {why}; turn the part on the table"),
+        Barrier::Table(body) => format!("all of them lie inside {body}, a body of the machine's table; raise the part"),
+    };
+    let unit = unit_advice(job, setup).map_or_else(String::new, |advice| format!("; {advice}"));
+    format!(
+        "setups[{at}].table_from_work: operation \"{}\" reaches none of {n} points of its region in any posture: {why} \
+         (table_from_work){unit}",
+        operation.name
+    )
+}

@@ -1,0 +1,13 @@
+//! Files of jobs, reports and other results, as they are written.
+
+pub mod incomplete;
+pub mod job_file;
+pub mod lengths_file;
+pub mod made_from;
+pub mod program_stamp;
+pub mod program_times;
+pub mod rapids_file;
+pub mod report;
+pub mod solution_space_file;
+pub mod summary_file;
+pub mod verification_file;

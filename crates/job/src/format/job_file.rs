@@ -1,0 +1,839 @@
+//! The job file, `"format": "facemill-job/1"`, as it is written.
+
+use std::collections::BTreeMap;
+
+use facemill_cc_path::{RegionFile, StrategyFile};
+use facemill_nc_program::PostFile;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Value of the key `format` in a job file.
+pub const JOB_FORMAT: &str = "facemill-job/1";
+
+/// A job: what is machined, with what, how, and what is written.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct JobFile {
+    /// Always "facemill-job/1".
+    pub format: String,
+    /// Name of the job; the program carries it as a comment.
+    pub name: String,
+    /// Tool file, relative to the job file.
+    pub tool: String,
+    /// Tool file of the second head, on a machine with two, relative to the job file; its number and length register must
+    /// not be those of the first head's tool.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub second_tool: Option<String>,
+    /// Machine file, relative to the job file.
+    pub machine: String,
+    /// Setups in the order they are machined; each gets a program of its own.
+    pub setups: Vec<SetupFile>,
+    /// Operations in the order they are machined.
+    pub operations: Vec<OperationFile>,
+    /// Operations that two heads machine at the same time.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub pairs: Vec<PairFile>,
+    /// How the program is written.
+    pub post: PostFile,
+    /// What the feeds of cutting moves ask of the axes at most.
+    #[serde(default)]
+    pub feeds_within: FeedsWithin,
+    /// How the written programs are verified.
+    #[serde(default)]
+    pub verification: VerificationSettingsFile,
+}
+
+/// How the programs of a plan are verified.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct VerificationSettingsFile {
+    /// Cut the stock of every setup as its program goes, and report what meets it as it then is.
+    pub cut_stock: bool,
+    /// Distance of the lines that the stock is made of. Where the key is missing: 200 lines along the longer side of what the
+    /// operations cut, no less than 1 mm apart, and close enough for the rapid clearance.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stock_cell_mm: Option<f64>,
+    /// How far from the truth what is cut may be, on every line.
+    pub stock_tolerance_mm: f64,
+}
+
+impl Default for VerificationSettingsFile {
+    fn default() -> Self {
+        Self { cut_stock: true, stock_cell_mm: None, stock_tolerance_mm: 0.05 }
+    }
+}
+
+/// What feeds ask of the axes at most.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum FeedsWithin {
+    /// Each axis' largest velocity; the control slows down where axes cannot be accelerated so fast.
+    Velocity,
+    /// Velocity, acceleration and jerk of each axis: each block asks for the largest speed that the axes reach in it. Where the
+    /// machine file lacks a limit, as `velocity`.
+    #[default]
+    Acceleration,
+}
+
+/// One clamping of the part.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SetupFile {
+    /// Name; operations refer to it.
+    pub name: String,
+    /// Pose of the part (the meshes' frame) in the workpiece frame.
+    #[serde(default)]
+    pub work_from_part: PoseFile,
+    /// Pose of the workpiece frame on the machine's table: how the part is mounted.
+    #[serde(default)]
+    pub table_from_work: PoseFile,
+    /// Work offset that the program runs under.
+    #[serde(default)]
+    pub work_offset: WorkOffsetFile,
+    /// Meshes with their roles.
+    pub meshes: Vec<MeshFile>,
+    /// The material on the part before machining.
+    pub stock: StockFile,
+    /// Surface outside of which rapids are free.
+    pub clearance: ClearanceFile,
+    /// The same for the second head of a machine with two; the surface of the first, where the key is missing.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub second_clearance: Option<ClearanceFile>,
+    /// Distance that the whole tool keeps from part, stock and fixtures in rapids.
+    #[serde(default = "default_rapid_clearance_mm")]
+    pub rapid_clearance_mm: f64,
+    /// Ways from one pass to the next.
+    #[serde(default)]
+    pub links: LinksFile,
+}
+
+/// How the ways from one pass to the next are made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct LinksFile {
+    /// Replace each by the fastest one that is found and proven free, where the stock is cut; else they go over the clearance surface.
+    pub shorten: bool,
+    /// Which stock they keep the rapid clearance from.
+    pub stock: LinkStockFile,
+    /// In which order the pieces of an operation's passes are cut.
+    pub order: PassOrderFile,
+}
+
+impl Default for LinksFile {
+    fn default() -> Self {
+        Self { shorten: true, stock: LinkStockFile::default(), order: PassOrderFile::default() }
+    }
+}
+
+/// Stock that links keep off.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum LinkStockFile {
+    /// As it was before the program: the whole tool is proven to keep 0.9 of the rapid clearance from it everywhere.
+    #[default]
+    AtFirst,
+    /// As it is when the link is driven, on the lines of the cut stock: through what has been cut, and near the ends of a link nearer
+    /// than the rapid clearance.
+    AsCut,
+}
+
+/// In which order the pieces of an operation's passes are cut.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum PassOrderFile {
+    /// Pass by pass as the path has them, place by place of the pattern.
+    #[default]
+    AsLaid,
+    /// With the shortest links; pieces so near each other that one place is in reach of the cutter on both keep their order.
+    Shortest,
+}
+
+fn default_rapid_clearance_mm() -> f64 {
+    5.0
+}
+
+/// A pose: rotation about an axis through the origin, then translation.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PoseFile {
+    /// Translation.
+    #[serde(default)]
+    pub translation_mm: [f64; 3],
+    /// Direction of the rotation axis.
+    #[serde(default = "z_axis")]
+    pub rotation_axis: [f64; 3],
+    /// Angle, right-handed.
+    #[serde(default)]
+    pub rotation_deg: f64,
+}
+
+/// Direction of the z axis.
+pub fn z_axis() -> [f64; 3] {
+    [0.0, 0.0, 1.0]
+}
+
+impl Default for PoseFile {
+    fn default() -> Self {
+        Self { translation_mm: [0.0; 3], rotation_axis: z_axis(), rotation_deg: 0.0 }
+    }
+}
+
+/// Work offset of the control: machine axis values where the program's words are zero.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct WorkOffsetFile {
+    /// Register, such as "G54".
+    #[serde(default = "default_register")]
+    pub register: String,
+    /// Offsets of linear axes by letter; axes not named have 0.
+    #[serde(default)]
+    pub linear_mm: BTreeMap<String, f64>,
+    /// Offsets of rotary axes by letter; axes not named have 0.
+    #[serde(default)]
+    pub rotary_deg: BTreeMap<String, f64>,
+}
+
+fn default_register() -> String {
+    "G54".to_owned()
+}
+
+impl Default for WorkOffsetFile {
+    fn default() -> Self {
+        Self { register: default_register(), linear_mm: BTreeMap::new(), rotary_deg: BTreeMap::new() }
+    }
+}
+
+/// A mesh, or some groups of it, and what it means.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MeshFile {
+    /// Mesh file (OBJ, STL, glTF, GLB), relative to the job file.
+    pub file: String,
+    /// Groups that are meant; `*` stands for any run of characters. All, where the key is missing.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub groups: Option<Vec<String>>,
+    /// What the mesh means.
+    pub role: RoleFile,
+    /// Unit of the file; metre for glTF and millimetre for others where the key is missing.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unit: Option<UnitFile>,
+    /// Up axis of the file; y for glTF and z for others where the key is missing.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub up_axis: Option<UpAxisFile>,
+    /// Turns all triangles, of a file that is wound inside out; all entries with the same file say the same.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub reverse_winding: bool,
+    /// Material that must be left on it by the cutter.
+    #[serde(default)]
+    pub allowance_mm: f64,
+}
+
+/// What a mesh means (APT's part, check and drive surfaces).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum RoleFile {
+    /// What the passes cut; counts as part, too.
+    Drive,
+    /// Must not be gouged.
+    Part,
+    /// Must not be gouged; has its own allowance.
+    Check,
+    /// Must not be touched.
+    Fixture,
+}
+
+/// Length unit of a mesh file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum UnitFile {
+    /// m
+    Metre,
+    /// cm
+    Centimetre,
+    /// mm
+    Millimetre,
+    /// 25.4 mm
+    Inch,
+}
+
+/// Axis of a mesh file that points up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum UpAxisFile {
+    /// +X
+    X,
+    /// +Y
+    Y,
+    /// +Z
+    Z,
+}
+
+/// Material before machining, workpiece frame.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum StockFile {
+    /// The part with material of this thickness on it.
+    Offset(OffsetStockFile),
+    /// A box.
+    Box(BoxStockFile),
+    /// A cylinder.
+    Cylinder(CylinderStockFile),
+    /// A mesh.
+    Mesh(MeshStockFile),
+}
+
+/// The part with material on it.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct OffsetStockFile {
+    /// Thickness of the material.
+    pub allowance_mm: f64,
+}
+
+/// An axis-parallel box.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BoxStockFile {
+    /// Smallest coordinates.
+    pub min_mm: [f64; 3],
+    /// Largest coordinates.
+    pub max_mm: [f64; 3],
+}
+
+/// A round bar.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CylinderStockFile {
+    /// Middle of the base.
+    pub base_mm: [f64; 3],
+    /// Direction from the base to the top.
+    #[serde(default = "z_axis")]
+    pub axis: [f64; 3],
+    /// Radius.
+    pub radius_mm: f64,
+    /// Height.
+    pub height_mm: f64,
+}
+
+/// A casting as a mesh, in the part's frame.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MeshStockFile {
+    /// Mesh file, relative to the job file.
+    pub file: String,
+    /// Unit, as for meshes of the part.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unit: Option<UnitFile>,
+    /// Up axis, as for meshes of the part.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub up_axis: Option<UpAxisFile>,
+    /// Turns all triangles, as for meshes of the part.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub reverse_winding: bool,
+}
+
+/// Surface that the whole workpiece lies inside of, workpiece frame.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ClearanceFile {
+    /// A plane; its normal points to the free side.
+    Plane(PlaneFile),
+    /// A cylinder.
+    Cylinder(CylinderFile),
+    /// A sphere.
+    Sphere(SphereFile),
+}
+
+/// A plane.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PlaneFile {
+    /// A point of the plane.
+    pub origin_mm: [f64; 3],
+    /// Its normal.
+    #[serde(default = "z_axis")]
+    pub normal: [f64; 3],
+}
+
+/// An endless cylinder.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CylinderFile {
+    /// A point of its axis.
+    #[serde(default)]
+    pub origin_mm: [f64; 3],
+    /// Direction of its axis.
+    #[serde(default = "z_axis")]
+    pub axis: [f64; 3],
+    /// Radius.
+    pub radius_mm: f64,
+}
+
+/// A sphere.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SphereFile {
+    /// Middle.
+    #[serde(default)]
+    pub center_mm: [f64; 3],
+    /// Radius.
+    pub radius_mm: f64,
+}
+
+/// One operation.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct OperationFile {
+    /// Name; findings and the report refer to it.
+    pub name: String,
+    /// Setup it belongs to; may be missing where there is only one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub setup: Option<String>,
+    /// Head that machines it, from 1: the number of its chain in the machine file.
+    #[serde(default = "first_head", skip_serializing_if = "is_first_head")]
+    pub head: u32,
+    /// Where the cutter-contact points come from.
+    pub path: PathFile,
+    /// Cutting direction.
+    pub direction: DirectionFile,
+    /// How the cutter comes into every pass.
+    pub entry: ApproachFile,
+    /// How it leaves every pass.
+    pub exit: ApproachFile,
+    /// Copies about an axis.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pattern: Option<PatternFile>,
+    /// Search for tilt and rotate.
+    pub search: SearchFile,
+    /// Feeds and spindle.
+    pub feeds: FeedsFile,
+    /// Tolerances: the error budget.
+    pub tolerances: TolerancesFile,
+    /// Most material that may be left on the operation's region.
+    #[serde(default)]
+    pub finish: FinishFile,
+    /// What happens where no posture is feasible.
+    pub infeasible: InfeasibleFile,
+}
+
+fn first_head() -> u32 {
+    1
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "what serde passes")]
+fn is_first_head(head: &u32) -> bool {
+    *head == first_head()
+}
+
+/// Two operations of one setup that two heads machine at the same time, on a machine whose heads share the workpiece's axes:
+/// their passes are paired, and both heads' postures chosen so that they agree on the shared axis.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PairFile {
+    /// Name of the operation of the first head.
+    pub first: String,
+    /// Name of the operation of the second head.
+    pub second: String,
+    /// How far rotate may turn away from the uncut stock where the common value of the shared axis asks for it: with opposite
+    /// sides of a blade one head leans to the one side where the other leans to the other.
+    #[serde(default = "default_lean_back_deg")]
+    pub lean_back_deg: f64,
+}
+
+fn default_lean_back_deg() -> f64 {
+    85.0
+}
+
+/// Source of CC points.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum PathFile {
+    /// A path file, projected on the drive surface.
+    File(PathFromFile),
+    /// Passes laid on the drive surface.
+    Strategy(PathFromStrategy),
+}
+
+/// A path from a file.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PathFromFile {
+    /// Path file ("facemill-path/1"), relative to the job file.
+    pub file: String,
+    /// Farthest that a point may be from the drive surface.
+    pub max_distance_mm: f64,
+    /// Side of the feed on which the uncut stock lies, seen from outside.
+    #[serde(default)]
+    pub uncut_side: UncutSideFile,
+    /// What the passes are to finish: what they leave is measured on it.
+    #[serde(default)]
+    pub region: RegionFile,
+}
+
+/// A side of the feed, seen from outside the part.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum UncutSideFile {
+    /// Left of the feed.
+    Left,
+    /// Right of the feed.
+    #[default]
+    Right,
+}
+
+/// A path laid by a strategy.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PathFromStrategy {
+    /// How passes lie.
+    pub strategy: StrategyFile,
+    /// Where passes lie on the drive surface.
+    #[serde(default)]
+    pub region: RegionFile,
+    /// Passes advance toward larger levels (distance along the planes' normal, radius of the cylinders) or smaller ones.
+    #[serde(default)]
+    pub order: LevelOrderFile,
+    /// Order of cutting: always the same way, or back and forth.
+    #[serde(default)]
+    pub linking: LinkingFile,
+    /// Distance kept from the region's edge along each pass.
+    #[serde(default)]
+    pub edge_margin_mm: f64,
+    /// Passes shorter than this are left out and counted.
+    #[serde(default)]
+    pub min_pass_length_mm: f64,
+}
+
+/// Order of levels.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum LevelOrderFile {
+    /// From the smallest level to the largest.
+    #[default]
+    Increasing,
+    /// From the largest level to the smallest.
+    Decreasing,
+}
+
+/// How passes follow each other.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum LinkingFile {
+    /// Every pass the same way.
+    #[default]
+    OneWay,
+    /// Back and forth; only with direction "either".
+    Zigzag,
+}
+
+/// Cutting direction. With the spindle sense it says on which side of the feed the uncut stock lies, and toward that side
+/// rotate turns.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum DirectionFile {
+    /// Down milling: teeth move against the feed where they are in the stock.
+    Climb,
+    /// Up milling.
+    Conventional,
+    /// Whatever the order of passes gives.
+    Either,
+}
+
+/// Entry or exit of a pass.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ApproachFile {
+    /// Arc in the plane of feed and normal, tangent to the pass.
+    TangentialArc(ArcFile),
+    /// Arc in the tangent plane, from the side that is already cut.
+    RollIn(ArcFile),
+}
+
+/// An arc.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ArcFile {
+    /// Radius.
+    pub radius_mm: f64,
+    /// Angle it runs through, more than 0 and up to 90.
+    pub angle_deg: f64,
+}
+
+/// Copies of the passes about an axis, workpiece frame.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PatternFile {
+    /// Number of places, the first included.
+    pub copies: u32,
+    /// Angle from one to the next, right-handed.
+    pub index_angle_deg: f64,
+    /// A point of the axis.
+    #[serde(default)]
+    pub origin_mm: [f64; 3],
+    /// Direction of the axis.
+    #[serde(default = "z_axis")]
+    pub axis: [f64; 3],
+}
+
+/// Search for tilt and rotate (CLOPT).
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SearchFile {
+    /// Smallest and largest tilt.
+    pub tilt_deg: [f64; 2],
+    /// Smallest and largest amount of rotate, 0 to 180, toward the uncut stock. The paper's sign follows from direction,
+    /// spindle sense and the side of the uncut stock.
+    pub rotate_deg: [f64; 2],
+    /// How the postures of a pass are chosen.
+    #[serde(default)]
+    pub mode: PostureModeFile,
+    /// Which grows first.
+    #[serde(default)]
+    pub order: OrderFile,
+    /// Weight of the Bézier's middle control point.
+    #[serde(default = "one")]
+    pub weight: f64,
+    /// Coarse step of the curve's parameter.
+    #[serde(default = "default_u_step")]
+    pub u_step: f64,
+    /// Accuracy of the curve's parameter.
+    #[serde(default = "default_u_tolerance")]
+    pub u_tolerance: f64,
+    /// Proves of everything before the posture that is found that it is blocked, but for feasible stretches of the curve's
+    /// parameter shorter than this. Where the key is missing, the search steps by `u_step`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub certified_u_width: Option<f64>,
+    /// Largest turn of the tool axis against the surface per mm of path.
+    #[serde(default = "default_turn")]
+    pub max_turn_deg_per_mm: f64,
+    /// Directions allowed to the tool axis.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tool_axis_cone: Option<ConeFile>,
+    /// Angle between the tool axis and the rotary axis nearest to the workpiece, below which that axis turns fast for little
+    /// motion of the tool. Postures nearer than this are taken only where no other is feasible, and are told in the report. 0
+    /// avoids nothing.
+    #[serde(default = "default_singular_cone")]
+    pub singular_cone_deg: f64,
+    /// Which of the machine's solutions is taken at the start.
+    #[serde(default)]
+    pub preferred_branch: BranchFile,
+}
+
+fn one() -> f64 {
+    1.0
+}
+fn default_u_step() -> f64 {
+    0.1
+}
+fn default_u_tolerance() -> f64 {
+    0.001
+}
+fn default_singular_cone() -> f64 {
+    1.0
+}
+fn default_turn() -> f64 {
+    0.1
+}
+
+/// How the postures of a pass are chosen.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum PostureModeFile {
+    /// At every point the smallest feasible posture of the search curve.
+    Smallest,
+    /// Over the whole pass the sequence with the least of cusps and of motion of the axes, within the ranges.
+    #[default]
+    Smooth,
+    /// The same posture at every point; points where it is not feasible are left out.
+    Fixed(FixedPostureFile),
+    /// The tool axis toward a point or line; points where that is not feasible are left out.
+    Toward(AxisTargetFile),
+}
+
+/// A posture in terms of lead and lean.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FixedPostureFile {
+    /// Lean of the tool axis along the feed.
+    pub lead_deg: f64,
+    /// Lean of the tool axis across the feed, toward the uncut stock.
+    #[serde(default)]
+    pub lean_deg: f64,
+}
+
+/// What the tool axis points to: the spindle is on its side of the surface. Workpiece frame.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum AxisTargetFile {
+    /// A point.
+    Point(TargetPointFile),
+    /// The nearest point of a line.
+    Line(TargetLineFile),
+}
+
+/// A point that the tool axis points to.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TargetPointFile {
+    /// Where it is.
+    pub position_mm: [f64; 3],
+}
+
+/// A line that the tool axis points to.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TargetLineFile {
+    /// A point of the line.
+    pub origin_mm: [f64; 3],
+    /// Its direction.
+    pub direction: [f64; 3],
+}
+
+/// Which angle grows first along the search curve.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum OrderFile {
+    /// Tilt, then rotate.
+    #[default]
+    TiltFirst,
+    /// Rotate, then tilt.
+    RotateFirst,
+}
+
+/// Directions within an angle of an axis, workpiece frame.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ConeFile {
+    /// Middle of the cone.
+    #[serde(default = "z_axis")]
+    pub axis: [f64; 3],
+    /// Angle from the middle to the border.
+    pub half_angle_deg: f64,
+}
+
+/// Which of the machine's solutions is taken where nothing comes before.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum BranchFile {
+    /// Nearest to the home position.
+    #[default]
+    NearestHome,
+    /// First rotary axis of the tool (else of the table) not negative.
+    Positive,
+    /// First rotary axis of the tool (else of the table) not positive.
+    Negative,
+}
+
+/// Feeds and spindle.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FeedsFile {
+    /// Speed of the tool tip along the passes.
+    pub cutting_mm_min: f64,
+    /// Speed of the tool tip in entries and exits.
+    pub approach_mm_min: f64,
+    /// Lowers the speed along the passes where the chips are large.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub removal_rate: Option<RemovalRateFile>,
+    /// Lowers the speed along the passes where the chips are thick.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub chip_thickness: Option<ChipThicknessFile>,
+    /// Speed of the tool tip along the passes where there is nothing to cut; `cutting_mm_min` where it is missing.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub air_mm_min: Option<f64>,
+    /// Spindle speed.
+    pub spindle_rpm: f64,
+    /// Coolant.
+    #[serde(default)]
+    pub coolant: CoolantFile,
+}
+
+/// A removal rate that is kept: the section of the chip times the speed of the tool tip.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RemovalRateFile {
+    /// Largest removal rate.
+    pub target_cm3_min: f64,
+    /// Smallest speed of the tool tip that it may lead to; with larger chips the removal rate is exceeded.
+    pub min_mm_min: f64,
+}
+
+/// A chip thickness that is kept: the feed per tooth times the sine of the angles at which the cutting edge meets the stock.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ChipThicknessFile {
+    /// Largest thickness of a tooth's chip, at its thickest place.
+    pub max_mm: f64,
+}
+
+/// Coolant.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum CoolantFile {
+    /// None.
+    #[default]
+    Off,
+    /// Flood.
+    Flood,
+    /// Mist.
+    Mist,
+    /// Air.
+    Air,
+}
+
+/// Tolerances of an operation.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TolerancesFile {
+    /// How far the mesh's facets may be from the true surface; part of the budget, as the mesh's maker states it.
+    pub mesh_chord_mm: f64,
+    /// Straight path between two CC points against the surface.
+    pub path_chord_mm: f64,
+    /// Largest distance between two CC points.
+    pub max_step_mm: f64,
+    /// Motion of the control between two blocks against the straight path with turning axis.
+    pub linearisation_mm: f64,
+    /// How deep the cutter may be in the part's mesh.
+    pub gouge_mm: f64,
+    /// Largest lift along the normal by which a pose may be freed of facets.
+    pub max_lift_mm: f64,
+    /// Largest cusp between passes.
+    pub cusp_mm: f64,
+    /// Largest distance between passes.
+    pub max_step_over_mm: f64,
+}
+
+/// Most material that an operation may leave on its region, as it is measured on the written program; with more the plan has failed.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct FinishFile {
+    /// Part of the area that may be left higher than `cusp_mm` with path chord, linearisation and gouge tolerance.
+    pub max_above_fraction: f64,
+    /// Part of the area that no cut may reach.
+    pub max_never_cut_fraction: f64,
+}
+
+impl Default for FinishFile {
+    /// A finished part: up to a hundredth at borders and corners of the region, next to nothing never cut.
+    fn default() -> Self {
+        Self { max_above_fraction: 0.01, max_never_cut_fraction: 0.002 }
+    }
+}
+
+/// What happens where no posture is feasible.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum InfeasibleFile {
+    /// The job is infeasible.
+    Stop,
+    /// The pass leaves the part before such points and comes back behind them.
+    Trim(TrimFile),
+}
+
+/// How much may be left out.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TrimFile {
+    /// Largest part of the CC points that may be left out; above it the job has failed.
+    pub max_trimmed_fraction: f64,
+}

@@ -1,0 +1,107 @@
+//! What is told of links before and after.
+
+use crate::format::program_stamp::ProgramStamp;
+use facemill_tool_path::links::ways::WayKind;
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use crate::duration_text::clock;
+
+/// Value of the key `format` in the file.
+pub const RAPIDS_FORMAT: &str = "facemill-rapids/1";
+
+/// The links of a program before and after.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct RapidsFile {
+    /// Always "facemill-rapids/1".
+    pub format: &'static str,
+    /// Name of the job.
+    pub job: String,
+    /// Name of the setup.
+    pub setup: String,
+    /// The program as it was.
+    pub program: ProgramStamp,
+    /// BLAKE3 checksum of the program as it is now.
+    pub new_program_blake3: String,
+    /// Control that the program was read for.
+    pub dialect: String,
+    /// Distance that was kept from stock and fixtures, mm.
+    pub clearance_mm: f64,
+    /// Whether times are within acceleration and jerk of every axis; else within their velocities alone, because the machine file
+    /// does not give all of them.
+    pub by_acceleration_and_jerk: bool,
+    /// Time of all links as they were, s.
+    pub time_before_s: f64,
+    /// Time of all links as they are now, s.
+    pub time_after_s: f64,
+    /// Time of the slowest axis of each link by itself, with nothing in the way: no ways are faster, s.
+    pub lower_bound_s: f64,
+    /// `time_after_s` by `lower_bound_s`; `null` without links.
+    pub ratio_to_lower_bound: Option<f64>,
+    /// Links with another way.
+    pub changed: usize,
+    /// Findings of the program as it was, and as it is now.
+    pub findings: [usize; 2],
+    /// All links, in program order.
+    pub links: Vec<LinkReport>,
+}
+
+/// One link.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct LinkReport {
+    /// Its first and last line in the program as it was.
+    pub lines: [u32; 2],
+    /// Its first and last line now.
+    pub new_lines: [u32; 2],
+    /// Time as it was, s.
+    pub time_before_s: f64,
+    /// Time now, s.
+    pub time_after_s: f64,
+    /// Time of its slowest axis by itself, with nothing in the way: no way is faster, s.
+    pub lower_bound_s: f64,
+    /// How it goes now.
+    pub way: WayKind,
+    /// Why it was not looked at, or went back to the original.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub kept_because: Option<String>,
+}
+
+/// Links that are told line by line; the file has them all.
+const TOLD: usize = 60;
+
+impl RapidsFile {
+    /// The file as a table to read.
+    #[must_use]
+    pub fn table(&self) -> String {
+        let within = if self.by_acceleration_and_jerk { "velocity, acceleration and jerk" } else { "velocity alone" };
+        let ratio = self.ratio_to_lower_bound.map_or_else(String::new, |r| format!("; {r:.2} times the lower bound"));
+        let mut out = format!(
+            "{} - {}, read as {}\n  links             {}, {} with another way\n  time of links     {} before, {} after{ratio}\n  \
+             timed within      {within}\n  findings          {} before, {} after\n",
+            self.job,
+            self.setup,
+            self.dialect,
+            self.links.len(),
+            self.changed,
+            clock(self.time_before_s),
+            clock(self.time_after_s),
+            self.findings[0],
+            self.findings[1]
+        );
+        if !self.links.is_empty() {
+            out.push_str("     lines           before s    after s    bound s  way\n");
+        }
+        for link in self.links.iter().take(TOLD) {
+            let lines = format!("{}-{}", link.lines[0], link.lines[1]);
+            let why = link.kept_because.as_ref().map_or_else(String::new, |why| format!(": {why}"));
+            out.push_str(&format!(
+                "     {lines:<13} {:>10.3} {:>10.3} {:>10.3}  {}{why}\n",
+                link.time_before_s, link.time_after_s, link.lower_bound_s, link.way
+            ));
+        }
+        if self.links.len() > TOLD {
+            out.push_str(&format!("     and {} more; --report writes them all\n", self.links.len() - TOLD));
+        }
+        out
+    }
+}

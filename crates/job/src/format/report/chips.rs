@@ -1,0 +1,93 @@
+//! What the report says of chips and removal rates along the passes.
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+/// Chips of an operation along its CC points, in all places of the pattern. "Before" is at the job's cutting feed,
+/// lowered where an axis cannot follow; "after" is as written.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct ChipsReport {
+    /// Operation.
+    pub operation: String,
+    /// Whether the job's feeds depend on chips.
+    pub by_chips: bool,
+    /// CC points with a chip.
+    pub points: usize,
+    /// Those at which it is not known what the pass before has left, beyond its ends: full stock is counted there.
+    pub full_stock_points: usize,
+    /// Those at which nothing is cut. The feed of air is for those where that is so as far as the cutter reaches along
+    /// the feed.
+    pub air_points: usize,
+    /// Section of the chip across the feed.
+    pub area_mm2: Option<SpreadReport>,
+    /// Removal rate before.
+    pub removal_rate_before_cm3_min: Option<SpreadReport>,
+    /// Removal rate after.
+    pub removal_rate_after_cm3_min: Option<SpreadReport>,
+    /// Largest thickness of a tooth's chip before and after, at its thickest place; the feed per tooth is the tip feed
+    /// over spindle speed and number of inserts. Too large by at most 0.001 of the feed per tooth where the job asks
+    /// for a chip thickness, 0.02 of it elsewhere.
+    pub largest_chip_thickness_mm: Option<[f64; 2]>,
+    /// CC points by what sets the feed on the way to them.
+    pub feeds_set_by: FeedsSetByReport,
+    /// Whether what was before, and the added time, are those of the law of motion; else they are at constant speeds.
+    pub by_law: bool,
+    /// Time in the passes after, less that before; below 0 where air is faster.
+    pub added_time_s: f64,
+}
+
+/// Values at the CC points.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct SpreadReport {
+    /// Mean over the points.
+    pub mean: f64,
+    /// Smallest.
+    pub min: f64,
+    /// Largest.
+    pub max: f64,
+    /// Standard deviation over the mean; 0 where the mean is.
+    pub variation: f64,
+}
+
+/// CC points by what sets the feed on the way to them. A point can count both as lowered by the job's terms and by the
+/// machine.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, JsonSchema)]
+pub struct FeedsSetByReport {
+    /// The target of the removal rate, or its smallest feed.
+    pub removal_rate: usize,
+    /// The chip thickness.
+    pub chip_thickness: usize,
+    /// The feed of air.
+    pub air: usize,
+    /// An axis, the control's largest F, or the other head: slower than what the chips allow.
+    pub machine: usize,
+    /// The control's smallest F: faster than what the chips allow.
+    pub smallest_f: usize,
+}
+
+impl SpreadReport {
+    /// Of values; `None` without any.
+    pub fn of(values: impl Iterator<Item = f64> + Clone) -> Option<Self> {
+        let n = values.clone().count();
+        if n == 0 {
+            return None;
+        }
+        let mean = values.clone().sum::<f64>() / n as f64;
+        let variance = values.clone().map(|v| (v - mean) * (v - mean)).sum::<f64>() / n as f64;
+        let [min, max] = values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(v), high.max(v)]);
+        Some(Self { mean, min, max, variation: if mean > 0.0 { variance.sqrt() / mean } else { 0.0 } })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::format::report::chips::SpreadReport;
+
+    #[test]
+    fn a_spread_is_mean_extremes_and_deviation_over_the_mean() {
+        assert_eq!(SpreadReport::of(std::iter::empty()), None);
+        let spread = SpreadReport::of([1.0, 3.0].into_iter()).unwrap();
+        assert_eq!(spread, SpreadReport { mean: 2.0, min: 1.0, max: 3.0, variation: 0.5 });
+        assert_eq!(SpreadReport::of([0.0].into_iter()).unwrap().variation, 0.0);
+    }
+}

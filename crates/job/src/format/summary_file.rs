@@ -1,0 +1,86 @@
+//! The summary of a plan as a file, `"format": "facemill-summary/1"`, for programs that start facemill.
+
+use crate::format::program_times::ProgramTimes;
+use facemill_virtual_machine::WindUp;
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use crate::format::incomplete::incomplete_because;
+use crate::format::report::outcome::Outcome;
+use crate::format::report::remaining::RemainingReport;
+use crate::format::report::{CuspsKeptReport, InfeasibleReport, Report, Totals, Worst};
+
+/// Value of the key `format` in a summary.
+pub const SUMMARY_FORMAT: &str = "facemill-summary/1";
+
+/// What became of a plan.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct SummaryFile {
+    /// Always "facemill-summary/1".
+    pub format: &'static str,
+    /// What became of it; of several setups the worst.
+    pub outcome: Outcome,
+    /// Exit code of the command.
+    pub exit_code: u8,
+    /// Folder that was written to.
+    pub out: String,
+    /// Files in it.
+    pub files: Vec<String>,
+    /// The setups, in the order of the job.
+    pub setups: Vec<SetupSummary>,
+}
+
+/// What became of a setup: of its report what is no list of passes or findings.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct SetupSummary {
+    /// Name of the job.
+    pub job: String,
+    /// Name of the setup.
+    pub setup: String,
+    /// Whether the program was run on the virtual machine after it was written.
+    pub verified: bool,
+    /// Sums over the program.
+    pub totals: Totals,
+    /// How long it takes.
+    pub times: ProgramTimes,
+    /// Extreme values, each with its place.
+    pub worst: Worst,
+    /// Number of findings.
+    pub findings: usize,
+    /// How many of them are faults.
+    pub faults: usize,
+    /// Number of assumptions.
+    pub assumptions: usize,
+    /// Why the program is not all that the job asks for, in words; empty where it is. With `faults` it must not be run at all.
+    pub incomplete_because: Vec<String>,
+    /// Material that the written program leaves on the regions of its operations; `null` where the setup has none.
+    pub remaining: Option<RemainingReport>,
+    /// Whether each operation's passes keep the allowed cusp, and why not where they do not.
+    pub cusps: Vec<CuspsKeptReport>,
+    /// How far each rotary axis without stops winds in the written program; empty where that was not verified.
+    pub wind_up: Vec<WindUp>,
+    /// CC points that were left out, by reason.
+    pub infeasible: Vec<InfeasibleReport>,
+}
+
+impl SetupSummary {
+    /// The summary of a report.
+    pub fn of(report: &Report) -> Self {
+        Self {
+            job: report.job.clone(),
+            setup: report.setup.clone(),
+            verified: report.verified,
+            totals: report.totals.clone(),
+            times: report.times.clone(),
+            worst: report.worst.clone(),
+            findings: report.findings.len(),
+            faults: report.findings.iter().filter(|f| f.kind.is_fault()).count(),
+            assumptions: report.assumptions.len(),
+            incomplete_because: incomplete_because(report),
+            remaining: report.remaining.clone(),
+            cusps: report.cusps.clone(),
+            wind_up: report.wind_up.clone(),
+            infeasible: report.infeasible.clone(),
+        }
+    }
+}

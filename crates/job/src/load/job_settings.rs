@@ -1,0 +1,170 @@
+//! Values of a job file that are put in place for one run.
+
+use std::fmt;
+use std::str::FromStr;
+
+use schemars::JsonSchema;
+use serde::Serialize;
+use serde_json::{Map, Value};
+
+/// A value in place of the one that the job file has under a key.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct JobSetting {
+    /// The key as errors name it, such as `operations[0].tolerances.cusp_mm`.
+    pub key: String,
+    /// The value; `null` takes the key out, so that its default holds.
+    pub value: Value,
+    /// The key, step by step.
+    #[serde(skip)]
+    #[schemars(skip)]
+    steps: Vec<String>,
+}
+
+impl FromStr for JobSetting {
+    type Err = String;
+
+    /// Reads `KEY=VALUE`: the key as a JSON pointer (`/operations/0/tolerances/cusp_mm`) or as a path with dots
+    /// (`operations[0].tolerances.cusp_mm`), the value as JSON, or as a string where it is none.
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (key, value) =
+            text.split_once('=').ok_or("must be KEY=VALUE, as in operations[0].tolerances.cusp_mm=0.05")?;
+        let steps = steps_of(key.trim())?;
+        let value = serde_json::from_str(value).unwrap_or_else(|_| Value::String(value.to_owned()));
+        Ok(Self { key: dotted(&steps), value, steps })
+    }
+}
+
+impl fmt::Display for JobSetting {
+    /// The option that it was given by.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "--set {}={}", self.key, self.value)
+    }
+}
+
+impl JobSetting {
+    /// Puts the value into a job; objects that are missing on the way are made.
+    ///
+    /// # Errors
+    /// When a step of the key leads nowhere: the message names the step.
+    pub fn put_in(&self, job: &mut Value) -> Result<(), String> {
+        let mut at = job;
+        let (last, way) = self.steps.split_last().ok_or("the key is empty")?;
+        for (k, step) in way.iter().enumerate() {
+            at = child(at, step).map_err(|why| format!("{}: {why}", dotted(&self.steps[..=k])))?;
+        }
+        let failed = |why| format!("{}: {why}", self.key);
+        match (&self.value, at) {
+            (Value::Null, Value::Object(map)) => drop(map.remove(last)),
+            (value, at) => *child(at, last).map_err(failed)? = value.clone(),
+        }
+        Ok(())
+    }
+
+    /// Whether a message is about the value under the key, or about what holds it.
+    pub fn is_meant_by(&self, message: &str) -> bool {
+        let goes_on = |key: &str, with: &[char]| message.strip_prefix(key).is_some_and(|rest| rest.starts_with(with));
+        let holds = |n: usize| goes_on(&dotted(&self.steps[..n]), &[':', ',', ' ']);
+        goes_on(&self.key, &['.', '[', ':', ',', ' ']) || (1..self.steps.len()).any(holds)
+    }
+}
+
+/// The value under a step, made where an object lacks it.
+fn child<'v>(at: &'v mut Value, step: &str) -> Result<&'v mut Value, String> {
+    if at.is_null() {
+        *at = Value::Object(Map::new());
+    }
+    match at {
+        Value::Object(map) => Ok(map.entry(step).or_insert(Value::Null)),
+        Value::Array(list) => {
+            let n = list.len();
+            let index =
+                step.parse::<usize>().map_err(|_| format!("is a list of {n}; name one by its number from 0"))?;
+            list.get_mut(index).ok_or_else(|| format!("is not there: the list has {n}, counted from 0"))
+        }
+        _ => Err("lies in a value that holds no keys".to_owned()),
+    }
+}
+
+fn steps_of(key: &str) -> Result<Vec<String>, String> {
+    let steps: Vec<String> = match key.strip_prefix('/') {
+        Some(pointer) => pointer.split('/').map(|step| step.replace("~1", "/").replace("~0", "~")).collect(),
+        None => key.replace('[', ".").replace(']', "").split('.').map(str::to_owned).collect(),
+    };
+    if steps.iter().any(String::is_empty) {
+        return Err(format!("\"{key}\" is no key; give it as operations[0].tolerances.cusp_mm or as a JSON pointer"));
+    }
+    Ok(steps)
+}
+
+fn dotted(steps: &[String]) -> String {
+    let mut key = String::new();
+    for step in steps {
+        match (step.parse::<usize>(), key.is_empty()) {
+            (Ok(index), false) => key.push_str(&format!("[{index}]")),
+            (_, true) => key.push_str(step),
+            (_, false) => key.push_str(&format!(".{step}")),
+        }
+    }
+    key
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::load::job_settings::*;
+    use serde_json::json;
+
+    fn set(text: &str) -> Result<Value, String> {
+        let mut job = json!({ "name": "a", "operations": [{ "tolerances": { "cusp_mm": 0.1 } }, { "pattern": null }] });
+        text.parse::<JobSetting>()?.put_in(&mut job)?;
+        Ok(job)
+    }
+
+    #[test]
+    fn pointer_and_dotted_path_name_the_same_value() {
+        for key in
+            ["/operations/0/tolerances/cusp_mm", "operations[0].tolerances.cusp_mm", "operations.0.tolerances.cusp_mm"]
+        {
+            assert_eq!(set(&format!("{key}=0.05")).unwrap()["operations"][0]["tolerances"]["cusp_mm"], json!(0.05));
+            assert_eq!(
+                key.replace('/', ".").trim_start_matches('.').len(),
+                key.len() - usize::from(key.starts_with('/'))
+            );
+            assert_eq!(format!("{key}=1").parse::<JobSetting>().unwrap().key, "operations[0].tolerances.cusp_mm");
+        }
+    }
+
+    #[test]
+    fn what_is_no_json_is_a_string_missing_objects_are_made_and_null_takes_out() {
+        assert_eq!(set("name=b c").unwrap()["name"], json!("b c"));
+        assert_eq!(set("name=\"4\"").unwrap()["name"], json!("4"));
+        assert_eq!(set("operations[1].pattern.copies=3").unwrap()["operations"][1]["pattern"]["copies"], json!(3));
+        assert_eq!(set("post.dialect=haas").unwrap()["post"]["dialect"], json!("haas"));
+        let without = set("operations[0].tolerances.cusp_mm=null").unwrap();
+        assert_eq!(without["operations"][0]["tolerances"], json!({}));
+    }
+
+    #[test]
+    fn a_key_that_leads_nowhere_is_named() {
+        for (text, named) in [
+            ("operations[2].name=x", "operations[2]"),
+            ("operations.first.name=x", "operations.first"),
+            ("name.of=x", "name.of"),
+            ("no value", "KEY=VALUE"),
+            ("a..b=1", "a..b"),
+            ("=1", "no key"),
+        ] {
+            let why = set(text).expect_err(text);
+            assert!(why.contains(named), "{text}: {why}");
+        }
+    }
+
+    #[test]
+    fn a_message_about_the_value_or_what_holds_it_is_about_the_setting() {
+        let setting: JobSetting = "operations[1].tolerances.cusp_mm=-1".parse().unwrap();
+        assert!(setting.is_meant_by("operations[1].tolerances.cusp_mm: must be above 0"));
+        assert!(setting.is_meant_by("operations[1].tolerances: unknown field"));
+        assert!(!setting.is_meant_by("operations[1].tolerances.cusp: x"));
+        assert!(!setting.is_meant_by("operations[10]: x"));
+        assert!(!setting.is_meant_by("operations[10].tolerances.cusp_mm: x"));
+    }
+}

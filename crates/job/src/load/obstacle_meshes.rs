@@ -1,0 +1,181 @@
+//! The meshes that must not be cut or hit, of the groups that a job gives a role.
+
+use facemill_cl_data::{RoundBox, Solid};
+use facemill_cutter_location::Pieces;
+use facemill_interference::{Interference, MeshTree, solid_mesh};
+use facemill_inverse_kinematics::{Carrier, Machine};
+use facemill_surface_model::{Group, TriMesh};
+use nalgebra::{Isometry3, Point3, Translation3, Vector3};
+
+use crate::failure::Failure;
+use crate::format::job_file::MeshFile;
+use crate::load::Job;
+use crate::load::mesh_files::{FileKey, MeshFiles};
+
+/// A mesh that must not be cut or hit, workpiece frame.
+pub struct ObstacleMesh {
+    /// Role and file, for findings.
+    pub name: String,
+    /// What it means.
+    pub role: ObstacleRole,
+    /// The mesh.
+    pub mesh: TriMesh,
+    /// Its hierarchy.
+    pub tree: MeshTree,
+    /// Material that the cutter must leave on it, mm.
+    pub allowance: f64,
+    /// File and group of each group of the mesh, where it is of the job's files.
+    pub labels: Vec<String>,
+    /// Index among the machine's bodies, where it is one.
+    pub machine_body: Option<usize>,
+}
+
+impl Pieces for ObstacleMesh {
+    /// The obstacle's name with the file and group that are nearest to a place on it.
+    fn name_at(&self, place: &Point3<f64>) -> String {
+        let point = RoundBox { half_extents: Vector3::zeros(), rounding: 0.0 };
+        let at = Isometry3::from(Translation3::from(place.coords));
+        let nearest = self.tree.core_distance(&Solid::Box(point), &at, f64::INFINITY, None);
+        let label = nearest.and_then(|s| self.labels.get(self.mesh.group_of(s.triangle as usize)?));
+        label.map_or_else(|| self.name.clone(), |label| format!("{} ({label})", self.name))
+    }
+}
+
+/// What an obstacle means.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ObstacleRole {
+    /// Drive and part surfaces.
+    Part,
+    /// Check surfaces.
+    Check,
+    /// Fixtures.
+    Fixture,
+    /// Bodies of the machine's table; the virtual machine takes them from the machine.
+    Table,
+    /// The stock, where it is a solid of its own.
+    Stock,
+}
+
+/// Obstacle that is no body of the machine.
+pub fn obstacle(role: ObstacleRole, allowance: f64, name: String, mesh: TriMesh) -> ObstacleMesh {
+    ObstacleMesh { name, role, tree: MeshTree::new(&mesh), mesh, allowance, labels: Vec::new(), machine_body: None }
+}
+
+/// Bodies of the machine's table that stand still against the workpiece. Those that move against it are taken from the
+/// machine by the tests themselves.
+pub fn table_bodies(machine: &Machine, table_from_work: &Isometry3<f64>) -> Vec<ObstacleMesh> {
+    let work_from_table = table_from_work.inverse();
+    machine
+        .body_poses(&machine.home())
+        .enumerate()
+        .filter(|(_, at)| at.body.carrier() != Some(Carrier::Head) && at.body.joints_from_table() == 0)
+        .map(|(k, at)| {
+            let mesh = solid_mesh(&at.body.body.solid).unwrap_or_default();
+            let mesh = mesh.transformed(&(work_from_table * at.table_from_solid));
+            let name = at.body.name().to_owned();
+            ObstacleMesh { machine_body: Some(k), ..obstacle(ObstacleRole::Table, at.body.clearance, name, mesh) }
+        })
+        .collect()
+}
+
+/// Groups of a mesh file that mean the same.
+pub struct Selection {
+    /// Role.
+    pub role: ObstacleRole,
+    /// Allowance on it, mm.
+    pub allowance: f64,
+    /// File that it is of.
+    pub file: FileKey,
+    /// One for each group of the file.
+    pub groups: Vec<bool>,
+}
+
+/// Adds a selection to the one of the same meaning, so that a group that is named twice is there once: a closed part with
+/// one side doubled would not be closed.
+pub fn select_also(selections: &mut Vec<Selection>, new: Selection) {
+    let same = |s: &&mut Selection| s.role == new.role && s.allowance == new.allowance && s.file == new.file;
+    match selections.iter_mut().find(same) {
+        Some(known) => known.groups.iter_mut().zip(&new.groups).for_each(|(a, b)| *a |= b),
+        None => selections.push(new),
+    }
+}
+
+/// One obstacle for each role and allowance.
+pub fn joined_obstacles(
+    selections: &[Selection],
+    files: &MeshFiles<'_>,
+    work_from_part: &Isometry3<f64>,
+) -> Vec<ObstacleMesh> {
+    let mut joined: Vec<(ObstacleRole, f64, TriMesh, Vec<String>)> = Vec::new();
+    for s in selections {
+        let mesh = only(&files.read[&s.file].mesh, &s.groups).transformed(work_from_part);
+        let of_group =
+            |g: &Group| if g.name.is_empty() { s.file.name.clone() } else { format!("{}: {}", s.file.name, g.name) };
+        let labels = mesh.groups().iter().map(of_group).collect();
+        match joined.iter_mut().find(|(r, a, ..)| *r == s.role && *a == s.allowance) {
+            Some((_, _, all, all_labels)) => {
+                *all = std::mem::take(all).joined(&mesh);
+                all_labels.extend(labels);
+            }
+            None => joined.push((s.role, s.allowance, mesh, labels)),
+        }
+    }
+    joined
+        .into_iter()
+        .map(|(role, allowance, mesh, labels)| {
+            let name = match role {
+                ObstacleRole::Part => "part",
+                ObstacleRole::Check => "check surface",
+                ObstacleRole::Fixture | ObstacleRole::Table => "fixture",
+                ObstacleRole::Stock => "stock",
+            };
+            ObstacleMesh { labels, ..obstacle(role, allowance, name.to_owned(), mesh) }
+        })
+        .collect()
+}
+
+/// Which groups of a mesh a job's entry means.
+pub fn selected_groups(job: &Job, at: &str, entry: &MeshFile, mesh: &TriMesh) -> Result<Vec<bool>, Failure> {
+    let Some(patterns) = &entry.groups else { return Ok(vec![true; mesh.groups().len()]) };
+    for pattern in patterns {
+        if !mesh.groups().iter().any(|g| matches_pattern(pattern, &g.name)) {
+            let known: Vec<&str> = mesh.groups().iter().map(|g| g.name.as_str()).collect();
+            return Err(job.wrong(format!(
+                "{at}.groups: no group of {} matches \"{pattern}\"; its groups are {}",
+                entry.file,
+                known.join(", ")
+            )));
+        }
+    }
+    Ok(mesh.groups().iter().map(|g| patterns.iter().any(|p| matches_pattern(p, &g.name))).collect())
+}
+
+/// The mesh with these groups only.
+pub fn only(mesh: &TriMesh, groups: &[bool]) -> TriMesh {
+    let mut chosen = groups.iter();
+    mesh.select_groups(|_| chosen.next().copied().unwrap_or(false))
+}
+
+/// Whether a name matches a pattern in which `*` stands for any run of characters.
+pub fn matches_pattern(pattern: &str, name: &str) -> bool {
+    match pattern.split_once('*') {
+        None => pattern == name,
+        Some((head, tail)) => name.strip_prefix(head).is_some_and(|rest| {
+            (0..=rest.len()).any(|k| rest.is_char_boundary(k) && matches_pattern(tail, &rest[k..]))
+        }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::load::obstacle_meshes::matches_pattern;
+
+    #[test]
+    fn star_matches_any_run() {
+        assert!(matches_pattern("blade-*/suction", "blade-12/suction"));
+        assert!(matches_pattern("*", ""));
+        assert!(matches_pattern("a*b*", "axxbyy"));
+        assert!(!matches_pattern("blade-*", "hub"));
+        assert!(!matches_pattern("blade", "blade-1"));
+    }
+}

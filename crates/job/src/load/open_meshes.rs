@@ -1,0 +1,80 @@
+//! What is said of meshes that are not closed.
+
+use std::collections::HashMap;
+
+use facemill_surface_model::{Edges, Topology, TriMesh};
+use facemill_virtual_machine::Assumption;
+use nalgebra::Point3;
+
+use crate::load::Setup;
+use crate::load::obstacle_meshes::ObstacleRole;
+
+/// That stock which is told as an allowance is on both sides of part and check surfaces; `None` where these are closed together, and
+/// where the stock is a solid or there is none.
+pub fn open_stock(setup: &Setup<'_>) -> Option<Assumption> {
+    let allowance = setup.stock_thickness;
+    let is_surface = |role: ObstacleRole| matches!(role, ObstacleRole::Part | ObstacleRole::Check);
+    let surfaces = setup.obstacles.iter().filter(|o| is_surface(o.role));
+    if setup.stock_solid.is_some() || allowance <= 0.0 || is_closed(surfaces.map(|o| &o.mesh)) {
+        return None;
+    }
+    let text = format!(
+        "part and check surfaces are not closed: the stock on them, {allowance} mm (stock.offset), is taken to be on both sides"
+    );
+    Some(Assumption { line: None, text })
+}
+
+/// The mesh files of a setup within which nothing is found.
+pub fn open_files(setup: &Setup<'_>) -> impl Iterator<Item = Assumption> {
+    let text = |file: &str| format!("the mesh {file} is not closed: a body wholly inside it is not found");
+    setup.reports.iter().filter(|r| r.is_open()).map(move |r| Assumption { line: None, text: text(&r.file) })
+}
+
+/// Whether meshes bound volumes together, those that meet at the same vertices as one.
+fn is_closed<'a>(meshes: impl Iterator<Item = &'a TriMesh>) -> bool {
+    let mut vertices: Vec<Point3<f64>> = Vec::new();
+    let mut triangles = Vec::new();
+    let mut known: HashMap<[u64; 3], u32> = HashMap::new();
+    for mesh in meshes {
+        let mut vertex = |k: u32| {
+            let p = mesh.vertices()[k as usize];
+            // Of the two zeros one.
+            let key = [p.x, p.y, p.z].map(|c| (c + 0.0).to_bits());
+            *known.entry(key).or_insert_with(|| {
+                vertices.push(p);
+                vertices.len() as u32 - 1
+            })
+        };
+        triangles.extend(mesh.triangles().iter().map(|t| t.map(&mut vertex)));
+    }
+    let Ok(mesh) = TriMesh::new(vertices, triangles) else { return false };
+    Topology::of(&mesh, &Edges::of(&mesh)).components.iter().all(|c| c.closed)
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::load::open_meshes::*;
+
+    /// Sides of the unit cube by their axis, or all.
+    fn sides(of: &[usize]) -> TriMesh {
+        let corner = |k: usize| Point3::from([0, 1, 2].map(|axis| (k >> axis & 1) as f64));
+        let quads = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
+        let mut vertices = Vec::new();
+        let mut triangles = Vec::new();
+        for quad in of.iter().flat_map(|axis| &quads[2 * axis..2 * axis + 2]) {
+            let first = vertices.len() as u32;
+            vertices.extend(quad.iter().map(|k| corner(*k)));
+            triangles.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
+        }
+        TriMesh::new(vertices, triangles).unwrap()
+    }
+
+    #[test]
+    fn surfaces_that_meet_at_their_vertices_are_closed_together() {
+        let [all, walls, ends] = [sides(&[0, 1, 2]), sides(&[0, 1]), sides(&[2])];
+        assert!(is_closed([&all].into_iter()));
+        assert!(is_closed([&walls, &ends].into_iter()));
+        assert!(!is_closed([&walls].into_iter()) && !is_closed([&ends].into_iter()));
+        assert!(!is_closed([&all, &ends].into_iter()), "each of two edges has two sides more on it");
+    }
+}

@@ -1,0 +1,163 @@
+//! Whether a shop's own dialect file adds to every block something that is not its motion.
+
+use std::ops::Range;
+
+use facemill_nc_program::{
+    AxisLengths, Block, Compensation, DialectFile, MacroKind, ProgramSpec, ReadBlock, ReadCommand, SaidWords,
+    StateWord, WorkOffset, read_program, write_program_with_lines,
+};
+
+use crate::failure::Failure;
+use crate::load::Job;
+
+/// Keys whose text stands in the first motion alone: modes that hold from there on belong there.
+const FIRST_KEYS: [&str; 4] = ["words.absolute", "feeds.g94", "feeds.g93", "feeds.rtcp"];
+
+/// Keys whose text stands in every block of a kind of motion.
+const BLOCK_KEYS: [&str; 7] = [
+    "words.rapid",
+    "words.rapid_end",
+    "words.linear",
+    "words.linear_end",
+    "motion.rtcp.vectors.code",
+    "motion.rtcp.vectors.tool",
+    "motion.rtcp.vectors.normal",
+];
+
+/// Keys whose text switches the spindle or the coolant between passes; a dwell may stand with it.
+const SWITCH_KEYS: [&str; 6] = [
+    "words.spindle_on",
+    "words.clockwise",
+    "words.counter_clockwise",
+    "words.coolant.flood",
+    "words.coolant.mist",
+    "words.coolant.off",
+];
+
+/// State words that may be said again with a motion: what they say is held against what was meant with the block.
+const HELD: [StateWord; 5] =
+    [StateWord::WorkOffset, StateWord::RadiusOff, StateWord::Unit, StateWord::Distance, StateWord::FeedMode];
+
+/// Sees to it that the motions of a program around `spec`, whose blocks are a plan's, and what switches spindle and coolant, say no
+/// more than with the dialect's own words: a stop, a speed, a register or a coolant besides runs otherwise than was planned, and
+/// no block of a plan shows where it comes from.
+///
+/// The shop's keys are taken one after the other into a file that has the dialect's own, so that the one that adds is known. A
+/// file whose text cannot be read on the way is passed over; the last is the shop's.
+///
+/// # Errors
+/// When a block says more, with key and line.
+pub fn nothing_added(job: &Job, spec: &ProgramSpec) -> Result<(), Failure> {
+    let value = |rules: &DialectFile| serde_json::to_value(rules).unwrap_or_default();
+    let (shop, own) = (value(job.post.rules()), value(&job.post.dialect().file()));
+    let pointer = |key: &str| format!("/{}", key.replace('.', "/"));
+    let differs = |key: &&str| {
+        let (is, was) = (shop.pointer(&pointer(key)), own.pointer(&pointer(key)));
+        is.is_some() && was.is_some() && is != was
+    };
+    let changed: Vec<&str> = FIRST_KEYS.into_iter().chain(BLOCK_KEYS).chain(SWITCH_KEYS).filter(differs).collect();
+    let mut rules = shop.clone();
+    let set = |rules: &mut serde_json::Value, key: &str, from: &serde_json::Value| {
+        if let (Some(place), Some(value)) = (rules.pointer_mut(&pointer(key)), from.pointer(&pointer(key))) {
+            place.clone_from(value);
+        }
+    };
+    changed.iter().for_each(|key| set(&mut rules, key, &own));
+    let mut before = motions(job, spec, &rules).unwrap_or_default();
+    for key in changed {
+        set(&mut rules, key, &shop);
+        let Some(now) = motions(job, spec, &rules) else { continue };
+        for (k, motion) in now.iter().enumerate() {
+            if motion.adds_to(before.get(k), key) {
+                return Err(told(job, key, shop.pointer(&pointer(key)), motion));
+            }
+        }
+        before = now;
+    }
+    Ok(())
+}
+
+fn told(job: &Job, key: &str, is: Option<&serde_json::Value>, motion: &Motion) -> Failure {
+    let name = job.file.post.dialect_file.as_deref().unwrap_or_default();
+    let is = is.map(|v| v.as_str().map_or_else(|| v.to_string(), str::to_owned)).unwrap_or_default();
+    let Motion { line, text, .. } = motion;
+    let what = match key {
+        key if FIRST_KEYS.contains(&key) => "to the first motion what is neither a part of it nor a mode",
+        key if SWITCH_KEYS.contains(&key) => "what switches something else",
+        _ => "to every such block what is no part of its motion",
+    };
+    job.wrong(format!(
+        "post.dialect_file: {name}, {key}: `{is}` adds {what}: line {line}, `{text}`; take it out, and what the program shall say \
+         once, write into a template of your own (post.template)"
+    ))
+}
+
+/// What a block says besides where it goes and how fast.
+struct Motion {
+    line: u32,
+    text: String,
+    commands: Vec<ReadCommand>,
+    said: SaidWords,
+    state: State,
+}
+
+/// What holds in a motion, and its arc.
+#[derive(Default, PartialEq)]
+struct State {
+    is_skippable: bool,
+    is_inch: bool,
+    work_offset: Option<WorkOffset>,
+    compensation: Option<Compensation>,
+    lengths: AxisLengths,
+}
+
+/// The motions and switches of a program by these rules; `None` where they write nothing that can be read.
+fn motions(job: &Job, spec: &ProgramSpec, rules: &serde_json::Value) -> Option<Vec<Motion>> {
+    let rules: DialectFile = serde_json::from_value(rules.clone()).ok()?;
+    let written = write_program_with_lines(spec, &job.post.with_rules(rules)).ok()?;
+    let program = read_program(&written.text, job.post.dialect()).ok()?;
+    let starts = &written.block_lines;
+    let all = spec.program.blocks.iter().enumerate().filter(|(_, block)| !matches!(block, Block::Comment(_)));
+    let lines = |k: usize| starts[k]..starts.get(k + 1).copied().unwrap_or(starts[k] + 1);
+    Some(all.map(|(k, _)| Motion::of(&program.blocks, lines(k), &written.text)).collect())
+}
+
+impl Motion {
+    /// What the blocks on these lines say together.
+    fn of(blocks: &[ReadBlock], lines: Range<u32>, text: &str) -> Self {
+        let there = || blocks.iter().filter(|b| lines.contains(&b.line));
+        // Comments do nothing, and the vector of a cut is held against the one that was meant.
+        let counts = |c: &&ReadCommand| {
+            !matches!(c, ReadCommand::Comment(_) | ReadCommand::Macro { kind: MacroKind::ToolVector, .. })
+        };
+        let said = there().fold(SaidWords::default(), |said, b| said.or(b.said));
+        let motion = there().find_map(|b| b.motion.as_ref());
+        Self {
+            line: lines.start,
+            text: text.lines().nth(lines.start as usize - 1).unwrap_or_default().to_owned(),
+            commands: there().flat_map(|b| b.commands.iter().filter(counts).cloned()).collect(),
+            said: HELD.into_iter().fold(said, SaidWords::without),
+            state: State {
+                is_skippable: there().any(|b| b.skippable),
+                is_inch: motion.is_some_and(|m| m.is_inch),
+                work_offset: motion.map(|m| m.work_offset),
+                compensation: motion.map(|m| m.compensation),
+                lengths: motion.map(|m| m.lengths).unwrap_or_default(),
+            },
+        }
+    }
+
+    /// Whether it says more than another one, besides what may be said by a key: modes that hold from there on, and dwells.
+    fn adds_to(&self, before: Option<&Self>, key: &str) -> bool {
+        let is_free = |c: &&ReadCommand| match c {
+            ReadCommand::Mode(_) => FIRST_KEYS.contains(&key),
+            ReadCommand::Dwell(_) => SWITCH_KEYS.contains(&key),
+            _ => false,
+        };
+        let mut new = self.commands.iter().filter(|c| !is_free(c));
+        let Some(before) = before else { return new.next().is_some() || self.said != SaidWords::default() };
+        new.any(|c| !before.commands.contains(c))
+            || before.said.or(self.said) != before.said
+            || self.state != before.state
+    }
+}

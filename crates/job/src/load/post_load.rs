@@ -1,0 +1,176 @@
+//! The job's dialect file and template.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use facemill_nc_program::{
+    Dialect, DialectFile, PostError, PostSettings, ReadError, ReadProgram, Template, read_program,
+};
+
+use crate::failure::Failure;
+use crate::files;
+use crate::format::job_file::JobFile;
+use crate::load::Job;
+
+/// Reads the files that the job's `post` names, and checks them.
+///
+/// # Errors
+/// When a file cannot be read or is wrong; the message names file and field.
+pub fn read_post(job_path: &Path, file: &JobFile) -> Result<PostSettings, Failure> {
+    let beside = |name: &str| job_path.parent().unwrap_or(Path::new("")).join(name);
+    let post = &file.post;
+    let template = match &post.template {
+        None => None,
+        Some(name) => {
+            let path = beside(name);
+            let text = String::from_utf8(files::read_named_text(&path)?)
+                .map_err(|e| Failure::input(&path, format!("not UTF-8 text: {e}")))?;
+            Some(Template { name: name.clone(), text })
+        }
+    };
+    let Some(name) = &post.dialect_file else {
+        return post.settings(template).map_err(|e| Failure::input(job_path, format!("post.{e}")));
+    };
+    let path = beside(name);
+    let rules: DialectFile =
+        facemill_file_format::from_json(&files::read_named_text(&path)?).map_err(|e| Failure::input(&path, e))?;
+    if let Some(other) = control_of(&rules, post.dialect) {
+        let (own, other) = (post.dialect.name(), other.name());
+        let what = format!(
+            "is a dialect file of {other}, and post.dialect is {own}, whose reader and template do not know its words: set \
+             post.dialect to {other}, or make the file from that of {own}"
+        );
+        return Err(Failure::input(&path, what));
+    }
+    let template = template.unwrap_or_else(|| post.dialect.template());
+    post.settings_of(rules.clone(), template).map_err(|e| match e {
+        PostError::Dialect { field, why } => Failure::input(&path, format!("{field}: {why}")),
+        other => Failure::input(job_path, format!("post.{other}{}", said_by(&rules, name, &other))),
+    })
+}
+
+impl Job {
+    /// Reads a program as one for a control. Where that is the job's, functions are harmless that the job's dialect file says so of.
+    ///
+    /// # Errors
+    /// As [`read_program`].
+    pub fn read_program(&self, text: &[u8], dialect: Dialect) -> Result<ReadProgram, ReadError> {
+        let mut program = read_program(text, dialect)?;
+        if dialect == self.post.dialect() {
+            program.harmless_functions.clone_from(&self.post.rules().harmless_functions);
+        }
+        Ok(program)
+    }
+}
+
+/// Where the largest value that a number of `post` can have is one that the dialect file of this name says: its key.
+fn said_by(rules: &DialectFile, name: &str, error: &PostError) -> String {
+    let PostError::Range { field, value, max, .. } = error else { return String::new() };
+    let most = &rules.numbers.max_decimals;
+    let (key, limit) = match *field {
+        "program_number" => ("program.last_number", rules.program.last_number),
+        "max_line_length" => ("lines.max_length", rules.lines.max_length.into()),
+        "decimals.linear" => ("numbers.max_decimals.linear", most.linear.into()),
+        "decimals.rotary" => ("numbers.max_decimals.rotary", most.rotary.into()),
+        "decimals.feed" => ("numbers.max_decimals.feed", most.feed.into()),
+        "decimals.inverse_time" => ("numbers.max_decimals.inverse_time", most.inverse_time.into()),
+        _ => return String::new(),
+    };
+    if limit == *max && value > max { format!(", the {key} of {name}") } else { String::new() }
+}
+
+/// The control whose own file these rules were made from, where that is not `own`: the one of the fewest words that it does not
+/// write so. Numbers and switches, which every shop sets as its control takes them, do not count, nor do words left out.
+fn control_of(rules: &DialectFile, own: Dialect) -> Option<Dialect> {
+    let found = words(rules);
+    let apart = |dialect: Dialect| {
+        let known = words(&dialect.file());
+        found.iter().filter(|(place, word)| known.get(*place) != Some(*word)).count()
+    };
+    let nearest = Dialect::ALL.into_iter().min_by_key(|d| apart(*d))?;
+    (apart(nearest) < apart(own)).then_some(nearest)
+}
+
+/// Keys of dialect files whose texts are no words of programs.
+const NO_WORDS: [&str; 5] = ["note", "absent", "law", "laws", "rapids"];
+
+/// What a dialect file writes into programs, by its place: every text, and every list of texts as a whole.
+fn words(rules: &DialectFile) -> BTreeMap<String, serde_json::Value> {
+    fn add(at: &str, value: &serde_json::Value, all: &mut BTreeMap<String, serde_json::Value>) {
+        use serde_json::Value::{Array, Object, String};
+        match value {
+            Object(keys) => {
+                let said = keys.iter().filter(|(key, _)| !NO_WORDS.contains(&key.as_str()));
+                said.for_each(|(key, value)| add(&format!("{at}/{key}"), value, all));
+            }
+            Array(items) if items.iter().any(|item| item.is_object()) => {
+                items.iter().enumerate().for_each(|(k, item)| add(&format!("{at}/{k}"), item, all));
+            }
+            Array(_) | String(_) => drop(all.insert(at.to_owned(), value.clone())),
+            _ => {}
+        }
+    }
+    let mut all = BTreeMap::new();
+    let file = serde_json::to_value(rules).unwrap_or_default();
+    for part in ["feeds", "motion", "words"] {
+        add(part, &file[part], &mut all);
+    }
+    all
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::load::post_load::*;
+
+    /// A dialect file with values changed at places, and keys taken away (`None`).
+    fn changed(dialect: Dialect, changes: &[(&str, &str, Option<serde_json::Value>)]) -> DialectFile {
+        let mut file = serde_json::to_value(dialect.file()).unwrap();
+        for (object, key, value) in changes {
+            let object = file.pointer_mut(object).unwrap().as_object_mut().unwrap();
+            match value {
+                Some(value) => drop(object.insert((*key).to_owned(), value.clone())),
+                None => drop(object.remove(*key).unwrap()),
+            }
+        }
+        serde_json::from_value(file).unwrap()
+    }
+
+    /// What a shop sets as its control takes it: no words.
+    fn shop_numbers() -> Vec<(&'static str, &'static str, Option<serde_json::Value>)> {
+        let four = serde_json::json!({"linear": 4, "rotary": 4, "feed": 4, "inverse_time": 4});
+        vec![
+            ("/numbers", "max_decimals", Some(four)),
+            ("/numbers", "numbered_axes", Some(false.into())),
+            ("/lines", "max_length", Some(128.into())),
+            ("/program", "last_number", Some(9999.into())),
+            ("", "several_heads", None),
+        ]
+    }
+
+    #[test]
+    fn numbers_that_a_shop_sets_make_no_file_of_another_control() {
+        for dialect in Dialect::ALL {
+            assert_eq!(control_of(&changed(dialect, &shop_numbers()), dialect), None, "{}", dialect.name());
+        }
+    }
+
+    #[test]
+    fn words_that_a_shop_leaves_out_make_no_file_of_another_control() {
+        let mut changes = shop_numbers();
+        let one_law = serde_json::json!([{"law": "tip_and_rotaries_linear", "code": ""}]);
+        changes.push(("/motion/rtcp", "cutting", Some(one_law)));
+        changes.push(("/words", "spindles", None));
+        changes.push(("/words", "end", Some(serde_json::json!(["M9", "M30"]))));
+        assert_eq!(control_of(&changed(Dialect::Fanuc, &changes), Dialect::Fanuc), None);
+    }
+
+    #[test]
+    fn files_of_other_words_are_refused_under_every_other_control() {
+        for from in Dialect::ALL {
+            let file = changed(from, &shop_numbers());
+            for own in Dialect::ALL.into_iter().filter(|own| *own != from) {
+                assert_eq!(control_of(&file, own), Some(from), "{} under {}", from.name(), own.name());
+            }
+        }
+    }
+}

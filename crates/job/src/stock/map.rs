@@ -1,0 +1,137 @@
+//! A setup's stock as lines of material.
+
+use crate::stock::rest::Origin;
+use facemill_cl_data::Aabb;
+use facemill_surface_model::TriMesh;
+use facemill_virtual_machine::outside_layer;
+use facemill_z_map::{DexelMap, GridError, MeshStockError, TriDexel};
+use nalgebra::Isometry3;
+
+use crate::failure::Failure;
+use crate::load::obstacle_meshes::ObstacleRole;
+use crate::load::{Job, Setup};
+use crate::setup::pattern::places;
+
+/// Which part of the stock has lines.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum StockRegion {
+    /// All of it.
+    #[default]
+    Whole,
+    /// The rectangle around what the setup's operations cut, in all places of their patterns, with the cutter's diameter around
+    /// it, of two heads the larger one's.
+    Operations,
+    /// Between two corners, x and y of the workpiece frame, mm.
+    Rectangle([[f64; 2]; 2]),
+}
+
+/// A setup's stock as meshes with an allowance around them.
+pub struct StockMeshes {
+    mesh: TriMesh,
+    allowance: f64,
+}
+
+impl StockMeshes {
+    /// Stock that is told as an allowance is part and check surfaces with it around them.
+    pub fn of(setup: &Setup<'_>) -> Self {
+        let meshes = |roles: &[ObstacleRole]| {
+            let of_role = setup.obstacles.iter().filter(|o| roles.contains(&o.role));
+            of_role.fold(TriMesh::default(), |all, o| all.joined(&o.mesh))
+        };
+        if setup.stock_solid.is_some() {
+            Self { mesh: meshes(&[ObstacleRole::Stock]), allowance: 0.0 }
+        } else {
+            let allowance = setup.stock_thickness;
+            Self { mesh: meshes(&[ObstacleRole::Part, ObstacleRole::Check]), allowance }
+        }
+    }
+
+    /// What a map of it is marked with: which stock it is.
+    pub fn origin(&self) -> Origin {
+        Origin::of(&self.mesh, self.allowance)
+    }
+
+    /// The box around all of it, workpiece frame.
+    pub fn extents(&self) -> Aabb {
+        self.mesh.aabb().dilated(self.allowance)
+    }
+
+    /// The stock before anything is cut as lines that show all of it: with a layer of half the diagonal of a cell around it.
+    ///
+    /// # Errors
+    /// As [`map`](Self::map).
+    pub fn outside(&self, job: &Job, setup: &Setup<'_>, cell: f64, region: StockRegion) -> Result<DexelMap, Failure> {
+        self.with_layer(outside_layer(cell), &Isometry3::identity(), job, setup, (cell, region))
+    }
+
+    /// The stock before anything is cut: lines along z of the workpiece frame, `cell` mm apart. Where a mesh with an allowance
+    /// is open, it is a layer on both sides.
+    ///
+    /// # Errors
+    /// When a mesh of the stock is not closed, the lines are too many, or the region has no stock.
+    pub fn map(&self, job: &Job, setup: &Setup<'_>, cell: f64, region: StockRegion) -> Result<DexelMap, Failure> {
+        let map = self.with_layer(0.0, &Isometry3::identity(), job, setup, (cell, region))?;
+        Ok(map.with_origin(self.origin().to_bytes()))
+    }
+
+    /// The same on lines along x and along y of the workpiece frame, of all of the stock.
+    ///
+    /// # Errors
+    /// As [`map`](Self::map).
+    pub fn across(&self, job: &Job, setup: &Setup<'_>, cell: f64) -> Result<[DexelMap; 2], Failure> {
+        let [along_x, along_y, _] = TriDexel::frames();
+        let along = |frame| self.with_layer(0.0, frame, job, setup, (cell, StockRegion::Whole));
+        Ok([along(&along_x)?, along(&along_y)?])
+    }
+
+    /// The stock with a layer of some thickness (mm) around it, as lines along z of a frame.
+    fn with_layer(
+        &self,
+        layer: f64,
+        frame: &Isometry3<f64>,
+        job: &Job,
+        setup: &Setup<'_>,
+        (cell, region): (f64, StockRegion),
+    ) -> Result<DexelMap, Failure> {
+        let (mesh, allowance) = (&self.mesh, self.allowance + layer);
+        let made = |is_closed: bool| match rectangle(job, setup, region) {
+            Some(region) => DexelMap::of_mesh_within(mesh, frame, cell, (allowance, is_closed), region),
+            None if is_closed => DexelMap::of_mesh_with_allowance(mesh, frame, cell, allowance),
+            None => DexelMap::of_layer(mesh, frame, cell, allowance),
+        };
+        let found = match made(true) {
+            Err(MeshStockError::NotClosed { .. }) if allowance > 0.0 => made(false),
+            found => found,
+        };
+        let wrong = |why: String| job.wrong(format!("setup \"{}\": stock: {why}", setup.file.name));
+        let map = found.map_err(|e| {
+            let is_of_cell = matches!(e, MeshStockError::Grid(GridError::TooManyLines { .. }));
+            let option = if is_of_cell { OF_CELL } else { "" };
+            wrong(format!("{e}{option}"))
+        })?;
+        if map.volume() > 0.0 {
+            return Ok(map);
+        }
+        Err(wrong(format!("none of its lines, {cell} mm apart, meets material{OF_CELL}")))
+    }
+}
+
+/// Where the distance of the lines is said.
+const OF_CELL: &str = " (--stock-cell-mm, in a plan verification.stock_cell_mm)";
+
+/// Low and high corner of a region; `None` where it is all of the stock.
+pub fn rectangle(job: &Job, setup: &Setup<'_>, region: StockRegion) -> Option<[[f64; 2]; 2]> {
+    match region {
+        StockRegion::Whole => None,
+        StockRegion::Rectangle(corners) => Some(corners),
+        StockRegion::Operations => {
+            let drive = setup.drive.mesh();
+            let of_operation = job.operations_of(setup.file).flat_map(|(_, o)| places(o.pattern.as_ref()));
+            let of_place = of_operation.map(|place| drive.transformed(&place).aabb());
+            let tools = std::iter::once(&job.tool).chain(job.second.iter().map(|second| &second.tool));
+            let margin = tools.map(|tool| 2.0 * tool.cutter().radius()).fold(0.0, f64::max);
+            let Aabb { min, max } = of_place.reduce(|a, b| a.union(&b))?.dilated(margin);
+            Some([[min.x, min.y], [max.x, max.y]])
+        }
+    }
+}

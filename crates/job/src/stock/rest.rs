@@ -1,0 +1,165 @@
+//! The rest that another program left, and whether it is of this stock.
+
+use std::path::Path;
+
+use crate::stock::setup_order::follows;
+use facemill_surface_model::TriMesh;
+use facemill_z_map::DexelMap;
+
+use crate::failure::Failure;
+use crate::files;
+use crate::load::{Job, Setup};
+use crate::stock::map::StockMeshes;
+
+/// Reads the rest that a program left of the stock of a job's setup (`verify --rest-out`), or of another setup of the job with the same
+/// workpiece frame and stock.
+///
+/// # Errors
+/// When the file cannot be read, is none of stock or damaged, and when its stock was other stock before anything was cut: the message
+/// says what differs.
+pub fn read_rest(job: &Job, setup: usize, path: &Path) -> Result<DexelMap, Failure> {
+    let rest = DexelMap::from_bytes(&files::read(path)?).map_err(|e| Failure::input(path, e))?;
+    let Some(began_as) = Origin::from_bytes(rest.origin()) else {
+        let message =
+            "does not say what its stock was before anything was cut: write it again with facemill verify --rest-out";
+        return Err(Failure::input(path, message));
+    };
+    let own = Origin::of_setup(job, setup)?;
+    if own == began_as {
+        return Ok(rest);
+    }
+    let setups = &job.file.setups;
+    for k in (0..setups.len()).filter(|&k| k != setup && follows(&setups[k], &setups[setup]).is_ok()) {
+        if Origin::of_setup(job, k)? == began_as {
+            return Ok(rest);
+        }
+    }
+    let (name, differs) = (&setups[setup].name, began_as.differs_from(&own));
+    let message = format!(
+        "is no rest of the stock of setup \"{name}\": {differs}. Give the rest of a program that cut this stock, in this workpiece frame, \
+         or cut the setup's own stock (--stock-cell-mm in place of --rest)"
+    );
+    Err(Failure::input(path, message))
+}
+
+/// What stock was before anything was cut of it, workpiece frame. Equal ones are of the same stock.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Origin {
+    /// Of its mesh.
+    digest: [u8; DIGEST],
+    /// What is around the mesh, mm.
+    allowance: f64,
+    /// The box around the mesh, mm, rounded.
+    corners: [[f64; 3]; 2],
+}
+
+/// Bytes of a digest.
+const DIGEST: usize = 32;
+
+/// Digest, allowance and corners.
+const BYTES: usize = DIGEST + 7 * 8;
+
+/// What coordinates are rounded to, mm. Smaller: transforms that another computer rounds in another way make another stock of it. Larger:
+/// parts that differ by that are one.
+const QUANTUM: f64 = 1e-3;
+
+/// Where the steps of rounding lie, mm: not at coordinates with few decimals, which many meshes have.
+const SHIFT: f64 = 0.271_828e-3;
+
+impl Origin {
+    /// Fingerprint of a mesh with an allowance.
+    pub fn of(mesh: &TriMesh, allowance: f64) -> Self {
+        let mut hasher = blake3::Hasher::new();
+        for coordinate in mesh.vertices().iter().flat_map(|p| p.iter()) {
+            hasher.update(&steps(*coordinate).to_le_bytes());
+        }
+        for corner in mesh.triangles().iter().flatten() {
+            hasher.update(&corner.to_le_bytes());
+        }
+        let around = mesh.aabb();
+        let rounded = |c: &f64| steps(*c) as f64 * QUANTUM;
+        let corners = [around.min, around.max].map(|p| [0, 1, 2].map(|k| rounded(&p[k])));
+        Self { digest: *hasher.finalize().as_bytes(), allowance, corners }
+    }
+
+    fn of_setup(job: &Job, setup: usize) -> Result<Self, Failure> {
+        Ok(StockMeshes::of(&Setup::read(job, setup)?).origin())
+    }
+
+    /// As a stock file keeps it.
+    pub fn to_bytes(self) -> Vec<u8> {
+        let numbers = [self.allowance].into_iter().chain(self.corners.into_iter().flatten());
+        self.digest.into_iter().chain(numbers.flat_map(f64::to_le_bytes)).collect()
+    }
+
+    /// `None` where these bytes are none.
+    fn from_bytes(bytes: &[u8]) -> Option<Self> {
+        let (digest, numbers) = bytes.split_first_chunk::<DIGEST>().filter(|_| bytes.len() == BYTES)?;
+        let (numbers, _) = numbers.as_chunks::<8>();
+        let &[allowance, x0, y0, z0, x1, y1, z1] = numbers else { return None };
+        let number = f64::from_le_bytes;
+        let corners = [[x0, y0, z0], [x1, y1, z1]].map(|corner| corner.map(number));
+        Some(Self { digest: *digest, allowance: number(allowance), corners })
+    }
+
+    /// What is another than of a setup's own stock.
+    fn differs_from(&self, own: &Self) -> String {
+        let text = |[low, high]: [[f64; 3]; 2]| {
+            let at = |[x, y, z]: [f64; 3]| format!("({x:.3}, {y:.3}, {z:.3})");
+            format!("{} to {}", at(low), at(high))
+        };
+        if self.corners != own.corners {
+            return format!(
+                "its mesh went from {}, the setup's goes from {} mm",
+                text(self.corners),
+                text(own.corners)
+            );
+        }
+        if self.allowance != own.allowance {
+            let (its, own) = (self.allowance, own.allowance);
+            return format!("it had an allowance of {its} mm around its mesh, the setup's has {own} mm");
+        }
+        format!("its mesh was another one, though both go from {} mm", text(own.corners))
+    }
+}
+
+/// A coordinate in whole steps.
+fn steps(coordinate: f64) -> i64 {
+    ((coordinate + SHIFT) / QUANTUM).round() as i64
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::stock::rest::*;
+    use nalgebra::{Isometry3, Point3, Vector3};
+
+    fn sheet() -> TriMesh {
+        let corner = |x: f64, y: f64| Point3::new(x, y, 0.1235);
+        let vertices = vec![corner(-5.0, 1.25), corner(7.5, 1.25), corner(7.5, 9.0), corner(-5.0, 9.0)];
+        TriMesh::new(vertices, vec![[0, 1, 2], [0, 2, 3]]).unwrap()
+    }
+
+    #[test]
+    fn origins_come_back_from_their_bytes_and_from_no_others() {
+        let origin = Origin::of(&sheet(), 2.5);
+        let bytes = origin.to_bytes();
+        assert_eq!(Origin::from_bytes(&bytes), Some(origin));
+        assert_eq!(Origin::from_bytes(&[]), None);
+        assert_eq!(Origin::from_bytes(&bytes[1..]), None);
+        assert_eq!(Origin::from_bytes(&[&bytes[..], &[0]].concat()), None);
+    }
+
+    #[test]
+    fn what_differs_is_told_and_rounding_does_not() {
+        let own = Origin::of(&sheet(), 2.5);
+        let moved = |by: Vector3<f64>| Origin::of(&sheet().transformed(&Isometry3::translation(by.x, by.y, by.z)), 2.5);
+        assert_eq!(moved(Vector3::new(1e-12, -1e-12, 1e-12)), own);
+        let there_and_back = Isometry3::rotation(Vector3::new(0.3, 0.2, 2.0));
+        let turned = sheet().transformed(&there_and_back).transformed(&there_and_back.inverse());
+        assert_eq!(Origin::of(&turned, 2.5), own);
+        assert!(moved(Vector3::new(0.0, 0.0, 0.02)).differs_from(&own).contains("(-5.000, 1.250, 0.144)"));
+        assert!(Origin::of(&sheet(), 3.0).differs_from(&own).contains("allowance of 3 mm"));
+        let other_way = TriMesh::new(sheet().vertices().to_vec(), vec![[0, 1, 3], [1, 2, 3]]).unwrap();
+        assert!(Origin::of(&other_way, 2.5).differs_from(&own).contains("another one"));
+    }
+}

@@ -1,0 +1,23 @@
+//! Whether a setup goes on with the stock of the one before it.
+
+use crate::format::job_file::SetupFile;
+use crate::load::pose;
+
+/// Whether a setup begins with what another one leaves: both in one workpiece frame, with one stock stated for both.
+///
+/// # Errors
+/// With why it does not.
+pub fn follows(before: &SetupFile, setup: &SetupFile) -> Result<(), String> {
+    let apart = pose(&before.work_from_part).inverse() * pose(&setup.work_from_part);
+    if apart.translation.vector.norm() > SAME_FRAME[0] || apart.rotation.angle() > SAME_FRAME[1] {
+        return Err(format!("its workpiece frame is not that of setup \"{}\"", before.name));
+    }
+    let stated = |s: &SetupFile| serde_json::to_value(&s.stock).ok();
+    if stated(before) != stated(setup) {
+        return Err(format!("it is not stated as for setup \"{}\"", before.name));
+    }
+    Ok(())
+}
+
+/// What rounding may make of one frame that is written in two ways: mm, and rad.
+pub const SAME_FRAME: [f64; 2] = [1e-6, 1e-9];

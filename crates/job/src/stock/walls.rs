@@ -1,0 +1,79 @@
+//! Which lines of stock suit the surfaces that a setup's operations cut.
+
+use facemill_surface_model::TriMesh;
+
+use crate::load::Setup;
+
+/// Slope of a facet from the lines, as the cosine between its normal and them, up to which it is a wall: within 10 deg. A layer on it is
+/// cut beside upright lines, or all at once, where it is thinner than a cell.
+const WALL: f64 = 0.174;
+
+/// Share of the drive surface's area from which on walls are worth lines across them: two more maps of the stock. Borders of blades are
+/// below it, sides of plates above.
+const SHARE: f64 = 0.1;
+
+/// Least share of a direction among the lines: what one block cuts may be square to it wherever most of the surface lies.
+const LEAST: f64 = 0.05;
+
+/// Whether the drive surface of any of these setups has walls along z of the workpiece frame.
+pub fn has_walls(setups: &[&Setup<'_>]) -> bool {
+    setups.iter().any(|setup| wall_share(setup.drive.mesh()) >= SHARE)
+}
+
+/// Share of a mesh's area that is within 10 deg of upright.
+fn wall_share(mesh: &TriMesh) -> f64 {
+    let of = |is_counted: &dyn Fn(f64) -> bool| {
+        areas(mesh).filter(|a| is_counted(a[2].abs() / norm(a))).map(|a| norm(&a)).sum::<f64>()
+    };
+    let all = of(&|_| true);
+    if all > 0.0 { of(&|upright| upright <= WALL) / all } else { 0.0 }
+}
+
+/// Weights of what lines along x, y and z show of a cut of these setups' drive surfaces: the mean squares of the components of their normals,
+/// none below a twentieth, together 1. What is cut off a facet is shown best by the lines that are square to it.
+pub fn weights(setups: &[&Setup<'_>]) -> [f64; 3] {
+    weights_of(setups.iter().flat_map(|setup| areas(setup.drive.mesh())))
+}
+
+fn weights_of(areas: impl Iterator<Item = [f64; 3]>) -> [f64; 3] {
+    let mut sums = [0.0_f64; 3];
+    for area in areas {
+        (0..3).for_each(|k| sums[k] += area[k] * area[k] / norm(&area));
+    }
+    let all: f64 = sums.iter().sum();
+    let shares = sums.map(|s| if all > 0.0 { (s / all).max(LEAST) } else { 1.0 });
+    let all: f64 = shares.iter().sum();
+    shares.map(|s| s / all)
+}
+
+/// The triangles of a mesh as vectors along their normals, as long as their areas; those without area left out.
+fn areas(mesh: &TriMesh) -> impl Iterator<Item = [f64; 3]> + '_ {
+    let of = |k: usize| {
+        let [a, b, c] = mesh.corners(k);
+        let area: [f64; 3] = ((b - a).cross(&(c - a)) * 0.5).into();
+        area
+    };
+    (0..mesh.triangles().len()).map(of).filter(|area| norm(area) > 0.0)
+}
+
+fn norm(v: &[f64; 3]) -> f64 {
+    v.iter().map(|c| c * c).sum::<f64>().sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::stock::walls::*;
+
+    #[test]
+    fn lines_square_to_the_surface_weigh_most_and_none_weighs_nothing() {
+        let wall = weights_of([[3.0, 0.0, 0.0], [-2.0, 0.0, 0.0]].into_iter());
+        assert!(wall[0] > 0.9 && wall[1] == wall[2] && wall[1] > 0.04, "{wall:?}");
+        let floor = weights_of([[0.0, 0.0, 5.0]].into_iter());
+        assert!(floor[2] > 0.9, "{floor:?}");
+        let slope = weights_of([[1.0, 1.0, 1.0]].into_iter());
+        assert!(slope.iter().all(|w| (w - 1.0 / 3.0).abs() < 1e-12), "{slope:?}");
+        for weights in [wall, floor, slope, weights_of(std::iter::empty())] {
+            assert!((weights.iter().sum::<f64>() - 1.0).abs() < 1e-12);
+        }
+    }
+}
