@@ -233,8 +233,8 @@ fn schema(format: Format) -> String {
         Format::SolutionSpace => facemill::file_format::schema::<SolutionSpaceFile>(),
         Format::Verification => facemill::file_format::schema::<VerificationFile>(),
         Format::Holders => facemill::file_format::schema::<facemill::tool_model::HoldersFile>(),
-        Format::Lengths => facemill::file_format::schema::<facemill::lengths::LengthsFile>(),
+        Format::Lengths => facemill::file_format::schema::<facemill_nc_rewrite::lengths::LengthsFile>(),
         Format::Summary => facemill::file_format::schema::<facemill::SummaryFile>(),
-        Format::Rapids => facemill::file_format::schema::<facemill::rapids::RapidsFile>(),
+        Format::Rapids => facemill::file_format::schema::<facemill_nc_rewrite::rapids::RapidsFile>(),
     }
 }

@@ -5,12 +5,12 @@ use std::process::ExitCode;
 
 use clap::Args;
 use facemill::file_format::to_json;
-use facemill::lengths::{LengthsRequest, lengths_of_program};
 use facemill::nc_program::{Dialect, read_program};
 use facemill::tool_model::HolderLibrary;
 use facemill::z_map::DexelMap;
 use facemill::{CutRequest, Failure, read_rest, replan_with_shorter_tools};
 use facemill_job::files;
+use facemill_nc_rewrite::lengths::{LengthsRequest, lengths_of_program};
 
 use crate::cli::say;
 use crate::option_lengths::{above_zero, from_zero, stock_tolerance};

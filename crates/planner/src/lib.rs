@@ -23,21 +23,13 @@
 //!
 //! It must not know formulas: those belong to the stage crates.
 
-mod across;
 mod along;
-mod between_lines;
 mod chip_files;
 mod chip_points;
 mod chips_svg;
 mod cusps_kept;
-mod deviation;
-mod deviation_colours;
-mod deviation_cusps;
-mod deviation_figures;
 mod dual;
 mod extra_passes;
-mod heads_merged;
-pub mod lengths;
 mod lost_time;
 mod mending;
 #[cfg(test)]
@@ -48,32 +40,20 @@ mod output;
 mod plan;
 mod plan_stages;
 mod plan_stock;
+pub mod planned_links;
 mod pole_detours;
 mod program;
-pub mod rapids;
-mod refeed;
-mod refeed_checks;
-mod refeed_law;
-mod remaining;
 pub(crate) mod replan_lengths;
 mod reporting;
 mod rotary_motion;
 mod solution_space;
 mod solution_svg;
-mod stock_places;
 mod summary;
 mod svg_text;
-mod text_times;
 mod timing;
 mod turning;
 mod vector_blocks;
-mod verify_assumptions;
-mod verify_feeds;
-mod verify_program;
-mod verify_stock;
-mod virtual_setup;
 
-pub use deviation::DeviationRequest;
 pub use facemill_job::check::describe_setup;
 pub use facemill_job::check::limits::STOCK_TOLERANCES;
 pub use facemill_job::check::machine_check::{MachineCheck, describe_heads, describe_hulls, describe_machine};
@@ -104,20 +84,24 @@ pub use facemill_job::load::stand::{STAND_GOUGE_LIMIT, Stand, StandStock};
 pub use facemill_job::stages::{SilentStages, Stages};
 pub use facemill_job::stock::map::StockRegion;
 pub use facemill_job::stock::rest::read_rest;
+pub use facemill_nc_rewrite::refeed::law::{BLEND_TOLERANCES, RefeedLaw, RefeedLawTimes};
+pub use facemill_nc_rewrite::refeed::{
+    MAX_TOOL_LENGTH, Refed, RefeedError, RefeedSettings, RefeedSummary, TipFeed, refeed, refeed_lines,
+};
 pub use facemill_tool_path::pass_order::PassOrderReport;
+pub use facemill_verification::deviation::DeviationRequest;
+pub use facemill_verification::program::{Verified, VerifyRequest, verify_program};
+pub use facemill_verification::stock_run::CutRequest;
 pub use plan::{PlanSettings, Planned, plan_setup};
 pub use plan_stock::plan_job;
-pub use refeed::{MAX_TOOL_LENGTH, Refed, RefeedError, RefeedSettings, RefeedSummary, TipFeed, refeed, refeed_lines};
-pub use refeed_law::{BLEND_TOLERANCES, RefeedLaw, RefeedLawTimes};
 pub use replan_lengths::replan_with_shorter_tools;
 pub use solution_space::{SolutionSpace, SolutionSpaceRequest, solution_space};
 pub use summary::summary;
-pub use verify_program::{Verified, VerifyRequest, verify_program};
-pub use verify_stock::CutRequest;
 
 pub use facemill_job::examples::new_job;
 pub use facemill_job::files;
 pub use facemill_job::format::{job_file, report, solution_space_file};
+pub use facemill_nc_rewrite::{lengths, rapids};
 
 pub use facemill_cc_path as cc_path;
 pub use facemill_chip_area as chip_area;

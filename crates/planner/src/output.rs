@@ -12,18 +12,11 @@ use facemill_virtual_machine::{
     certify, verify,
 };
 
-use crate::between_lines::{add_between, between_lines, hold_machine_as_cut};
 use crate::mending::CutBlock;
 use crate::operation::PlannedOperation;
 use crate::program::{BlockWriter, Timed};
-use crate::remaining::{RunningHead, remaining};
-use crate::text_times::TimedText;
 use crate::timing::text::time_text;
 use crate::timing::{Written, time_program};
-use crate::verify_feeds::Asked;
-use crate::verify_program::removal_of;
-use crate::verify_stock::{CutDone, CutRequest, Stand, cut_stock};
-use crate::virtual_setup::{name_obstacles, not_verified, virtual_obstacles};
 use facemill_job::failure::Failure;
 use facemill_job::format::program_stamp::ProgramStamp;
 use facemill_job::format::report::remaining::RemainingReport;
@@ -38,6 +31,13 @@ use facemill_job::stages::Stages;
 use facemill_job::stages::{CERTIFY, VERIFY};
 use facemill_job::stock::map::StockRegion;
 use facemill_tool_path::moves::MoveKind;
+use facemill_verification::between_lines::{add_between, between_lines, hold_machine_as_cut};
+use facemill_verification::feeds::Asked;
+use facemill_verification::program::removal_of;
+use facemill_verification::remaining::{RunningHead, remaining};
+use facemill_verification::stock_run::{CutDone, CutRequest, Stand, cut_stock};
+use facemill_verification::text_times::TimedText;
+use facemill_verification::virtual_setup::{name_obstacles, not_verified, virtual_obstacles};
 use facemill_virtual_machine::follow::Surroundings;
 
 /// What a program says of itself that was not run on the virtual machine.

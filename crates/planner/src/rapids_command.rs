@@ -4,10 +4,10 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
-use facemill::rapids::{RapidsRequest, faster_rapids};
 use facemill::z_map::DexelMap;
 use facemill::{CutRequest, Failure, read_rest};
 use facemill_job::files;
+use facemill_nc_rewrite::rapids::{RapidsRequest, faster_rapids};
 
 use crate::cli::say;
 use crate::option_lengths::{above_zero, from_zero, stock_tolerance};

@@ -8,9 +8,10 @@ use facemill::virtual_machine::{BetweenPositions, EstimatedPositions, Verificati
 use facemill::z_map::DexelMap;
 use facemill::{
     CutRequest, DeviationRequest, Failure, RemainingReport, StockRegion, StockReport, VerificationFile, Verified,
-    VerifyRequest, read_rest, verify_program,
+    VerifyRequest, read_rest,
 };
 use facemill_job::files;
+use facemill_verification::program::verify_program;
 
 use crate::cli::say;
 use crate::deviation_command::{mesh_bytes, painted_mesh, rest_mesh, told_deviation};

@@ -12,7 +12,6 @@ use super::output::{DualProgram, merged, write_dual_texts};
 use super::pair::{PairPlanner, as_piece};
 use super::runs::Run;
 use crate::chip_files::ChipFiles;
-use crate::heads_merged::proven_for_both;
 use crate::mending::ROUNDS;
 use crate::move_settings::move_settings;
 use crate::operation::{Ground, PlannedOperation};
@@ -35,6 +34,7 @@ use facemill_job::setup::word_map::dual_word_map;
 use facemill_job::stages::Stages;
 use facemill_job::stages::{READ, TIMES, WRITE};
 use facemill_tool_path::moves::{Move, MoveSettings, PieceMoves};
+use facemill_verification::heads_merged::proven_for_both;
 
 /// What both heads stand on.
 pub(crate) struct DualGround<'a> {

@@ -1,5 +1,9 @@
 //! The cut stock against the part: figures, and the part's surface in colours.
 
+mod colours;
+mod cusps;
+mod figures;
+mod stock_places;
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 
@@ -10,10 +14,10 @@ use facemill_z_map::{DeviationError, DexelMap, Place};
 use nalgebra::Point3;
 use rayon::prelude::*;
 
-use crate::deviation_colours::colour;
-use crate::deviation_cusps::{CuspScene, cusps};
-use crate::deviation_figures::{Condition, Patch, beyond, deviation_figures, drive_triangles};
-use crate::stock_places::StockPlaces;
+use crate::deviation::colours::colour;
+use crate::deviation::cusps::{CuspScene, cusps};
+use crate::deviation::figures::{Condition, Patch, beyond, deviation_figures, drive_triangles};
+use crate::deviation::stock_places::StockPlaces;
 use facemill_job::failure::Failure;
 use facemill_job::format::program_stamp::ProgramStamp;
 use facemill_job::format::report::deviation::{DeviationPlace, DeviationReport};
@@ -36,7 +40,8 @@ pub struct DeviationRequest {
 const MAX_PATCHES: usize = 2_000_000;
 
 /// Stock before and after a program, and how well it was cut.
-pub(crate) struct CutStock<'a> {
+pub struct CutStock<'a> {
+    /// Program.
     pub program: &'a ReadProgram,
     /// The program, as the painted file names it.
     pub stamp: &'a ProgramStamp,
@@ -44,9 +49,11 @@ pub(crate) struct CutStock<'a> {
     pub heads: &'a [&'a VirtualSetup<'a>],
     /// Before and behind the program, on the lines of each direction; all with the same distance between them, `cell` mm.
     pub lines: &'a [[&'a DexelMap; 2]],
+    /// Distance of the lines, mm.
     pub cell: f64,
     /// Tolerance of the cut, mm.
     pub tolerance: f64,
+    /// Depth of a gouge from which on it is a finding, mm.
     pub gouge_limit: f64,
 }
 
@@ -54,7 +61,7 @@ pub(crate) struct CutStock<'a> {
 ///
 /// # Errors
 /// When the tolerance is no length, the part cannot be measured or painted, or the stages are cancelled.
-pub(crate) fn deviation_of(
+pub fn deviation_of(
     job: &Job,
     setup: &Setup<'_>,
     stock: &CutStock<'_>,

@@ -38,7 +38,7 @@ pub struct RefeedLawTimes {
 }
 
 /// What is known of the law while a program is read.
-pub(crate) enum Law {
+pub enum Law {
     /// It is not asked for.
     Off,
     /// Moves are collected.
@@ -49,20 +49,21 @@ pub(crate) enum Law {
 
 impl Law {
     /// The axes stand.
-    pub(crate) fn stop(&mut self) {
+    pub fn stop(&mut self) {
         if let Self::Collecting(moves) = self {
             moves.stop();
         }
     }
 
-    pub(crate) fn rapid(&mut self, view: View<'_>, law: BlockLaw, ends: [&AxisValues; 2]) {
+    /// Takes note of a rapid.
+    pub fn rapid(&mut self, view: View<'_>, law: BlockLaw, ends: [&AxisValues; 2]) {
         if let Self::Collecting(moves) = self {
             moves.rapid(view, law, ends);
         }
     }
 
     /// A cutting move of which F says nothing: as fast as the axes are.
-    pub(crate) fn free(&mut self, cut: &FollowedCut) {
+    pub fn free(&mut self, cut: &FollowedCut) {
         match self {
             Self::Off => {}
             Self::Collecting(moves) => {
@@ -76,7 +77,7 @@ impl Law {
     /// A cutting move with its feed at constant speed; lowers that to what the axes reach, and says whether.
     ///
     /// Its own time is that at the feed that it had.
-    pub(crate) fn cut(&mut self, cut: &FollowedCut, fed: &mut BlockFeed, range: &FeedRange) -> bool {
+    pub fn cut(&mut self, cut: &FollowedCut, fed: &mut BlockFeed, range: &FeedRange) -> bool {
         match self {
             Self::Off => false,
             Self::Collecting(moves) => {
@@ -108,7 +109,7 @@ pub const BLEND_TOLERANCES: [f64; 2] = [1e-6, 10.0];
 ///
 /// # Errors
 /// When the machine lacks a limit, or the tolerance is none.
-pub(crate) fn blending(machine: &Machine, law: &RefeedLaw) -> Result<ControlTolerance, String> {
+pub fn blending(machine: &Machine, law: &RefeedLaw) -> Result<ControlTolerance, String> {
     let missing: Vec<String> =
         missing_limits(machine).iter().map(|m| format!("{} for axis {}", m.what, m.letter)).collect();
     if !missing.is_empty() {
@@ -137,7 +138,7 @@ pub(crate) fn blending(machine: &Machine, law: &RefeedLaw) -> Result<ControlTole
 ///
 /// # Errors
 /// What is wrong with them.
-pub(crate) fn timed(
+pub fn timed(
     machine: &Machine,
     tool_length: f64,
     (tolerance, control): (ControlTolerance, &ControlMotion),

@@ -3,16 +3,15 @@
 use std::collections::BTreeSet;
 
 use facemill_inverse_kinematics::{AxisKind, AxisValues, Machine};
-use facemill_nc_program::{FeedMode, MotionKind, ReadBlock, ReadCommand, ReadProgram};
-use facemill_virtual_machine::{Assumption, BlockCut, Finding, FindingKind, Measure, StockRun};
-
 use facemill_job::format::job_file::{FeedsFile, SetupFile};
 use facemill_job::load::Job;
+use facemill_nc_program::{FeedMode, MotionKind, ReadBlock, ReadCommand, ReadProgram};
 use facemill_virtual_machine::follow::{FollowedCut, Follower, Surroundings, Way};
 use facemill_virtual_machine::program_time::tolerance::levers_at;
+use facemill_virtual_machine::{Assumption, BlockCut, Finding, FindingKind, Measure, StockRun};
 
 /// What a job asks for in one of its setups, of all its operations and heads.
-pub(crate) struct Asked {
+pub struct Asked {
     /// Largest speed of a tip in cuts, mm/min.
     cuts: f64,
     /// Largest speed of a tip, mm/min: of cuts, entries, exits and air.
@@ -26,7 +25,7 @@ pub(crate) struct Asked {
 }
 
 /// A block on which the tip goes faster than the job asks for in cuts.
-pub(crate) struct FastBlock {
+pub struct FastBlock {
     /// Line of the program, from 1.
     pub line: u32,
     /// Index of the block.
@@ -41,7 +40,7 @@ pub(crate) struct FastBlock {
 
 /// Feeds of a program's cuts against those that a job asks for, seen by one head.
 #[derive(Default)]
-pub(crate) struct CutFeeds {
+pub struct CutFeeds {
     /// Blocks on which the tip goes faster than the job asks for in cuts.
     pub fast: Vec<FastBlock>,
     /// Way of the tip in cuts, mm, and the part of it that is far slower than the job asks for anywhere.
@@ -70,7 +69,7 @@ impl CutFeeds {
     }
 
     /// A note where most of the way is cut far slower than the job asks for: that is no fault, but may be a slip.
-    pub(crate) fn note(&self, asked: &Asked, head: &str) -> Option<Assumption> {
+    pub fn note(&self, asked: &Asked, head: &str) -> Option<Assumption> {
         let least = asked.least?;
         let [all, slow] = self.ways;
         if slow <= WORTH_A_NOTE * all {
@@ -88,7 +87,7 @@ impl CutFeeds {
 }
 
 /// What the cut stock tells of a program's blocks.
-pub(crate) struct KnownCuts {
+pub struct KnownCuts {
     /// Lines of the blocks that certainly cut.
     cuts: BTreeSet<u32>,
     /// Lines of those that take some stock and do not certainly cut.
@@ -105,7 +104,7 @@ pub(crate) struct KnownCuts {
 
 impl KnownCuts {
     /// Of a run that was asked for the fast blocks, and the lines on which it does not see all stock.
-    pub(crate) fn of(run: &StockRun, not_covered: &[u32], [tolerance, cell]: [f64; 2]) -> Self {
+    pub fn of(run: &StockRun, not_covered: &[u32], [tolerance, cell]: [f64; 2]) -> Self {
         let lines = |is: &dyn Fn(&BlockCut) -> bool| run.blocks.iter().filter(|b| is(b)).map(|b| b.line).collect();
         Self {
             cuts: lines(&|b| b.is_certain),
@@ -194,7 +193,7 @@ const DECIMALS: u8 = 3;
 
 impl Asked {
     /// What a setup's operations ask for; `None` without any.
-    pub(crate) fn of(job: &Job, setup: &SetupFile) -> Option<Self> {
+    pub fn of(job: &Job, setup: &SetupFile) -> Option<Self> {
         let feeds: Vec<_> = job.operations_of(setup).map(|(_, o)| &o.feeds).collect();
         let largest = |of: &dyn Fn(&FeedsFile) -> f64| feeds.iter().map(|f| of(f)).reduce(f64::max);
         let cuts = largest(&|f| f.cutting_mm_min)?;
@@ -212,7 +211,7 @@ impl Asked {
 
     /// The speeds of the tip in cuts against what the job asks for, seen by one head. Speeds are those at the
     /// programmed F without acceleration, over whole blocks; what is not understood has findings of its own.
-    pub(crate) fn feeds_of_cuts(&self, program: &ReadProgram, at: Surroundings<'_>) -> CutFeeds {
+    pub fn feeds_of_cuts(&self, program: &ReadProgram, at: Surroundings<'_>) -> CutFeeds {
         let view = (at.machine, at.tool_length);
         let mut found = CutFeeds::default();
         let mut nth = 0;
@@ -253,7 +252,7 @@ impl Asked {
     /// Findings of one head where the tip is faster than the job asks for: in blocks that are known to cut, than it asks
     /// for in cuts; in all others, than it asks for anywhere. Blocks that follow each other are one finding, also where
     /// one between them is faster than cuts and takes so little stock that it is not known to be one.
-    pub(crate) fn findings(
+    pub fn findings(
         &self,
         program: &ReadProgram,
         fast: &[FastBlock],
@@ -297,7 +296,7 @@ impl Asked {
     }
 
     /// What is taken for granted where a block is faster than the job's cuts, no finding, and not known to cut nothing.
-    pub(crate) fn assumptions(&self, fast: &[FastBlock], known: Option<&KnownCuts>) -> Vec<Assumption> {
+    pub fn assumptions(&self, fast: &[FastBlock], known: Option<&KnownCuts>) -> Vec<Assumption> {
         let Self { cuts, all, .. } = self;
         let first = |is: &dyn Fn(u32) -> bool| {
             let is_cut = |block: &FastBlock| known.is_some_and(|known| known.is_cut(block));
@@ -362,7 +361,7 @@ impl Asked {
 
     /// Findings where a program cuts with S at another speed than those of the job: one from the first such S to
     /// the last before a cut at a speed that is asked for.
-    pub(crate) fn other_speeds(&self, program: &ReadProgram) -> Vec<Finding> {
+    pub fn other_speeds(&self, program: &ReadProgram) -> Vec<Finding> {
         let mut found: Vec<Finding> = Vec::new();
         // The finding of the S in force of each spindle; it counts from the first cut on.
         let mut in_force: Vec<InForce> = Vec::new();
@@ -410,7 +409,7 @@ fn of_block(kind: FindingKind, block: &ReadBlock, note: String) -> Finding {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use crate::feeds::*;
     use facemill_nc_program::{Dialect, read_program};
 
     fn found(text: &str) -> Vec<([u32; 2], String)> {

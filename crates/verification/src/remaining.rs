@@ -3,27 +3,26 @@
 use facemill_cc_path::{AskedRegion, Region, RegionSample, Strategy};
 use facemill_cl_data::{CcPoint, Silent};
 use facemill_cutter_location::cusp::expected_strip_width;
-use facemill_nc_program::ReadProgram;
-use facemill_virtual_machine::{VerifySettings, VirtualSetup, swept_by_cuts};
-use facemill_z_map::{LeftHeight, SurfacePlace, SweptCutter, left_heights};
-use nalgebra::{Isometry3, Point3, Vector3};
-
-use crate::virtual_setup::not_verified;
 use facemill_job::failure::Failure;
 use facemill_job::format::job_file::{OperationFile, PathFile};
 use facemill_job::format::report::remaining::{RemainingOnRegion, RemainingPlace, RemainingReport};
 use facemill_job::load::{Job, Setup};
 use facemill_job::setup::cell::{budget, search_curve};
 use facemill_job::setup::pattern::places;
-use facemill_job::stages::MATERIAL;
-use facemill_job::stages::Stages;
+use facemill_job::stages::{MATERIAL, Stages};
+use facemill_nc_program::ReadProgram;
+use facemill_virtual_machine::{VerifySettings, VirtualSetup, swept_by_cuts};
+use facemill_z_map::{LeftHeight, SurfacePlace, SweptCutter, left_heights};
+use nalgebra::{Isometry3, Point3, Vector3};
+
+use crate::virtual_setup::not_verified;
 
 /// By how much a point of the cutter may be beside its place where heights are measured, mm: a tenth of the finest cusps that face
 /// mills leave. Smaller: more parts of motions to look at.
 const MOTION_TOLERANCE: f64 = 0.002;
 
 /// How far a height may be off, mm.
-pub(crate) const ACCURACY: f64 = MOTION_TOLERANCE + SweptCutter::ACCURACY;
+pub const ACCURACY: f64 = MOTION_TOLERANCE + SweptCutter::ACCURACY;
 
 /// Samples of an operation's region, at most, but for its border: 100,000 take a second of processor time on the sample job.
 const MAX_SAMPLES: f64 = 100_000.0;
@@ -50,8 +49,10 @@ const DRIVE_SAMPLES: f64 = 10_000.0;
 const SAME_SURFACE: f64 = 0.01;
 
 /// A head of the machine, as the program is run on it.
-pub(crate) struct RunningHead<'a> {
+pub struct RunningHead<'a> {
+    /// Machine with all that is on it, as the head sees it.
     pub at: &'a VirtualSetup<'a>,
+    /// Settings of its runs.
     pub settings: &'a VerifySettings,
 }
 
@@ -62,7 +63,7 @@ pub(crate) struct RunningHead<'a> {
 ///
 /// # Errors
 /// When a region is wrong, or the stages are cancelled.
-pub(crate) fn remaining(
+pub fn remaining(
     job: &Job,
     setup: &Setup<'_>,
     program: &ReadProgram,
@@ -185,10 +186,12 @@ struct Sampled {
 
 /// What is left on samples.
 #[derive(Default)]
-pub(crate) struct Measured {
+pub struct Measured {
     /// Area that each counts for, mm²; of borders and of places looked at for the largest none.
     pub areas: Vec<f64>,
+    /// Samples.
     pub on: Vec<SurfacePlace>,
+    /// Heights left on them.
     pub left: Vec<LeftHeight>,
 }
 
@@ -206,12 +209,12 @@ impl Measured {
     }
 
     /// Number of samples that count for an area.
-    pub(crate) fn n_of_area(&self) -> usize {
+    pub fn n_of_area(&self) -> usize {
         self.areas.iter().filter(|&&a| a > 0.0).count()
     }
 
     /// Distance between samples, about, mm.
-    pub(crate) fn spacing(&self) -> f64 {
+    pub fn spacing(&self) -> f64 {
         (self.areas.iter().sum::<f64>() / self.n_of_area().max(1) as f64).sqrt()
     }
 
@@ -264,7 +267,7 @@ fn outside(setup: &Setup<'_>, asked: &[Asked<'_>]) -> Result<f64, Failure> {
 }
 
 /// Heights that parts of the area have at most; 0 where nothing has an area.
-pub(crate) fn quantiles<const N: usize>(areas: &[f64], left: &[LeftHeight], shares: [f64; N]) -> [f64; N] {
+pub fn quantiles<const N: usize>(areas: &[f64], left: &[LeftHeight], shares: [f64; N]) -> [f64; N] {
     let mut sorted: Vec<(f64, f64)> = left.iter().map(|l| l.height).zip(areas.iter().copied()).collect();
     sorted.retain(|(_, area)| *area > 0.0);
     sorted.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -280,7 +283,7 @@ pub(crate) fn quantiles<const N: usize>(areas: &[f64], left: &[LeftHeight], shar
 }
 
 /// Figures of what is left on samples.
-pub(crate) fn remaining_on_region(operation: &OperationFile, limit_mm: f64, measured: &Measured) -> RemainingOnRegion {
+pub fn remaining_on_region(operation: &OperationFile, limit_mm: f64, measured: &Measured) -> RemainingOnRegion {
     let Measured { areas, on, left } = measured;
     let area: f64 = areas.iter().sum();
     let share = |is: &dyn Fn(usize) -> bool| {

@@ -3,25 +3,6 @@
 use std::path::Path;
 
 use facemill_inverse_kinematics::Machine;
-use facemill_nc_program::{Compensation, Dialect, ReadProgram, WordMap};
-use facemill_virtual_machine::{
-    Assumption, BlockCut, Certificates, Estimate, Finding, HeldAsCut, RemovalLimit, Verification, VerifySettings,
-    VirtualSetup, assumptions, certify, place_findings, rapid_lines, verify,
-};
-use facemill_z_map::DexelMap;
-use nalgebra::Isometry3;
-
-use crate::between_lines::{
-    BetweenLines, add_between, between_lines, held_as_cut, seen_between, seen_in_estimate, seen_of_rest,
-};
-use crate::deviation::{CutStock, deviation_of};
-use crate::heads_merged::{merged_runs, proven_for_both};
-use crate::remaining::{RunningHead, remaining};
-use crate::text_times::{TimedText, times_of_text};
-use crate::verify_assumptions::{all_assumptions, cuts_nothing, is_estimate};
-use crate::verify_feeds::{Asked, CutFeeds, FastBlock, KnownCuts};
-use crate::verify_stock::{CutRequest, Stand, blocks_of_heads, cut_stock};
-use crate::virtual_setup::{name_obstacles, not_verified, virtual_setup};
 use facemill_job::check::limits::STOCK_TOLERANCES;
 use facemill_job::failure::Failure;
 use facemill_job::format::job_file::{OperationFile, SetupFile};
@@ -31,16 +12,32 @@ use facemill_job::format::report::deviation::DeviationReport;
 use facemill_job::format::report::remaining::RemainingReport;
 use facemill_job::format::report::stock::StockReport;
 use facemill_job::format::verification_file::{VERIFICATION_FORMAT, VerificationFile};
-use facemill_job::load::HEADS_APART;
 use facemill_job::load::open_meshes::{open_files, open_stock};
-use facemill_job::load::{Job, Setup};
+use facemill_job::load::{HEADS_APART, Job, Setup};
 use facemill_job::setup::cell::budget;
-use facemill_job::setup::word_map::dual_word_map;
-use facemill_job::setup::word_map::{rtcp_frame, word_map};
-use facemill_job::stages::Stages;
-use facemill_job::stages::TIMES;
+use facemill_job::setup::word_map::{dual_word_map, rtcp_frame, word_map};
+use facemill_job::stages::{Stages, TIMES};
 use facemill_job::stock::map::StockRegion;
+use facemill_nc_program::{Compensation, Dialect, ReadProgram, WordMap};
 use facemill_virtual_machine::follow::Surroundings;
+use facemill_virtual_machine::{
+    Assumption, BlockCut, Certificates, Estimate, Finding, HeldAsCut, RemovalLimit, Verification, VerifySettings,
+    VirtualSetup, assumptions, certify, place_findings, rapid_lines, verify,
+};
+use facemill_z_map::DexelMap;
+use nalgebra::Isometry3;
+
+use crate::assumptions::{all_assumptions, cuts_nothing, is_estimate};
+use crate::between_lines::{
+    BetweenLines, add_between, between_lines, held_as_cut, seen_between, seen_in_estimate, seen_of_rest,
+};
+use crate::deviation::{CutStock, deviation_of};
+use crate::feeds::{Asked, CutFeeds, FastBlock, KnownCuts};
+use crate::heads_merged::{merged_runs, proven_for_both};
+use crate::remaining::{RunningHead, remaining};
+use crate::stock_run::{CutRequest, Stand, blocks_of_heads, cut_stock};
+use crate::text_times::{TimedText, times_of_text};
+use crate::virtual_setup::{name_obstacles, not_verified, virtual_setup};
 
 /// How a program is run.
 #[derive(Clone, Debug)]
@@ -492,7 +489,7 @@ impl Run<'_> {
 
 /// The largest removal rate of a head's operations in a setup (0 or 1), where each has one. Entries and exits are not slowed down
 /// for it, so that up to their speed any rate is allowed.
-pub(crate) fn removal_of(job: &Job, setup: &SetupFile, head: usize) -> Option<RemovalLimit> {
+pub fn removal_of(job: &Job, setup: &SetupFile, head: usize) -> Option<RemovalLimit> {
     let of = |o: &OperationFile| {
         let removal = o.feeds.removal_rate.as_ref()?;
         let slowest = removal.min_mm_min.max(o.feeds.approach_mm_min);
@@ -511,7 +508,7 @@ const MM3_PER_CM3: f64 = 1000.0;
 
 /// The register of the tool's length as the reader of a control tells it: edge 1 of Siemens, and the number of the tool on
 /// Heidenhain, whose tools have their length in themselves.
-pub(crate) fn register_in(dialect: Dialect, job: &Job) -> u32 {
+pub fn register_in(dialect: Dialect, job: &Job) -> u32 {
     match dialect {
         Dialect::Siemens840d => 1,
         Dialect::Heidenhain => job.tool.number(),

@@ -1,5 +1,9 @@
 //! What meets the stock where the lines that it is cut on do not show it.
 
+use facemill_job::failure::Failure;
+use facemill_job::load::Job;
+use facemill_job::stages::{LOOK, Stages};
+use facemill_job::stock::map::StockMeshes;
 use facemill_nc_program::ReadProgram;
 use facemill_tool_model::ToolAssembly;
 use facemill_virtual_machine::{
@@ -7,16 +11,11 @@ use facemill_virtual_machine::{
     is_known_to_cut, still_there, verify,
 };
 
-use crate::verify_stock::{CutRequest, Stand};
+use crate::stock_run::{CutRequest, Stand};
 use crate::virtual_setup::{name_obstacles, not_verified};
-use facemill_job::failure::Failure;
-use facemill_job::load::Job;
-use facemill_job::stages::LOOK;
-use facemill_job::stages::Stages;
-use facemill_job::stock::map::StockMeshes;
 
 /// What a head's run against all of the stock adds to one that leaves it to the runs that cut it.
-pub(crate) struct BetweenLines {
+pub struct BetweenLines {
     /// What is not proven to be free of what is left of the stock.
     pub findings: Vec<Finding>,
     /// What is known between the positions of all that moves near the stock as it was at first.
@@ -25,7 +24,7 @@ pub(crate) struct BetweenLines {
 
 impl BetweenLines {
     /// Counts blocks of which nothing is known between the positions near the stock, too.
-    pub(crate) fn keep_open(&self, known: &mut Option<BetweenPositions>) {
+    pub fn keep_open(&self, known: &mut Option<BetweenPositions>) {
         let (Some(known), Some(positions)) = (known, &self.positions) else { return };
         known.open_blocks = known.open_blocks.max(positions.open_blocks);
         let lines = [known.first_open_line, positions.first_open_line];
@@ -39,8 +38,8 @@ impl BetweenLines {
 /// the machine it does wherever there are no lines.
 ///
 /// # Errors
-/// As of [`cut_stock`](crate::verify_stock::cut_stock).
-pub(crate) fn between_lines<const N: usize>(
+/// As of [`cut_stock`](crate::stock_run::cut_stock).
+pub fn between_lines<const N: usize>(
     program: &ReadProgram,
     heads: [(&Stand<'_>, &VerifySettings); N],
     cut: &CutRequest,
@@ -74,8 +73,8 @@ pub(crate) fn between_lines<const N: usize>(
 /// there was any to look at, and what is left is known.
 ///
 /// # Errors
-/// As of [`cut_stock`](crate::verify_stock::cut_stock).
-pub(crate) fn hold_machine_as_cut<const N: usize>(
+/// As of [`cut_stock`](crate::stock_run::cut_stock).
+pub fn hold_machine_as_cut<const N: usize>(
     program: &ReadProgram,
     heads: [(&Stand<'_>, &VerifySettings); N],
     cut: &CutRequest,
@@ -139,7 +138,7 @@ fn left_between<const N: usize>(
 }
 
 /// Adds what was found between the lines, but for what is told of all of these blocks already, of the same bodies in the stock.
-pub(crate) fn add_between(findings: &mut Vec<Finding>, between: Vec<Finding>) {
+pub fn add_between(findings: &mut Vec<Finding>, between: Vec<Finding>) {
     let is_told = |f: &Finding| {
         let alike = |k: &&Finding| (k.kind, &k.body, &k.obstacle) == (f.kind, &f.body, &f.obstacle);
         findings.iter().filter(alike).any(|k| k.first_line <= f.first_line && f.last_line <= k.last_line)
@@ -150,7 +149,7 @@ pub(crate) fn add_between(findings: &mut Vec<Finding>, between: Vec<Finding>) {
 }
 
 /// What a cut holds against the stock as it is then: bodies of the machine, too, where all that may be left of it is known.
-pub(crate) fn held_as_cut(job: &Job, cut: &CutRequest) -> HeldAsCut {
+pub fn held_as_cut(job: &Job, cut: &CutRequest) -> HeldAsCut {
     let tools: Vec<&ToolAssembly> =
         [&job.tool].into_iter().chain(job.second.as_ref().map(|second| &second.tool)).collect();
     HeldAsCut { tool: true, machine: cut.rest.is_none() && is_cut_known(&tools, cut.cell, cut.tolerance) }
@@ -161,7 +160,7 @@ fn tools<'a, const N: usize>(heads: &[(&Stand<'a>, &VerifySettings); N]) -> [&'a
 }
 
 /// Whether of all of these tools it is known what they take between the lines.
-pub(crate) fn is_cut_known(tools: &[&ToolAssembly], cell: f64, tolerance: f64) -> bool {
+pub fn is_cut_known(tools: &[&ToolAssembly], cell: f64, tolerance: f64) -> bool {
     tools.iter().all(|tool| is_known_to_cut(tool.cutter(), cell, tolerance))
 }
 
@@ -169,21 +168,21 @@ pub(crate) fn is_cut_known(tools: &[&ToolAssembly], cell: f64, tolerance: f64) -
 const MACHINE_AT_FIRST: &str = "bodies of the machine are held against the stock as it was at first";
 
 /// What is seen between the lines of stock that began as the rest of another program.
-pub(crate) fn seen_of_rest(cell: f64) -> String {
+pub fn seen_of_rest(cell: f64) -> String {
     format!(
         "of the rest that the stock began as, nothing is left between its lines, {cell} mm apart; {MACHINE_AT_FIRST}"
     )
 }
 
 /// What is seen between the lines of cut stock by an estimate.
-pub(crate) fn seen_in_estimate(cell: f64) -> String {
+pub fn seen_in_estimate(cell: f64) -> String {
     format!(
         "between the lines of the stock, {cell} mm apart, nothing is looked for in the fast mode; {MACHINE_AT_FIRST}"
     )
 }
 
 /// What bodies of the machine are held against in a plan that keeps off the stock as it was at first.
-pub(crate) fn machine_as_cut(cell: f64, tolerance: f64) -> String {
+pub fn machine_as_cut(cell: f64, tolerance: f64) -> String {
     format!(
         "bodies of the machine that meet the stock as it was at first are held against what may be left of it then, on lines {cell} mm \
          apart and within {tolerance} mm"
@@ -191,7 +190,7 @@ pub(crate) fn machine_as_cut(cell: f64, tolerance: f64) -> String {
 }
 
 /// What is seen between the lines of cut stock by these tools.
-pub(crate) fn seen_between(tools: &[&ToolAssembly], cell: f64, tolerance: f64) -> String {
+pub fn seen_between(tools: &[&ToolAssembly], cell: f64, tolerance: f64) -> String {
     if !is_cut_known(tools, cell, tolerance) {
         return format!(
             "between the lines of the stock, {cell} mm apart, nothing is seen: the flute is too short for it; take a smaller \

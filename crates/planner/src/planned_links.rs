@@ -10,7 +10,6 @@ use facemill_z_map::DexelMap;
 
 use crate::operation::PlannedOperation;
 use crate::output::{OwnProgram, Texts};
-use crate::virtual_setup::not_verified;
 use facemill_job::failure::Failure;
 use facemill_job::format::report::links::{PlannedLinkReport, ShortenedLinks};
 use facemill_job::setup::word_map::table_from_rtcp_words;
@@ -22,6 +21,7 @@ use facemill_tool_path::links::fastest;
 use facemill_tool_path::links::ways::WayKind;
 use facemill_tool_path::links::words::LinkWords;
 use facemill_tool_path::moves::{Move, MoveKind};
+use facemill_verification::virtual_setup::not_verified;
 
 /// Share of the rapid clearance that is proven to be kept from the stock as it was at first: links begin and end at the whole of it,
 /// and the control may leave them by a little.
@@ -308,10 +308,10 @@ impl Seeker<'_> {
 mod tests {
     use facemill_virtual_machine::{FindingKind, HeldAsCut};
 
-    use super::*;
     use crate::operation::Ground;
     use crate::output::write_draft;
     use crate::plan::Clock;
+    use crate::planned_links::*;
     use facemill_job::examples::new_job::{NewJob, new_job};
     use facemill_job::load::{Job, Setup};
     use facemill_job::setup::cell::z_map;

@@ -16,8 +16,10 @@ use facemill_job::format::program_times::ProgramTimes;
 use facemill_tool_path::moves::MoveKind;
 
 /// A program's text and what it was written from.
-pub(crate) struct TimedText<'a> {
+pub struct TimedText<'a> {
+    /// Text.
     pub text: &'a [u8],
+    /// Dialect that it is read by.
     pub dialect: Dialect,
     /// How the control runs its blocks.
     pub control: &'a ControlMotion,
@@ -29,15 +31,17 @@ pub(crate) struct TimedText<'a> {
 
 /// What a motion of the text is: its kind, and what sets its feed.
 #[derive(Clone, Copy)]
-pub(crate) struct Meant {
+pub struct Meant {
     /// Line of the text.
-    pub(crate) line: u32,
-    pub(crate) kind: MoveKind,
-    pub(crate) limit: Option<FeedLimit>,
+    pub line: u32,
+    /// Kind of the move.
+    pub kind: MoveKind,
+    /// What sets its feed; `None` for rapids.
+    pub limit: Option<FeedLimit>,
 }
 
 /// Times of a text that anyone may have written, at `constant` speeds ([cuts, rapids] in s) and by the law: the same for anyone who reads it.
-pub(crate) fn times_of_text(
+pub fn times_of_text(
     views: &[View<'_>],
     at: Surroundings<'_>,
     written: &TimedText<'_>,
@@ -65,26 +69,22 @@ pub(crate) fn times_of_text(
 
 /// The motions of a text.
 #[derive(Default)]
-pub(crate) struct Motions {
+pub struct Motions {
     /// In runs between stops.
-    pub(crate) moves: Moves,
+    pub moves: Moves,
     /// What each is.
-    pub(crate) meant: Vec<Meant>,
+    pub meant: Vec<Meant>,
     /// Time of all rapids at the axes' largest velocities, s.
-    pub(crate) rapid_time: f64,
+    pub rapid_time: f64,
     /// The first motion that cannot be followed.
-    pub(crate) not_followed: Option<String>,
-    pub(crate) frame: Option<Isometry3<f64>>,
+    pub not_followed: Option<String>,
+    /// Frame of coordinates under RTCP.
+    pub frame: Option<Isometry3<f64>>,
 }
 
 impl Motions {
     /// The times of each run.
-    pub(crate) fn laws(
-        &self,
-        views: &[View<'_>],
-        machine: &Machine,
-        control: &ControlMotion,
-    ) -> Result<Vec<RunLaw>, String> {
+    pub fn laws(&self, views: &[View<'_>], machine: &Machine, control: &ControlMotion) -> Result<Vec<RunLaw>, String> {
         let timer = Timer::new(views, machine.motion_law().control_tolerance).map_err(|e| e.to_string())?;
         let timer = timer.on_control(control).with_rounded_vectors(self.moves.vector_rounding(self.frame));
         self.moves.runs().par_iter().map(|run| timer.time(run)).collect()
@@ -92,7 +92,7 @@ impl Motions {
 }
 
 /// The motions of the text in runs between stops, and what each is.
-pub(crate) fn motions(
+pub fn motions(
     at: Surroundings<'_>,
     written: &TimedText<'_>,
     planned: &BTreeMap<u32, Meant>,

@@ -1,18 +1,22 @@
 //! Colours of deviations.
 
-use crate::deviation_figures::Condition;
+use crate::deviation::figures::Condition;
 
 /// Red, green and blue as screens take them.
 type Colour = [u8; 3];
 
 /// Within tolerance.
 const GREEN: Colour = [60, 170, 80];
+
 /// Gouged by a little, and by [`FULL`] tolerances or more.
 const RED: [Colour; 2] = [[250, 170, 60], [190, 0, 20]];
+
 /// Left over by a little, and by [`FULL`] tolerances or more.
 const BLUE: [Colour; 2] = [[120, 190, 250], [10, 40, 170]];
+
 /// Not reached by the program.
 const LIGHT_GREY: Colour = [205, 205, 205];
+
 /// Not measured.
 const DARK_GREY: Colour = [95, 95, 95];
 
@@ -39,7 +43,7 @@ pub(crate) fn colour(condition: Condition, tolerance: f64) -> Colour {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use crate::deviation::colours::*;
 
     #[test]
     fn colours_grow_with_the_deviation_and_stop() {

@@ -1,22 +1,22 @@
 //! The new program: written, read again and run until no link that changed has a finding that was not there.
 
-use facemill_nc_program::read_program;
-use facemill_virtual_machine::{Finding, Verification, joined};
-
-use super::numbered::{replaced, without_numbers};
-use super::{Found, Rapids, Stage, verified};
-use crate::verify_program::Verified;
 use facemill_job::failure::Failure;
 use facemill_job::format::rapids_file::{LinkReport, RAPIDS_FORMAT, RapidsFile};
 use facemill_job::stages::Stages;
+use facemill_nc_program::read_program;
 use facemill_tool_path::links::clock::LinkClock;
 use facemill_tool_path::links::ways::WayKind;
+use facemill_verification::program::Verified;
+use facemill_virtual_machine::{Finding, Verification, joined};
+
+use crate::rapids::numbered::{replaced, without_numbers};
+use crate::rapids::{Found, Rapids, Stage, verified};
 
 /// How often links with new findings get their old lines back before nothing is changed.
 const ROUNDS: usize = 4;
 
 /// Writes, reads and runs the new program until no changed link has a new finding.
-pub(super) fn finish(
+pub(crate) fn finish(
     stage: &Stage<'_>,
     text: &[u8],
     links: &mut [Found],

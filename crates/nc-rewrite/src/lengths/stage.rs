@@ -1,16 +1,5 @@
 //! A program and everything that lengths are looked at with.
 
-use facemill_nc_program::{ReadProgram, WordMap};
-use facemill_tool_model::{AssemblyLength, OpenAssembly};
-use facemill_virtual_machine::{
-    Certificates, ClearLengths, Finding, FindingKind, ForcedBy, HeldAsCut, LengthSettings, LengthStock, VerifyError,
-    VerifySettings, VirtualSetup, certify, clear_lengths, run_stock, verify,
-};
-use facemill_z_map::DexelMap;
-use nalgebra::Isometry3;
-
-use super::{FoundLengths, LengthsRequest};
-use crate::virtual_setup::{name_obstacle, name_obstacles_of, not_verified, virtual_setup};
 use facemill_job::failure::Failure;
 use facemill_job::format::lengths_file::{LENGTHS_FORMAT, LengthName, LengthReport, LengthsFile, NoLength, Posting};
 use facemill_job::format::program_stamp::ProgramStamp;
@@ -19,14 +8,25 @@ use facemill_job::setup::cell::budget;
 use facemill_job::setup::word_map::{rtcp_frame, word_map};
 use facemill_job::stages::Stages;
 use facemill_job::stock::map::StockMeshes;
+use facemill_nc_program::{ReadProgram, WordMap};
+use facemill_tool_model::{AssemblyLength, OpenAssembly};
+use facemill_verification::virtual_setup::{name_obstacle, name_obstacles_of, not_verified, virtual_setup};
+use facemill_virtual_machine::{
+    Certificates, ClearLengths, Finding, FindingKind, ForcedBy, HeldAsCut, LengthSettings, LengthStock, VerifyError,
+    VerifySettings, VirtualSetup, certify, clear_lengths, run_stock, verify,
+};
+use facemill_z_map::DexelMap;
+use nalgebra::Isometry3;
 
-pub(super) struct Stage<'a> {
-    pub(super) job: &'a Job,
-    pub(super) setup: &'a Setup<'a>,
-    pub(super) program: &'a ReadProgram,
+use crate::lengths::{FoundLengths, LengthsRequest};
+
+pub(crate) struct Stage<'a> {
+    pub(crate) job: &'a Job,
+    pub(crate) setup: &'a Setup<'a>,
+    pub(crate) program: &'a ReadProgram,
     stamp: ProgramStamp,
-    pub(super) request: &'a LengthsRequest<'a>,
-    pub(super) stages: &'a dyn Stages,
+    pub(crate) request: &'a LengthsRequest<'a>,
+    pub(crate) stages: &'a dyn Stages,
     words: WordMap,
     frame: Isometry3<f64>,
     stock: Option<DexelMap>,
@@ -34,7 +34,7 @@ pub(super) struct Stage<'a> {
 }
 
 impl<'a> Stage<'a> {
-    pub(super) fn new(
+    pub(crate) fn new(
         job: &'a Job,
         setup: &'a Setup<'a>,
         (program, stamp): (&'a ReadProgram, ProgramStamp),
@@ -62,7 +62,7 @@ impl<'a> Stage<'a> {
     }
 
     /// The shortest lengths of an assembly.
-    pub(super) fn lengths(&self, assembly: &OpenAssembly, longest: f64) -> Result<ClearLengths, Failure> {
+    pub(crate) fn lengths(&self, assembly: &OpenAssembly, longest: f64) -> Result<ClearLengths, Failure> {
         let settings = LengthSettings { verify: self.verify.clone(), margin: self.request.margin, longest };
         let monitor = self.stages.start("find lengths", 0);
         let stock = self.stock.as_ref().zip(self.request.cut.as_ref());
@@ -75,7 +75,7 @@ impl<'a> Stage<'a> {
     }
 
     /// Everything that the ordinary run finds of the program as it is posted for lengths.
-    pub(super) fn findings(&self, found: &ClearLengths) -> Result<Vec<Finding>, Failure> {
+    pub(crate) fn findings(&self, found: &ClearLengths) -> Result<Vec<Finding>, Failure> {
         let setup = VirtualSetup { tool: &found.tool, words: &found.words, ..self.at() };
         let monitor = self.stages.start("verify program", found.program.blocks.len());
         let run = verify(&found.program, &setup, &self.verify, &*monitor).map_err(not_verified)?;
@@ -98,7 +98,7 @@ impl<'a> Stage<'a> {
     }
 
     /// Lengths as they are told.
-    pub(super) fn told(&self, found: &ClearLengths, assembly: &OpenAssembly) -> Result<FoundLengths, Failure> {
+    pub(crate) fn told(&self, found: &ClearLengths, assembly: &OpenAssembly) -> Result<FoundLengths, Failure> {
         let findings = if found.hopeless.is_none() { self.findings(found)? } else { Vec::new() };
         let certificates = match (&found.hopeless, self.request.certificates) {
             (None, true) => Some(self.certificates(found)?),
@@ -150,13 +150,13 @@ impl<'a> Stage<'a> {
     }
 
     /// With the part of the obstacle that is at its place.
-    pub(super) fn named(&self, mut by: ForcedBy) -> ForcedBy {
+    pub(crate) fn named(&self, mut by: ForcedBy) -> ForcedBy {
         name_obstacle(&mut by.obstacle, by.place_work_mm, self.setup);
         by
     }
 }
 
 /// Whether a body above the cutter meets something.
-pub(super) fn is_of_bodies(finding: &Finding) -> bool {
+pub(crate) fn is_of_bodies(finding: &Finding) -> bool {
     matches!(finding.kind, FindingKind::HolderCollision | FindingKind::Collision)
 }

@@ -1,34 +1,32 @@
 //! Faster links for a program that exists: each replaced by the fastest way that is proven free, against the stock as it is then.
 
-pub(crate) mod finish;
-pub(crate) mod numbered;
-pub(crate) mod planned;
-pub(crate) mod planned_report;
+mod finish;
+mod numbered;
+pub mod planned_report;
 
 use std::path::Path;
 
 use facemill_inverse_kinematics::{Axis, AxisValues};
-use facemill_nc_program::{Dialect, ReadProgram, WordMap};
-use facemill_tool_path::links::choose::{Choice, Chosen};
-use facemill_tool_path::links::clock::LinkClock;
-use facemill_tool_path::links::fastest;
-use facemill_tool_path::links::words::{LinkLines, LinkWords, RapidForm, link_lines, turns_shorter};
-use facemill_virtual_machine::{
-    LinkHold, LinkSettings, LinkStage, ProgramLink, VerifySettings, VirtualSetup, run_links,
-};
-use finish::finish;
-use nalgebra::Isometry3;
-
-use crate::verify_program;
-use crate::verify_program::{Verified, VerifyRequest};
-use crate::verify_stock::CutRequest;
-use crate::virtual_setup::{not_verified, virtual_setup};
 use facemill_job::failure::Failure;
 use facemill_job::format::verification_file::VerificationFile;
 use facemill_job::load::{Job, Setup};
 use facemill_job::setup::word_map::{rtcp_frame, word_map};
 use facemill_job::stages::{SHORTEN, Stages};
 use facemill_job::stock::map::StockMeshes;
+use facemill_nc_program::{Dialect, ReadProgram, WordMap};
+use facemill_tool_path::links::choose::{Choice, Chosen};
+use facemill_tool_path::links::clock::LinkClock;
+use facemill_tool_path::links::fastest;
+use facemill_tool_path::links::words::{LinkLines, LinkWords, RapidForm, link_lines, turns_shorter};
+use facemill_verification::program::{Verified, VerifyRequest, verify_program};
+use facemill_verification::stock_run::CutRequest;
+use facemill_verification::virtual_setup::{not_verified, virtual_setup};
+use facemill_virtual_machine::{
+    LinkHold, LinkSettings, LinkStage, ProgramLink, VerifySettings, VirtualSetup, run_links,
+};
+use nalgebra::Isometry3;
+
+use crate::rapids::finish::finish;
 
 pub use facemill_job::format::rapids_file::{LinkReport, RAPIDS_FORMAT, RapidsFile};
 pub use facemill_job::format::report::links::{LinksReport, PlannedLinkReport, ShortenedLinks};

@@ -1,20 +1,20 @@
 //! The shortest tool assembly for a program that exists, or of a holder library, and postures that let a shorter one
 //! pass.
 
-pub(crate) mod holders;
-pub(crate) mod stage;
+mod holders;
+mod stage;
 
 use std::path::Path;
 
-use facemill_nc_program::{Dialect, ReadProgram};
-use facemill_tool_model::{HolderLibrary, OpenAssembly, ToolFile};
-use stage::Stage;
-
-use crate::verify_stock::CutRequest;
 use facemill_job::failure::Failure;
 use facemill_job::format::program_stamp::ProgramStamp;
 use facemill_job::load::{Job, Setup};
 use facemill_job::stages::Stages;
+use facemill_nc_program::{Dialect, ReadProgram};
+use facemill_tool_model::{HolderLibrary, OpenAssembly, ToolFile};
+use facemill_verification::stock_run::CutRequest;
+
+use crate::lengths::stage::Stage;
 
 pub use facemill_job::format::lengths_file::{
     HolderReport, LENGTHS_FORMAT, LengthName, LengthReport, LengthsFile, NoLength, Posting, ReplanTry,

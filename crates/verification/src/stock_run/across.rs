@@ -1,13 +1,13 @@
 //! Stock on lines along x and y of the workpiece, beside those along z.
 
+use facemill_job::failure::Failure;
+use facemill_job::stages::Stages;
 use facemill_nc_program::ReadProgram;
 use facemill_virtual_machine::{BlockCut, Finding, StockRun, VerifySettings, run_stock_of_heads};
 use facemill_z_map::DexelMap;
 
-use crate::verify_stock::Stand;
+use crate::stock_run::Stand;
 use crate::virtual_setup::not_verified;
-use facemill_job::failure::Failure;
-use facemill_job::stages::Stages;
 
 /// Cuts further maps of the same stock by a program, and tells what it did on all of them together with what is known of the upright
 /// lines: what meets the material of any line, each block's volume, and what the probes of any of them show. Volumes are means with the
@@ -88,7 +88,7 @@ mod tests {
 
     use facemill_virtual_machine::{FindingKind, Measure};
 
-    use super::*;
+    use crate::stock_run::across::*;
 
     fn found(lines: [u32; 2], body: &str, depth: Option<f64>) -> Finding {
         let finding = Finding::of_line(FindingKind::RapidCollision, lines[0], None, "", String::new());

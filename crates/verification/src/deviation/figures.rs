@@ -20,9 +20,9 @@ pub(crate) enum Condition {
 /// A small triangle of a part.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Patch {
-    pub area: f64,
-    pub is_drive: bool,
-    pub place: Option<Place>,
+    pub(crate) area: f64,
+    pub(crate) is_drive: bool,
+    pub(crate) place: Option<Place>,
 }
 
 impl Condition {

@@ -1,9 +1,8 @@
 //! What of a program with F has to be looked at before it gets new ones, and how numbers of F are written.
 
 use facemill_nc_program::{Dialect, Feed, FeedMode, MacroKind, NoteKind, ReadBlock, ReadCommand, ReadMotion, ReadNote};
-use facemill_virtual_machine::not_unit;
-
 use facemill_virtual_machine::follow::FollowedCut;
+use facemill_virtual_machine::not_unit;
 
 /// What of a program is not evaluated.
 #[derive(Default)]
@@ -166,7 +165,7 @@ pub(crate) const LAST_BITS: f64 = 1e-12;
 mod tests {
     use facemill_inverse_kinematics::Machine;
 
-    use super::*;
+    use crate::refeed::checks::*;
     use crate::refeed::{RefeedSettings, TipFeed, refeed, refeed_lines};
 
     fn settings(machine: &Machine, dialect: Dialect) -> RefeedSettings<'_> {

@@ -1,21 +1,21 @@
 //! The stock of a job's setup as a program from anywhere cuts it.
 
+mod across;
 use std::collections::BTreeSet;
 
+use crate::deviation::DeviationRequest;
+use crate::stock_run::across::cut_across;
+use facemill_job::failure::Failure;
+use facemill_job::format::report::stock::StockReport;
+use facemill_job::load::{Job, Setup};
+use facemill_job::stages::{CUT, Stages};
+use facemill_job::stock::map::{StockMeshes, StockRegion};
+use facemill_job::stock::walls::{has_walls, weights};
 use facemill_nc_program::ReadProgram;
 use facemill_virtual_machine::{BlockCut, StockRun, VerifySettings, VirtualSetup, blocks_beyond, run_stock_of_heads};
 use facemill_z_map::DexelMap;
 
-use crate::across::cut_across;
-use crate::deviation::DeviationRequest;
 use crate::virtual_setup::not_verified;
-use facemill_job::failure::Failure;
-use facemill_job::format::report::stock::StockReport;
-use facemill_job::load::{Job, Setup};
-use facemill_job::stages::CUT;
-use facemill_job::stages::Stages;
-use facemill_job::stock::map::{StockMeshes, StockRegion};
-use facemill_job::stock::walls::{has_walls, weights};
 
 /// How stock is cut.
 #[derive(Clone, Debug)]
@@ -56,15 +56,20 @@ impl CutRequest {
 }
 
 /// Where a program is run.
-pub(crate) struct Stand<'a> {
+pub struct Stand<'a> {
+    /// Job, as the head sees it.
     pub job: &'a Job,
+    /// Setup.
     pub setup: &'a Setup<'a>,
+    /// Machine with all that is on it.
     pub at: &'a VirtualSetup<'a>,
 }
 
 /// What a program did to the stock, with the runs of its heads.
-pub(crate) struct CutDone<const N: usize> {
+pub struct CutDone<const N: usize> {
+    /// Report.
     pub report: StockReport,
+    /// Run of each head.
     pub runs: [StockRun; N],
     /// Lines of the blocks on which each head may reach stock that has no lines in the map.
     pub not_covered: [Vec<u32>; N],
@@ -80,7 +85,7 @@ pub(crate) struct CutDone<const N: usize> {
 ///
 /// # Errors
 /// When the stock cannot be made lines of, a setting makes no sense, or the stages are cancelled.
-pub(crate) fn cut_stock<const N: usize>(
+pub fn cut_stock<const N: usize>(
     program: &ReadProgram,
     heads: [(&Stand<'_>, &VerifySettings); N],
     cut: &CutRequest,
@@ -126,7 +131,7 @@ pub(crate) fn cut_stock<const N: usize>(
 }
 
 /// What all heads together did on each block with a cutting move. The runs are of one program, block by block.
-pub(crate) fn blocks_of_heads(runs: &[StockRun]) -> Vec<BlockCut> {
+pub fn blocks_of_heads(runs: &[StockRun]) -> Vec<BlockCut> {
     let mut all = runs.first().map_or(Vec::new(), |run| run.blocks.clone());
     for run in runs.iter().skip(1) {
         for (sum, block) in all.iter_mut().zip(&run.blocks) {

@@ -8,7 +8,7 @@ use facemill_virtual_machine::{
 };
 
 /// Both runs as one: findings of both, each with its head, those of one and the same axis once; extremes of both.
-pub(crate) fn merged_runs(runs: [Verification; 2], sections: Vec<SectionGouge>) -> Verification {
+pub fn merged_runs(runs: [Verification; 2], sections: Vec<SectionGouge>) -> Verification {
     let [first, second] = runs;
     let mut findings: Vec<Finding> = Vec::new();
     for (h, found) in [first.findings, second.findings].into_iter().enumerate() {
@@ -62,7 +62,7 @@ pub(crate) fn merged_runs(runs: [Verification; 2], sections: Vec<SectionGouge>) 
 }
 
 /// What holds between the positions of both heads.
-pub(crate) fn between_of_both((a, b): (BetweenPositions, BetweenPositions)) -> BetweenPositions {
+pub fn between_of_both((a, b): (BetweenPositions, BetweenPositions)) -> BetweenPositions {
     BetweenPositions {
         cutter_mm: a.cutter_mm.max(b.cutter_mm),
         bodies_mm: a.bodies_mm.max(b.bodies_mm),
@@ -72,7 +72,7 @@ pub(crate) fn between_of_both((a, b): (BetweenPositions, BetweenPositions)) -> B
 }
 
 /// How far apart the positions of both heads' estimates are at most.
-pub(crate) fn estimate_of_both((a, b): (EstimatedPositions, EstimatedPositions)) -> EstimatedPositions {
+pub fn estimate_of_both((a, b): (EstimatedPositions, EstimatedPositions)) -> EstimatedPositions {
     EstimatedPositions {
         cut_step_mm: a.cut_step_mm.max(b.cut_step_mm),
         rapid_step_mm: a.rapid_step_mm.max(b.rapid_step_mm),
@@ -80,13 +80,13 @@ pub(crate) fn estimate_of_both((a, b): (EstimatedPositions, EstimatedPositions))
 }
 
 /// A finding's note without the head that it begins with.
-pub(crate) fn without_head(note: &str) -> &str {
+pub fn without_head(note: &str) -> &str {
     let rest = note.strip_prefix("head 1").or_else(|| note.strip_prefix("head 2"));
     rest.map_or(note, |rest| rest.trim_start_matches(':').trim_start())
 }
 
 /// Both heads' certificates as one for each block: proven is what is proven for both.
-pub(crate) fn proven_for_both([first, second]: &[Certificates; 2]) -> Certificates {
+pub fn proven_for_both([first, second]: &[Certificates; 2]) -> Certificates {
     let mut by_line: BTreeMap<u32, [Option<&Certificate>; 2]> = BTreeMap::new();
     for (h, certificates) in [first, second].into_iter().enumerate() {
         for c in &certificates.certificates {
@@ -102,7 +102,8 @@ pub(crate) fn proven_for_both([first, second]: &[Certificates; 2]) -> Certificat
     Certificates::new(both.collect())
 }
 
-pub(crate) fn proven_block(a: &Certificate, b: &Certificate) -> Certificate {
+/// Certificate of a block for both heads.
+pub fn proven_block(a: &Certificate, b: &Certificate) -> Certificate {
     let larger = |x: Option<f64>, y: Option<f64>| Some(f64::max(x?, y?));
     let between = |c: &Certificate, h: usize| {
         c.clearance_between.clone().map(|[body, obstacle]| [format!("head {h}: {body}"), obstacle])

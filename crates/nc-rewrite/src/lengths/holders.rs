@@ -1,12 +1,12 @@
 //! The holder of a library whose stick-out is the shortest that works.
 
+use facemill_job::failure::Failure;
+use facemill_job::format::lengths_file::HolderReport;
 use facemill_tool_model::{HolderFile, HolderLibrary, OpenAssembly};
 use facemill_virtual_machine::ClearLengths;
 
-use super::FoundLengths;
-use super::stage::{Stage, is_of_bodies};
-use facemill_job::failure::Failure;
-use facemill_job::format::lengths_file::HolderReport;
+use crate::lengths::FoundLengths;
+use crate::lengths::stage::{Stage, is_of_bodies};
 
 /// A holder that works.
 struct Works<'a> {
@@ -22,7 +22,7 @@ const SAME: f64 = 1e-6;
 /// the same the widest at its nose, and of these the first by name.
 ///
 /// Where none works, what is told is the job's own tool with the lengths that it needs.
-pub(super) fn choose(stage: &Stage<'_>, library: &HolderLibrary) -> Result<FoundLengths, Failure> {
+pub(crate) fn choose(stage: &Stage<'_>, library: &HolderLibrary) -> Result<FoundLengths, Failure> {
     let mut reports = Vec::new();
     let mut best: Option<Works<'_>> = None;
     for holder in library.holders() {

@@ -5,13 +5,13 @@ use facemill_nc_program::{Dialect, WordMap};
 use facemill_virtual_machine::{Finding, ObstacleKind, Verification, VerifyError, VirtualObstacle, VirtualSetup};
 use nalgebra::Isometry3;
 
-use crate::verify_program::register_in;
+use crate::program::register_in;
 use facemill_job::failure::Failure;
 use facemill_job::load::obstacle_meshes::ObstacleRole;
 use facemill_job::load::{Job, Setup};
 
 /// Why a program was not run.
-pub(crate) fn not_verified(e: VerifyError) -> Failure {
+pub fn not_verified(e: VerifyError) -> Failure {
     match e {
         VerifyError::Cancelled(_) => Failure::Interrupted,
         other => Failure::Internal(other.to_string()),
@@ -19,7 +19,7 @@ pub(crate) fn not_verified(e: VerifyError) -> Failure {
 }
 
 /// What stands on the table, for the virtual machine.
-pub(crate) fn virtual_obstacles<'a>(setup: &'a Setup<'_>) -> Vec<VirtualObstacle<'a>> {
+pub fn virtual_obstacles<'a>(setup: &'a Setup<'_>) -> Vec<VirtualObstacle<'a>> {
     setup
         .obstacles
         .iter()
@@ -44,14 +44,14 @@ pub(crate) fn virtual_obstacles<'a>(setup: &'a Setup<'_>) -> Vec<VirtualObstacle
 }
 
 /// Says of an obstacle that is several files or groups which of them is at a place.
-pub(crate) fn name_obstacle(name: &mut String, place: [f64; 3], setup: &Setup<'_>) {
+pub fn name_obstacle(name: &mut String, place: [f64; 3], setup: &Setup<'_>) {
     if let Some(o) = setup.obstacles.iter().find(|o| o.name == *name) {
         *name = o.name_at(&place.into());
     }
 }
 
 /// The same of every finding.
-pub(crate) fn name_obstacles_of(findings: &mut [Finding], setup: &Setup<'_>) {
+pub fn name_obstacles_of(findings: &mut [Finding], setup: &Setup<'_>) {
     for finding in findings {
         if let (Some(obstacle), Some(place)) = (&mut finding.obstacle, finding.place_work_mm) {
             name_obstacle(obstacle, place, setup);
@@ -60,7 +60,7 @@ pub(crate) fn name_obstacles_of(findings: &mut [Finding], setup: &Setup<'_>) {
 }
 
 /// The same of everything that a run tells.
-pub(crate) fn name_obstacles(verification: &mut Verification, setup: &Setup<'_>) {
+pub fn name_obstacles(verification: &mut Verification, setup: &Setup<'_>) {
     let name = |name: &mut String, place: [f64; 3]| name_obstacle(name, place, setup);
     name_obstacles_of(&mut verification.findings, setup);
     let in_sections = verification.sections.iter_mut().filter_map(|s| s.largest_gouge.as_mut());
@@ -72,7 +72,8 @@ pub(crate) fn name_obstacles(verification: &mut Verification, setup: &Setup<'_>)
     }
 }
 
-pub(crate) fn virtual_setup<'a>(
+/// Machine of a setup with its tool and all that is on it, for a program of this dialect.
+pub fn virtual_setup<'a>(
     dialect: Dialect,
     job: &'a Job,
     setup: &'a Setup<'_>,

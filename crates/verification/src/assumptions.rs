@@ -7,7 +7,7 @@ use facemill_virtual_machine::{Assumption, BlockCut, EstimatedPositions};
 use facemill_job::format::report::stock::StockReport;
 
 /// Assumptions in the order of their lines, each once, with the first line that rests on it.
-pub(crate) fn all_assumptions(of_text: Vec<Assumption>, of_feeds: Vec<Assumption>) -> Vec<Assumption> {
+pub fn all_assumptions(of_text: Vec<Assumption>, of_feeds: Vec<Assumption>) -> Vec<Assumption> {
     let mut all = [of_text, of_feeds].concat();
     all.sort();
     let mut told = BTreeSet::new();
@@ -16,7 +16,7 @@ pub(crate) fn all_assumptions(of_text: Vec<Assumption>, of_feeds: Vec<Assumption
 }
 
 /// That nothing is proven.
-pub(crate) fn is_estimate(positions: &EstimatedPositions) -> Assumption {
+pub fn is_estimate(positions: &EstimatedPositions) -> Assumption {
     let EstimatedPositions { cut_step_mm, rapid_step_mm } = positions;
     let text = format!(
         "the fast mode is an estimate: nothing is proven between positions, {cut_step_mm} mm apart in cuts and {rapid_step_mm} mm in rapids, \
@@ -26,7 +26,7 @@ pub(crate) fn is_estimate(positions: &EstimatedPositions) -> Assumption {
 }
 
 /// That no cut takes anything of the stock, where all of it is seen: what is found rests on it that this is meant.
-pub(crate) fn cuts_nothing(report: &StockReport, blocks: &[BlockCut]) -> Option<Assumption> {
+pub fn cuts_nothing(report: &StockReport, blocks: &[BlockCut]) -> Option<Assumption> {
     let in_air = !blocks.is_empty() && report.removed_mm3 == 0.0 && report.blocks_not_covered == 0;
     let text = "no cutting block takes anything of the stock: check mounting, work offset, tool length and the unit of the meshes";
     in_air.then(|| Assumption { line: None, text: text.to_owned() })

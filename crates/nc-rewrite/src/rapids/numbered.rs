@@ -8,7 +8,7 @@ use std::ops::Range;
 /// With `counts` lines that begin with their number (behind a `/`, too) count on: the texts have numbers where the first line that
 /// they replace has one, and those of all lines behind are moved by as many as there are more or fewer. Lines without a number
 /// get none.
-pub(super) fn replaced(text: &[u8], all: &[(&[u32], &[String])], counts: bool) -> (Vec<u8>, Vec<[u32; 2]>) {
+pub(crate) fn replaced(text: &[u8], all: &[(&[u32], &[String])], counts: bool) -> (Vec<u8>, Vec<[u32; 2]>) {
     let mut out = Vec::with_capacity(text.len());
     let mut places = vec![[0; 2]; all.len()];
     let (mut line, mut written) = (0, 0);
@@ -78,7 +78,7 @@ fn number_of(line: &[u8]) -> Option<Range<usize>> {
 }
 
 /// The text without the numbers of its lines: what it says besides them.
-pub(super) fn without_numbers(text: &[u8]) -> Vec<u8> {
+pub(crate) fn without_numbers(text: &[u8]) -> Vec<u8> {
     let mut out = Vec::with_capacity(text.len());
     for source in text.split_inclusive(|byte| *byte == b'\n') {
         let digits = number_of(source).unwrap_or(0..0);
@@ -90,7 +90,7 @@ pub(super) fn without_numbers(text: &[u8]) -> Vec<u8> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use crate::rapids::numbered::*;
 
     /// The new text, and where the texts stand.
     fn told(text: &str, all: &[(&[u32], &[String])]) -> (String, Vec<[u32; 2]>) {

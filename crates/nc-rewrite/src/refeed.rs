@@ -1,5 +1,7 @@
 //! New feeds for a program that exists: the tip moves as fast as programmed, not the norm over all axes (FEED).
 
+mod checks;
+pub mod law;
 use std::io::{BufRead, Write};
 
 use facemill_feedrate::{BlockFeed, FeedLimit, feed_for_block, rapid_time};
@@ -10,8 +12,8 @@ use facemill_nc_program::{
 };
 use serde::Serialize;
 
-use crate::refeed_checks::{Computed, Doubts, LAST_BITS, check_vectors, not_raised, rounded_down};
-use crate::refeed_law::{Law, RefeedLaw, RefeedLawTimes, blending, timed};
+use crate::refeed::checks::{Computed, Doubts, LAST_BITS, check_vectors, not_raised, rounded_down};
+use crate::refeed::law::{Law, RefeedLaw, RefeedLawTimes, blending, timed};
 use facemill_job::failure::Failure;
 use facemill_job::setup::word_map::{letter, word_frame};
 use facemill_virtual_machine::follow::{FollowedCut, Follower, Surroundings, Way, legs};

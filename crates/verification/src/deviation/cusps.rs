@@ -3,6 +3,7 @@
 use facemill_cl_data::{Aabb, CcPoint, ClPoint};
 use facemill_cutter_location::cusp::{CutPoint, ridges};
 use facemill_inverse_kinematics::AxisKind;
+use facemill_job::format::report::deviation::{CuspRatios, CuspReport, CuspsNotCompared};
 use facemill_nc_program::{AxisAt, Compensation, MotionKind, ReadMotion, ReadProgram};
 use facemill_surface_model::Surface;
 use facemill_tool_model::{Cusp, Cutter};
@@ -10,8 +11,7 @@ use facemill_virtual_machine::VirtualSetup;
 use nalgebra::{Point3, Unit, Vector3};
 use rayon::prelude::*;
 
-use crate::stock_places::StockPlaces;
-use facemill_job::format::report::deviation::{CuspRatios, CuspReport, CuspsNotCompared};
+use crate::deviation::stock_places::StockPlaces;
 
 /// Points that are drawn.
 const SAMPLES: usize = 300;
@@ -25,15 +25,15 @@ const NEIGHBOUR: f64 = 1.05;
 
 /// The stock and part that passes are held against.
 pub(crate) struct CuspScene<'a> {
-    pub part: &'a Surface,
+    pub(crate) part: &'a Surface,
     /// Allowance on each triangle of the part, mm.
-    pub allowances: &'a [f64],
-    pub found: &'a StockPlaces<'a>,
-    pub cell: f64,
+    pub(crate) allowances: &'a [f64],
+    pub(crate) found: &'a StockPlaces<'a>,
+    pub(crate) cell: f64,
     /// How far deviations may be off, mm.
-    pub uncertainty: f64,
+    pub(crate) uncertainty: f64,
     /// How far the cutter may be from the surface and still count as on a pass, mm.
-    pub tolerance: f64,
+    pub(crate) tolerance: f64,
 }
 
 /// Compares cusps along a program, of each head with its own passes; `None` where the cutter is nowhere on the surface, or

@@ -1,0 +1,18 @@
+//! Programs from anywhere against a job.
+//!
+//! [`program`] reads the text of a program and runs it as a setup of a job is mounted: gouge, collision, limits and feeds, with
+//! findings by line. [`stock_run`] cuts the stock, [`remaining`] measures the material left on the regions that were asked for,
+//! [`deviation`] compares the part with what is left of the stock.
+//!
+//! It must not know how a program was planned.
+
+pub mod assumptions;
+pub mod between_lines;
+pub mod deviation;
+pub mod feeds;
+pub mod heads_merged;
+pub mod program;
+pub mod remaining;
+pub mod stock_run;
+pub mod text_times;
+pub mod virtual_setup;
