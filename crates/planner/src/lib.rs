@@ -1,27 +1,16 @@
-//! Plans five-axis face milling: job file in, machine NC and reports out.
+//! Plans: from a job to the program of each setup, with report.
 //!
-//! [`Job::read`] reads a job with all it names, [`plan_setup`] plans one of its setups: passes on the drive surface, a
-//! tested posture at every CC point, entries, exits and links, blocks timed by FEED, the program's text, and the run of
-//! that text on the virtual machine; [`plan_job`] plans all of them and cuts their stock as well. What they return are files and
-//! a [`Report`](report::Report); [`files::write_all`] writes them whole or not at all. The stages themselves are crates of
-//! their own, re-exported here for library users.
+//! [`plan_setup`] plans one setup of a [`Job`](facemill_job::load::Job): passes on the drive surface, a tested posture at every CC
+//! point, entries, exits and links, blocks timed by FEED, the program's text, and the run of that text on the virtual machine.
+//! [`plan_job`] plans all setups and cuts their stock. A plan is a list of files and a
+//! [`Report`](facemill_job::format::report::Report).
 //!
-//! ```no_run
-//! use facemill::{Job, PlanSettings, SilentStages, plan_setup};
-//! use std::path::Path;
+//! Guarantee of a plan without findings: every pose has been tested against the meshes with the verdicts of
+//! `facemill-interference`; the written text, read back and run under the machine's motion law, gouges nothing deeper than the
+//! error budget, collides with nothing and keeps all axis limits at positions at most 0.5 mm and 0.2° apart, and with certificates
+//! between them, too.
 //!
-//! let job = Job::read(Path::new("assets/propeller/job.json"))?;
-//! let planned = plan_setup(&job, 0, PlanSettings { verify: true, certificates: false }, &SilentStages)?;
-//! assert!(planned.is_clean());
-//! # Ok::<(), crate::Failure>(())
-//! ```
-//!
-//! What a plan without findings guarantees: every pose was tested against the meshes with the verdicts of
-//! `facemill-interference`, and the written text, read back and run under the machine's motion law at positions at most
-//! 0.5 mm and 0.2° apart, gouges nothing deeper than the error budget, collides with nothing and keeps all axis limits.
-//! Between those positions nothing is proven yet.
-//!
-//! It must not know formulas: those belong to the stage crates.
+//! It must not know the command line, nor formulas: those belong to the stage crates.
 
 mod along;
 mod chip_files;
@@ -40,10 +29,10 @@ mod output;
 mod plan;
 mod plan_stages;
 mod plan_stock;
-pub mod planned_links;
+mod planned_links;
 mod pole_detours;
 mod program;
-pub(crate) mod replan_lengths;
+mod replan_lengths;
 mod reporting;
 mod rotary_motion;
 mod solution_space;
@@ -54,66 +43,8 @@ mod timing;
 mod turning;
 mod vector_blocks;
 
-pub use facemill_job::check::describe_setup;
-pub use facemill_job::check::limits::STOCK_TOLERANCES;
-pub use facemill_job::check::machine_check::{MachineCheck, describe_heads, describe_hulls, describe_machine};
-pub use facemill_job::duration_text::clock;
-pub use facemill_job::examples::new_machine::{machine_names, new_job_for};
-pub use facemill_job::failure::Failure;
-pub use facemill_job::files::REJECTED;
-pub use facemill_job::format::made_from::{InputFile, MadeFrom};
-pub use facemill_job::format::program_stamp::{ProgramStamp, checksum};
-pub use facemill_job::format::program_times::ProgramTimes;
-pub use facemill_job::format::report::deviation::{CuspRatios, CuspReport, CuspsNotCompared};
-pub use facemill_job::format::report::deviation::{
-    DeviationAreas, DeviationBin, DeviationFigures, DeviationPlace, DeviationReport,
-};
-pub use facemill_job::format::report::outcome::Outcome;
-pub use facemill_job::format::report::pairs::{PairReport, PairSplit};
-pub use facemill_job::format::report::remaining::{RemainingOnRegion, RemainingPlace, RemainingReport};
-pub use facemill_job::format::report::stock::PlannedStockReport;
-pub use facemill_job::format::report::stock::StockReport;
-pub use facemill_job::format::summary_file::{SUMMARY_FORMAT, SetupSummary, SummaryFile};
-pub use facemill_job::format::verification_file::{VERIFICATION_FORMAT, VerificationFile};
-pub use facemill_job::load::Job;
-pub use facemill_job::load::job_settings::JobSetting;
-pub use facemill_job::load::job_source::{job_path, no_program};
-pub use facemill_job::load::machine_load::{BodyHull, ReadMachine, read_machine};
-pub use facemill_job::load::mesh_files::read_mesh;
-pub use facemill_job::load::stand::{STAND_GOUGE_LIMIT, Stand, StandStock};
-pub use facemill_job::stages::{SilentStages, Stages};
-pub use facemill_job::stock::map::StockRegion;
-pub use facemill_job::stock::rest::read_rest;
-pub use facemill_nc_rewrite::refeed::law::{BLEND_TOLERANCES, RefeedLaw, RefeedLawTimes};
-pub use facemill_nc_rewrite::refeed::{
-    MAX_TOOL_LENGTH, Refed, RefeedError, RefeedSettings, RefeedSummary, TipFeed, refeed, refeed_lines,
-};
-pub use facemill_tool_path::pass_order::PassOrderReport;
-pub use facemill_verification::deviation::DeviationRequest;
-pub use facemill_verification::program::{Verified, VerifyRequest, verify_program};
-pub use facemill_verification::stock_run::CutRequest;
 pub use plan::{PlanSettings, Planned, plan_setup};
 pub use plan_stock::plan_job;
 pub use replan_lengths::replan_with_shorter_tools;
 pub use solution_space::{SolutionSpace, SolutionSpaceRequest, solution_space};
 pub use summary::summary;
-
-pub use facemill_job::examples::new_job;
-pub use facemill_job::files;
-pub use facemill_job::format::{job_file, report, solution_space_file};
-pub use facemill_nc_rewrite::{lengths, rapids};
-
-pub use facemill_cc_path as cc_path;
-pub use facemill_chip_area as chip_area;
-pub use facemill_cl_data as cl_data;
-pub use facemill_cutter_location as cutter_location;
-pub use facemill_feedrate as feedrate;
-pub use facemill_file_format as file_format;
-pub use facemill_interference as interference;
-pub use facemill_inverse_kinematics as inverse_kinematics;
-pub use facemill_nc_program as nc_program;
-pub use facemill_sample_parts as sample_parts;
-pub use facemill_surface_model as surface_model;
-pub use facemill_tool_model as tool_model;
-pub use facemill_virtual_machine as virtual_machine;
-pub use facemill_z_map as z_map;

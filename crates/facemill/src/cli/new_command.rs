@@ -4,14 +4,14 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Args, Subcommand, ValueEnum};
+use facemill::files;
 use facemill::nc_program::Dialect;
+use facemill::new_job::{NewJob, Series};
 use facemill::{Failure, new_job_for};
-use facemill_job::examples::new_job::{NewJob, Series};
-use facemill_job::files;
 
+use crate::cli::feedrate_command::dialect;
+use crate::cli::option_lengths::{above_zero, rotor_scale};
 use crate::cli::say;
-use crate::feedrate_command::dialect;
-use crate::option_lengths::{above_zero, rotor_scale};
 
 #[derive(Args)]
 pub(crate) struct NewArguments {

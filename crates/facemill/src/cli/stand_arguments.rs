@@ -3,11 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use facemill::job_file::{UnitFile, UpAxisFile};
 use facemill::nc_program::Dialect;
 use facemill::surface_model::MeshFormat;
 use facemill::virtual_machine::Assumption;
 use facemill::{Failure, Job, STAND_GOUGE_LIMIT, Stand, StandStock};
-use facemill_job::format::job_file::{UnitFile, UpAxisFile};
 
 /// Register that holds the work offset where nobody says it.
 const WORK_REGISTER: &str = "G54";
@@ -186,7 +186,7 @@ fn up_axis(text: &str) -> Result<UpAxisFile, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::program_arguments::ProgramArguments;
+    use crate::cli::program_arguments::ProgramArguments;
 
     #[derive(clap::Parser)]
     struct Command {

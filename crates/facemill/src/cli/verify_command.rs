@@ -4,22 +4,22 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{ArgGroup, Args};
+use facemill::files;
+use facemill::verify_program;
 use facemill::virtual_machine::{BetweenPositions, EstimatedPositions, Verification, joined};
 use facemill::z_map::DexelMap;
 use facemill::{
     CutRequest, DeviationRequest, Failure, RemainingReport, StockRegion, StockReport, VerificationFile, Verified,
     VerifyRequest, read_rest,
 };
-use facemill_job::files;
-use facemill_verification::program::verify_program;
 
+use crate::cli::deviation_command::{mesh_bytes, painted_mesh, rest_mesh, told_deviation};
+use crate::cli::findings_table::findings_table;
+use crate::cli::option_lengths::{above_zero, from_zero, stock_tolerance};
+use crate::cli::program_arguments::{ProgramArguments, ProgramOfJob};
+use crate::cli::progress::Progress;
 use crate::cli::say;
-use crate::deviation_command::{mesh_bytes, painted_mesh, rest_mesh, told_deviation};
-use crate::findings_table::findings_table;
-use crate::option_lengths::{above_zero, from_zero, stock_tolerance};
-use crate::program_arguments::{ProgramArguments, ProgramOfJob};
-use crate::progress::Progress;
-use crate::stand_arguments::StandArguments;
+use crate::cli::stand_arguments::StandArguments;
 
 /// Controls whose programs are read, and which one it is where nobody says.
 const DIALECTS: &str = "Control that the program is for: fanuc, haas, mazak, linuxcnc, siemens_840d, heidenhain; where it is not given \
@@ -90,7 +90,7 @@ const STOCK_TOLERANCE: f64 = 0.05;
 const TOLD: usize = 50;
 
 pub(crate) fn run(arguments: &VerifyArguments) -> Result<ExitCode, Failure> {
-    crate::progress::watch_interrupts().map_err(Failure::Internal)?;
+    crate::cli::progress::watch_interrupts().map_err(Failure::Internal)?;
     let ProgramOfJob { job, setup, dialect, text } = arguments.program.read_with(&arguments.stand)?;
     let rest = arguments.rest.as_ref().map(|path| read_rest(&job, setup, path)).transpose()?;
     let request = VerifyRequest {
@@ -114,7 +114,7 @@ pub(crate) fn run(arguments: &VerifyArguments) -> Result<ExitCode, Failure> {
     let clean = file.verification.faults().next().is_none() && !gouged;
     let told = told(file);
     let outputs = outputs(arguments, verified)?;
-    if !crate::progress::start_writing() {
+    if !crate::cli::progress::start_writing() {
         return Err(Failure::Interrupted);
     }
     files::write_each(&outputs)?;

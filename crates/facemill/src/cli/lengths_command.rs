@@ -5,17 +5,17 @@ use std::process::ExitCode;
 
 use clap::Args;
 use facemill::file_format::to_json;
+use facemill::files;
+use facemill::lengths::{LengthsRequest, lengths_of_program};
 use facemill::nc_program::{Dialect, read_program};
 use facemill::tool_model::HolderLibrary;
 use facemill::z_map::DexelMap;
 use facemill::{CutRequest, Failure, read_rest, replan_with_shorter_tools};
-use facemill_job::files;
-use facemill_nc_rewrite::lengths::{LengthsRequest, lengths_of_program};
 
+use crate::cli::option_lengths::{above_zero, from_zero, stock_tolerance};
+use crate::cli::program_arguments::{ProgramArguments, ProgramOfJob};
+use crate::cli::progress::Progress;
 use crate::cli::say;
-use crate::option_lengths::{above_zero, from_zero, stock_tolerance};
-use crate::program_arguments::{ProgramArguments, ProgramOfJob};
-use crate::progress::Progress;
 
 #[derive(Args)]
 #[command(mut_arg("job", |argument| argument.required(true)))]
@@ -70,7 +70,7 @@ fn cut_of(arguments: &LengthsArguments, rest: Option<DexelMap>) -> Option<CutReq
 }
 
 pub(crate) fn run(arguments: &LengthsArguments) -> Result<ExitCode, Failure> {
-    crate::progress::watch_interrupts().map_err(Failure::Internal)?;
+    crate::cli::progress::watch_interrupts().map_err(Failure::Internal)?;
     let library = match &arguments.holders {
         Some(path) => Some(HolderLibrary::from_json(&files::read(path)?).map_err(|e| Failure::input(path, e))?),
         None => None,
@@ -94,7 +94,7 @@ pub(crate) fn run(arguments: &LengthsArguments) -> Result<ExitCode, Failure> {
     if let (true, Some(library)) = (arguments.replan, &library) {
         replan_with_shorter_tools(&job, setup, library, &mut found, &Progress::new(false))?;
     }
-    if !crate::progress::start_writing() {
+    if !crate::cli::progress::start_writing() {
         return Err(Failure::Interrupted);
     }
     let mut outputs: Vec<(&Path, Vec<u8>)> = Vec::new();

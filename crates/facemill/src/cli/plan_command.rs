@@ -4,14 +4,14 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
+use facemill::files;
 use facemill::{
     Failure, Job, JobSetting, Outcome, PlanSettings, SUMMARY_FORMAT, SetupSummary, SummaryFile, plan_job, summary,
 };
-use facemill_job::files;
 
+use crate::cli::option_lengths::above_zero;
+use crate::cli::progress::Progress;
 use crate::cli::{default_out, say};
-use crate::option_lengths::above_zero;
-use crate::progress::Progress;
 
 /// What is said of exit codes behind the options.
 pub(crate) const EXIT_CODES: &str = "\
@@ -68,7 +68,7 @@ pub(crate) fn run(arguments: &PlanArguments) -> Result<ExitCode, Failure> {
         pool.map_err(|e| Failure::Internal(e.to_string()))?;
     }
     let out = arguments.out.clone().unwrap_or_else(|| default_out(&arguments.job));
-    crate::progress::watch_interrupts().map_err(Failure::Internal)?;
+    crate::cli::progress::watch_interrupts().map_err(Failure::Internal)?;
     // A job that cannot be read changes nothing in the folder.
     let job = Job::read_with(&arguments.job, &arguments.settings)?;
     files::check_folder(&out)?;
@@ -97,7 +97,7 @@ fn plan(arguments: &PlanArguments, job: &Job, out: &Path) -> Result<ExitCode, Fa
     }
     let timings = serde_json::json!({ "format": "facemill-timings/1", "setups": timings });
     all_files.push(("timings.json".to_owned(), facemill::file_format::to_json(&timings).into_bytes()));
-    if !crate::progress::start_writing() {
+    if !crate::cli::progress::start_writing() {
         return Err(Failure::Interrupted);
     }
     files::write_plan(out, &all_files)?;

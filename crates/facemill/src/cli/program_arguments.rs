@@ -5,12 +5,12 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use facemill::files;
 use facemill::nc_program::{Dialect, is_cl_file};
 use facemill::{Failure, Job, no_program};
-use facemill_job::files;
 
-use crate::feedrate_command::dialect;
-use crate::stand_arguments::StandArguments;
+use crate::cli::feedrate_command::dialect;
+use crate::cli::stand_arguments::StandArguments;
 
 #[derive(Args)]
 pub(crate) struct ProgramArguments {

@@ -7,7 +7,7 @@ use clap::Args;
 use facemill::Failure;
 use facemill::chip_area::Method;
 use facemill::chip_area::table::{chips_of_table, table_with_areas};
-use facemill_job::files;
+use facemill::files;
 
 use crate::cli::say;
 

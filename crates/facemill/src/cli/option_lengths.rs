@@ -1,7 +1,7 @@
 //! Lengths that are given by options: a wrong one is told with its option, before any file is read.
 
 use facemill::STOCK_TOLERANCES;
-use facemill_job::examples::new_job::ROTOR_SCALES;
+use facemill::new_job::ROTOR_SCALES;
 
 /// A length above 0, mm.
 pub(crate) fn above_zero(text: &str) -> Result<f64, String> {

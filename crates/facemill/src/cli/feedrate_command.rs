@@ -5,15 +5,15 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
+use facemill::files;
 use facemill::nc_program::Dialect;
 use facemill::{
     BLEND_TOLERANCES, Failure, MAX_TOOL_LENGTH, RefeedError, RefeedLaw, RefeedLawTimes, RefeedSettings, RefeedSummary,
     TipFeed, read_machine, refeed_lines,
 };
-use facemill_job::files;
 
+use crate::cli::program_arguments::open_nc;
 use crate::cli::{say, say_bytes};
-use crate::program_arguments::open_nc;
 
 #[derive(Args)]
 pub(crate) struct FeedrateArguments {

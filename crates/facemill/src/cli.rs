@@ -1,25 +1,41 @@
 //! Command line.
 
+mod chip_area_command;
+mod deviation_command;
+mod feedrate_command;
+mod findings_table;
+mod forecast;
+mod lengths_command;
+mod machine_commands;
+mod new_command;
+mod option_lengths;
+mod plan_command;
+mod program_arguments;
+mod progress;
+mod rapids_command;
+mod stand_arguments;
+mod verify_command;
+
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser, Subcommand, ValueEnum};
+use facemill::files;
+use facemill::job_file::JobFile;
+use facemill::report::{CertificatesFile, Report};
+use facemill::solution_space_file::SolutionSpaceFile;
 use facemill::{Failure, Job, JobSetting, SolutionSpaceRequest, VerificationFile};
-use facemill_job::files;
-use facemill_job::format::job_file::JobFile;
-use facemill_job::format::report::{CertificatesFile, Report};
-use facemill_job::format::solution_space_file::SolutionSpaceFile;
 
-use crate::chip_area_command::{self, ChipAreaArguments};
-use crate::feedrate_command::{self, FeedrateArguments};
-use crate::lengths_command::{self, LengthsArguments};
-use crate::machine_commands::{self, MachineCommand};
-use crate::new_command::{self, NewArguments};
-use crate::plan_command::{self, PlanArguments};
-use crate::progress::Progress;
-use crate::rapids_command::{self, RapidsArguments};
-use crate::verify_command::{self, VerifyArguments};
+use chip_area_command::ChipAreaArguments;
+use feedrate_command::FeedrateArguments;
+use lengths_command::LengthsArguments;
+use machine_commands::MachineCommand;
+use new_command::NewArguments;
+use plan_command::PlanArguments;
+use progress::Progress;
+use rapids_command::RapidsArguments;
+use verify_command::VerifyArguments;
 
 /// Plans five-axis face milling of sculptured surfaces: mesh and path in, machine NC out.
 #[derive(Parser)]
@@ -35,7 +51,7 @@ pub(crate) struct Arguments {
 #[derive(Subcommand)]
 enum Command {
     /// Plans a job and writes program, APT file, report and picture
-    #[command(after_help = crate::plan_command::EXIT_CODES)]
+    #[command(after_help = crate::cli::plan_command::EXIT_CODES)]
     Plan(PlanArguments),
     /// Reads a job and everything it names, and says what is wrong or what was found
     Check {
@@ -166,13 +182,13 @@ fn resolution(text: &str) -> Result<f64, String> {
 }
 
 fn solution_space(path: &Path, request: &SolutionSpaceRequest, out: Option<PathBuf>) -> Result<ExitCode, Failure> {
-    crate::progress::watch_interrupts().map_err(Failure::Internal)?;
+    crate::cli::progress::watch_interrupts().map_err(Failure::Internal)?;
     let job = Job::read(path)?;
     let space = facemill::solution_space(&job, request, &Progress::new(false))?;
     let out = out.unwrap_or_else(|| default_out(path));
     let json = facemill::file_format::to_json(&space.file).into_bytes();
     let all = [("solution-space.svg".to_owned(), space.svg.into_bytes()), ("solution-space.json".to_owned(), json)];
-    if !crate::progress::start_writing() {
+    if !crate::cli::progress::start_writing() {
         return Err(Failure::Interrupted);
     }
     files::write_all(&out, &all)?;
@@ -233,8 +249,8 @@ fn schema(format: Format) -> String {
         Format::SolutionSpace => facemill::file_format::schema::<SolutionSpaceFile>(),
         Format::Verification => facemill::file_format::schema::<VerificationFile>(),
         Format::Holders => facemill::file_format::schema::<facemill::tool_model::HoldersFile>(),
-        Format::Lengths => facemill::file_format::schema::<facemill_nc_rewrite::lengths::LengthsFile>(),
+        Format::Lengths => facemill::file_format::schema::<facemill::lengths::LengthsFile>(),
         Format::Summary => facemill::file_format::schema::<facemill::SummaryFile>(),
-        Format::Rapids => facemill::file_format::schema::<facemill_nc_rewrite::rapids::RapidsFile>(),
+        Format::Rapids => facemill::file_format::schema::<facemill::rapids::RapidsFile>(),
     }
 }

@@ -4,15 +4,15 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
+use facemill::files;
+use facemill::rapids::{RapidsRequest, faster_rapids};
 use facemill::z_map::DexelMap;
 use facemill::{CutRequest, Failure, read_rest};
-use facemill_job::files;
-use facemill_nc_rewrite::rapids::{RapidsRequest, faster_rapids};
 
+use crate::cli::option_lengths::{above_zero, from_zero, stock_tolerance};
+use crate::cli::program_arguments::{ProgramArguments, ProgramOfJob};
+use crate::cli::progress::Progress;
 use crate::cli::say;
-use crate::option_lengths::{above_zero, from_zero, stock_tolerance};
-use crate::program_arguments::{ProgramArguments, ProgramOfJob};
-use crate::progress::Progress;
 
 #[derive(Args)]
 #[command(mut_arg("job", |argument| argument.required(true)))]
@@ -50,7 +50,7 @@ fn cut_of(arguments: &RapidsArguments, rest: Option<DexelMap>) -> CutRequest {
 }
 
 pub(crate) fn run(arguments: &RapidsArguments) -> Result<ExitCode, Failure> {
-    crate::progress::watch_interrupts().map_err(Failure::Internal)?;
+    crate::cli::progress::watch_interrupts().map_err(Failure::Internal)?;
     let program = &arguments.program.program;
     let ProgramOfJob { job, setup, dialect, text } = arguments.program.read()?;
     let rest = arguments.rest.as_ref().map(|path| read_rest(&job, setup, path)).transpose()?;
@@ -69,7 +69,7 @@ pub(crate) fn run(arguments: &RapidsArguments) -> Result<ExitCode, Failure> {
     if let Some(report) = &arguments.report {
         outputs.push((report, facemill::file_format::to_json(&made.file).into_bytes()));
     }
-    if !crate::progress::start_writing() {
+    if !crate::cli::progress::start_writing() {
         return Err(Failure::Interrupted);
     }
     files::write_each(&outputs)?;

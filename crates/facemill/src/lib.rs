@@ -1,0 +1,83 @@
+//! Five-axis face milling, from mesh to machine: planned, verified and written anew.
+//!
+//! [`Job::read`] reads a job with all it names. [`plan_setup`] plans one of its setups, [`plan_job`] plans all of them and cuts
+//! their stock. [`verify_program`] runs a program from anywhere on a setup, [`rapids::faster_rapids`] replaces its links,
+//! [`refeed`] its feeds, and [`lengths::lengths_of_program`] finds the shortest tool for it. [`files::write_all`] writes files
+//! whole or not at all. Each stage is a crate of its own, re-exported here.
+//!
+//! ```no_run
+//! use facemill::{Job, PlanSettings, SilentStages, plan_setup};
+//! use std::path::Path;
+//!
+//! let job = Job::read(Path::new("assets/propeller/job.json"))?;
+//! let planned = plan_setup(&job, 0, PlanSettings { verify: true, certificates: false }, &SilentStages)?;
+//! assert!(planned.is_clean());
+//! # Ok::<(), facemill::Failure>(())
+//! ```
+
+pub use facemill_job::check::describe_setup;
+pub use facemill_job::check::limits::STOCK_TOLERANCES;
+pub use facemill_job::check::machine_check::{MachineCheck, describe_heads, describe_hulls, describe_machine};
+pub use facemill_job::duration_text::clock;
+pub use facemill_job::examples::new_job;
+pub use facemill_job::examples::new_machine::{machine_names, new_job_for};
+pub use facemill_job::failure::Failure;
+pub use facemill_job::files;
+pub use facemill_job::files::REJECTED;
+pub use facemill_job::format::made_from::{InputFile, MadeFrom};
+pub use facemill_job::format::program_stamp::{ProgramStamp, checksum};
+pub use facemill_job::format::program_times::ProgramTimes;
+pub use facemill_job::format::report::deviation::{CuspRatios, CuspReport, CuspsNotCompared};
+pub use facemill_job::format::report::deviation::{
+    DeviationAreas, DeviationBin, DeviationFigures, DeviationPlace, DeviationReport,
+};
+pub use facemill_job::format::report::outcome::Outcome;
+pub use facemill_job::format::report::pairs::{PairReport, PairSplit};
+pub use facemill_job::format::report::remaining::{RemainingOnRegion, RemainingPlace, RemainingReport};
+pub use facemill_job::format::report::stock::PlannedStockReport;
+pub use facemill_job::format::report::stock::StockReport;
+pub use facemill_job::format::summary_file::{SUMMARY_FORMAT, SetupSummary, SummaryFile};
+pub use facemill_job::format::verification_file::{VERIFICATION_FORMAT, VerificationFile};
+pub use facemill_job::format::{job_file, report, solution_space_file};
+pub use facemill_job::load::Job;
+pub use facemill_job::load::job_settings::JobSetting;
+pub use facemill_job::load::job_source::{job_path, no_program};
+pub use facemill_job::load::machine_load::{BodyHull, ReadMachine, read_machine};
+pub use facemill_job::load::mesh_files::read_mesh;
+pub use facemill_job::load::stand::{STAND_GOUGE_LIMIT, Stand, StandStock};
+pub use facemill_job::stages::{SilentStages, Stages};
+pub use facemill_job::stock::map::StockRegion;
+pub use facemill_job::stock::rest::read_rest;
+pub use facemill_nc_rewrite::refeed::law::{BLEND_TOLERANCES, RefeedLaw, RefeedLawTimes};
+pub use facemill_nc_rewrite::refeed::{
+    MAX_TOOL_LENGTH, Refed, RefeedError, RefeedSettings, RefeedSummary, TipFeed, refeed, refeed_lines,
+};
+pub use facemill_nc_rewrite::{lengths, rapids};
+pub use facemill_planner::{
+    PlanSettings, Planned, SolutionSpace, SolutionSpaceRequest, plan_job, plan_setup, replan_with_shorter_tools,
+    solution_space, summary,
+};
+pub use facemill_tool_path::pass_order::PassOrderReport;
+pub use facemill_verification::deviation::DeviationRequest;
+pub use facemill_verification::program::{Verified, VerifyRequest, verify_program};
+pub use facemill_verification::stock_run::CutRequest;
+
+pub use facemill_cc_path as cc_path;
+pub use facemill_chip_area as chip_area;
+pub use facemill_cl_data as cl_data;
+pub use facemill_cutter_location as cutter_location;
+pub use facemill_feedrate as feedrate;
+pub use facemill_file_format as file_format;
+pub use facemill_interference as interference;
+pub use facemill_inverse_kinematics as inverse_kinematics;
+pub use facemill_job as job;
+pub use facemill_nc_program as nc_program;
+pub use facemill_nc_rewrite as nc_rewrite;
+pub use facemill_planner as planner;
+pub use facemill_sample_parts as sample_parts;
+pub use facemill_surface_model as surface_model;
+pub use facemill_tool_model as tool_model;
+pub use facemill_tool_path as tool_path;
+pub use facemill_verification as verification;
+pub use facemill_virtual_machine as virtual_machine;
+pub use facemill_z_map as z_map;

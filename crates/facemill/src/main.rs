@@ -1,0 +1,18 @@
+//! The `facemill` command.
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+mod cli;
+
+fn main() -> ExitCode {
+    facemill::files::guard_inputs();
+    match cli::run(cli::Arguments::parse()) {
+        Ok(code) => code,
+        Err(failure) => {
+            eprintln!("facemill: {failure}");
+            failure.exit_code()
+        }
+    }
+}
