@@ -2,4 +2,5 @@
 
 mod across_rooms;
 mod closed_forms;
+mod rooms;
 mod verdicts;
