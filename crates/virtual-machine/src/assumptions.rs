@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
 use facemill_cl_data::{CuttingLaw, MotionLaw, RapidLaw};
-use facemill_inverse_kinematics::Machine;
+use facemill_inverse_kinematics::{Machine, Rollover};
 use facemill_nc_program::{
     AxisAt, AxisKind, AxisLetter, Compensation, Dialect, FeedMode, MotionKind, ReadBlock, ReadCommand, ReadMotion,
     ReadProgram, RtcpRapids, SaidWords, StateWord,
@@ -90,8 +90,9 @@ struct State {
     law: MotionLaw,
     /// Axes of the machine that the text has not sent to a place of the machine.
     unplaced: Vec<AxisLetter>,
-    /// Endless axes of which the machine file does not say how words are read, and their last words, deg.
-    winding: Vec<(AxisLetter, Option<f64>)>,
+    /// Endless axes of which the machine file does not say how words are read, or says that they go the shorter way; and their last
+    /// words, deg.
+    winding: Vec<(AxisLetter, Option<Rollover>, Option<f64>)>,
     said: SaidWords,
     smoothing: Smoothing,
     /// A word chooses how the tool turns under RTCP.
@@ -123,8 +124,8 @@ impl State {
             winding: machine
                 .axes()
                 .iter()
-                .filter(|a| a.has_no_stops() && a.rollover.is_none())
-                .filter_map(|a| Some((a.letter.as_str().parse().ok()?, None)))
+                .filter(|a| a.has_no_stops() && matches!(a.rollover, None | Some(Rollover::Shortest)))
+                .filter_map(|a| Some((a.letter.as_str().parse().ok()?, a.rollover, None)))
                 .collect(),
             said: SaidWords::default(),
             smoothing: Smoothing::default(),
@@ -270,22 +271,34 @@ impl State {
         }
     }
 
-    /// Words that lead elsewhere, or another way round, on a control that counts to 360 deg.
+    /// Words that lead elsewhere, or another way round, on a control that counts to 360 deg; and those half a turn on, to which both
+    /// ways are the shorter. Where an axis is before its first word is taken to be 0.
     fn winding(&mut self, block: &ReadBlock, motion: &ReadMotion) {
         let mut matters = Vec::new();
-        for (letter, last) in &mut self.winding {
+        for (letter, rollover, last) in &mut self.winding {
             let Some(AxisAt::Word(word)) = motion.position.get(*letter) else {
                 *last = None;
                 continue;
             };
             if motion.position.is_programmed(*letter) && !motion.position.is_way(*letter) {
-                let winds = last.map_or(!(0.0..=360.0).contains(&word), |last| (word - last).abs() > 180.0 + ROUNDING);
-                matters.extend(winds.then_some(*letter));
+                let is_open = match rollover {
+                    Some(_) => ((word - last.unwrap_or(0.0)).rem_euclid(360.0) - 180.0).abs() <= ROUNDING,
+                    None => last.map_or(!(0.0..=360.0).contains(&word), |last| (word - last).abs() > 180.0 + ROUNDING),
+                };
+                matters.extend(is_open.then_some((*letter, rollover.is_some())));
             }
             *last = Some(word);
         }
-        for letter in matters {
-            self.rests(block, format!("no rollover of {letter} in the machine file: its words are taken to wind on"));
+        for (letter, is_half_a_turn) in matters {
+            let text = if is_half_a_turn {
+                format!(
+                    "{letter} goes half a turn, to which both ways are the shorter: taken as the positive one, which depends on \
+                     the control"
+                )
+            } else {
+                format!("no rollover of {letter} in the machine file: its words are taken to wind on")
+            };
+            self.rests(block, text);
         }
     }
 

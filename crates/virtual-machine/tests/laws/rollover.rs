@@ -85,6 +85,27 @@ fn what_is_not_said_of_rollover_is_told_where_it_matters() {
     assert!(assumptions(&first, &shop.machine).iter().any(|a| a.text.contains("rollover")));
 }
 
+/// Controls do not agree on the way round where both are as short.
+#[test]
+fn half_a_turn_of_the_shorter_way_is_told_where_it_is_gone_first() {
+    let told = |rollover, blocks: &str| {
+        let shop = shop(Some(rollover), None);
+        let text = start(&shop).line(blocks).text;
+        let all = assumptions(&read_program(&text, Dialect::Fanuc).unwrap(), &shop.machine);
+        all.into_iter().find(|a| a.text.starts_with("C goes half a turn")).map(|a| a.line.unwrap() - HEAD)
+    };
+    assert_eq!(told(Rollover::Shortest, "C170.\nC10.\nC190.\nC10."), Some(4));
+    assert_eq!(told(Rollover::Shortest, "C-180."), Some(2));
+    assert_eq!(told(Rollover::Shortest, "C90.\nC630."), Some(3));
+    assert_eq!(told(Rollover::Shortest, "C179.99\nC1.\nG91 C180."), None);
+    assert_eq!(told(Rollover::SignDirected, "C180."), None);
+    // What is taken is what is run.
+    let shop = shop(Some(Rollover::Shortest), None);
+    let v = start(&shop).line("C180.").line("C0.").verify();
+    let offset = 0.2_f64.to_degrees();
+    assert!((v.wind_up[0].greatest_deg - offset - 360.0).abs() < 1e-6, "{:?}", v.wind_up);
+}
+
 #[test]
 fn wind_up_is_told_and_a_limit_to_it_held() {
     let offset = 0.2_f64.to_degrees();
