@@ -11,6 +11,8 @@ use facemill_job::check::describe_setup;
 use facemill_job::examples::new_job::{NewJob, new_job};
 use facemill_job::load::Job;
 use facemill_job::stages::SilentStages;
+use facemill_nc_program::Dialect;
+use facemill_verification::program::{VerifyRequest, verify_program};
 
 /// Round wall along x with an outline of these half-axes, wound outward and open at both ends, mm.
 fn wall(chord: f64, thickness: f64) -> TriMesh {
@@ -104,6 +106,20 @@ fn a_closed_part_that_is_wound_inward_is_refused_too() {
     assert!(!verdict(&closed, &[]).is_err_and(|e| e.contains("reverse_winding")));
     let message = verdict(&closed.reversed(), &[]).unwrap_err();
     assert!(message.contains("12 of 12 triangles are wound inside out"), "{message}");
+}
+
+/// The same message, and none of thousands of gouges.
+#[test]
+fn a_program_is_not_verified_on_a_part_that_is_wound_inward() {
+    let folder = tempfile::tempdir().unwrap();
+    let verdict = |mesh: &TriMesh| {
+        let job = job_with(folder.path(), mesh, &[]);
+        let request = VerifyRequest { fast: true, ..VerifyRequest::new(Path::new("a.nc"), Dialect::Fanuc) };
+        verify_program(&job, b"G90 G54 G21 G94\nM30\n", &request, &SilentStages).map(|_| ()).map_err(|e| e.to_string())
+    };
+    verdict(&blade()).unwrap();
+    let message = verdict(&blade().reversed()).unwrap_err();
+    assert!(message.contains("setups[0].meshes[0]: ") && message.contains("\"reverse_winding\": true"), "{message}");
 }
 
 #[test]

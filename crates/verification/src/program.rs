@@ -34,6 +34,7 @@ use crate::between_lines::{
 use crate::deviation::{CutStock, deviation_of};
 use crate::feeds::{Asked, CutFeeds, FastBlock, KnownCuts};
 use crate::heads_merged::{merged_runs, proven_for_both};
+use facemill_job::load::mesh_winding::check_winding;
 use crate::remaining::{RunningHead, remaining};
 use crate::stock_run::{CutRequest, Stand, blocks_of_heads, cut_stock};
 use crate::text_times::{TimedText, times_of_text};
@@ -251,6 +252,7 @@ impl Found {
 impl Run<'_> {
     fn one_head(&self, job: &Job) -> Result<Found, Failure> {
         let setup = Setup::read(job, self.request.setup)?;
+        check_winding(job, &setup, self.request.setup)?;
         let words = word_map(job, &setup, self.request.setup)?;
         let frame = match rtcp_frame(job, &words) {
             Some(frame) => frame,
@@ -349,6 +351,7 @@ impl Run<'_> {
         let seen = [job.seen_by(0, HEADS_APART), job.seen_by(1, HEADS_APART)];
         let machines = [job.seen_by(0, 0.0).machine, job.seen_by(1, 0.0).machine];
         let setups = [Setup::read(&seen[0], self.request.setup)?, Setup::read(&seen[1], self.request.setup)?];
+        check_winding(job, &setups[0], self.request.setup)?;
         let words = dual_word_map([&seen[0], &seen[1]], &setups[0], self.request.setup)?;
         let at = [0, 1].map(|h| {
             let setup = virtual_setup(self.request.dialect, &seen[h], &setups[h], &words, Isometry3::identity());

@@ -59,7 +59,10 @@ pub fn check_winding(job: &Job, setup: &Setup<'_>, index: usize) -> Result<Vec<S
     let found = windings(&setup.around_drive, &setup.drive_files, ToolRoom::of(job));
     for ((key, _), winding) in setup.drive_files.iter().zip(&found) {
         if winding.n_inward > 0 {
-            return Err(job.wrong(inward(&entries(setup, key, index), key, winding)));
+            let told = inward(&entries(setup, key, index), key, winding);
+            // A part that is named on the command line has no such entry.
+            let remedy = if job.file.operations.is_empty() { ", or where the file comes from" } else { "" };
+            return Err(job.wrong(format!("{told}{remedy}")));
         }
     }
     let told = setup.drive_files.iter().zip(&found).filter_map(|((key, _), winding)| undecided(key, winding));
