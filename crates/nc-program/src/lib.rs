@@ -122,6 +122,7 @@ pub use read_program::{
 pub use readers::{
     feed_place::FeedPlace,
     heidenhain::{HeidenhainReader, read_heidenhain},
+    length_check::LengthRelation,
     siemens::{SiemensReader, read_siemens},
 };
 pub use said_words::{SaidWords, StateWord};

@@ -1,6 +1,6 @@
 use std::ops::Range;
 
-use crate::readers::length_check::LengthCheck;
+use crate::readers::length_check::{LengthCheck, LengthRelation};
 use crate::{
     AxisLengths, AxisWords, Coolant, Dialect, FeedMode, FeedPlace, ReadPosition, RtcpRapids, SaidWords, WorkOffset,
 };
@@ -316,15 +316,22 @@ pub struct ToolLengthNote {
     pub length: f64,
     /// Register (H) that the comment names: `TOOL LENGTH 420.000 H2`.
     pub register: Option<u32>,
+    /// How the tool's length has to be to it: an order only of a check that else raises an alarm.
+    pub relation: LengthRelation,
 }
 
 impl ToolLengthNote {
-    /// Adds a check to notes, where none before says the same length.
-    pub(crate) fn add_check(notes: &mut Vec<Self>, line: u32, check: LengthCheck, is_inch: bool) {
+    /// Of a check in a line.
+    pub(crate) fn of_check(line: u32, check: LengthCheck, is_inch: bool) -> Self {
         let length = if is_inch { check.length * MM_PER_INCH } else { check.length };
+        Self { line, length, register: check.register, relation: check.relation }
+    }
+
+    /// Adds a check to notes, where none before says the same.
+    pub(crate) fn add_check(self, notes: &mut Vec<Self>) {
         // What a comment says and the check repeats is one cause.
-        if notes.iter().all(|n| n.length != length) {
-            notes.push(Self { line, length, register: check.register });
+        if notes.iter().all(|n| n.length != self.length || n.relation != self.relation) {
+            notes.push(self);
         }
     }
 }
@@ -362,10 +369,10 @@ pub enum NoteKind {
 }
 
 impl ReadProgram {
-    /// Length the program was computed with, mm: that of its first note.
+    /// Length the program was computed with, mm: that of its first note that is no bound.
     #[must_use]
     pub fn tool_length(&self) -> Option<f64> {
-        self.tool_lengths.first().map(|note| note.length)
+        self.tool_lengths.iter().find(|note| note.relation == LengthRelation::Same).map(|note| note.length)
     }
 
     /// Whether the control does what the blocks say: no macro text may skip, repeat or move anything.

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use facemill_nc_program::{
-    AxisKind, AxisLengths, AxisLetter, Compensation, Dialect, MappedHead, ReadBlock, ReadCommand, ReadProgram,
-    StateWord,
+    AxisKind, AxisLengths, AxisLetter, Compensation, Dialect, LengthRelation, MappedHead, ReadBlock, ReadCommand,
+    ReadProgram, StateWord, ToolLengthNote,
 };
 use facemill_tool_model::SpindleRotation;
 
@@ -80,12 +80,12 @@ impl<'a> Control<'a> {
             let named = note.register.filter(|_| self.head.is_some());
             let text = match named.map(|h| (h, self.head_with(|head| head.length_register == h))) {
                 Some((register, None)) => format!("for H{register}, which is no head's"),
-                Some((_, Some(head))) if (note.length - head.tool_length).abs() > SAME_LENGTH => {
+                Some((_, Some(head))) if !note.relation.holds(head.tool_length, note.length, SAME_LENGTH) => {
                     let MappedHead { name, tool_length, .. } = head;
-                    format!("head {name}: {} mm in the program, {tool_length} mm in the setup", note.length)
+                    format!("head {name}: {} in the program, {tool_length} mm in the setup", asked(note))
                 }
-                None if (note.length - self.setup.tool.gauge_length()).abs() > SAME_LENGTH => {
-                    format!("{} mm in the program, {} mm in the setup", note.length, self.setup.tool.gauge_length())
+                None if !note.relation.holds(self.setup.tool.gauge_length(), note.length, SAME_LENGTH) => {
+                    format!("{} in the program, {} mm in the setup", asked(note), self.setup.tool.gauge_length())
                 }
                 _ => continue,
             };
@@ -346,4 +346,16 @@ impl<'a> Control<'a> {
         self.fault(kind, block, key.1.clone());
         self.lasting.insert(key, self.faults.len() - 1);
     }
+}
+
+/// The length that a program asks for.
+fn asked(note: &ToolLengthNote) -> String {
+    let order = match note.relation {
+        LengthRelation::Same => "",
+        LengthRelation::Less => "less than ",
+        LengthRelation::AtMost => "at most ",
+        LengthRelation::More => "more than ",
+        LengthRelation::AtLeast => "at least ",
+    };
+    format!("{order}{} mm", note.length)
 }

@@ -12,6 +12,7 @@ impl FanucReader {
         if let Some(guard) = self.guard.take() {
             if guard.is_word {
                 if kind == Some(MacroKind::Branch) && self.o_word() == Some((guard.label, b"ENDIF".as_slice())) {
+                    guard.bound.into_iter().for_each(|bound| bound.add_check(&mut self.tool_lengths));
                     return;
                 }
                 self.notes.add(guard.line, NoteKind::Branch, guard.text.as_bytes());
@@ -20,6 +21,8 @@ impl FanucReader {
                 is_guarded = true;
             } else if !guard.has_alarm || block.number != Some(guard.label) {
                 self.notes.add(guard.line, NoteKind::Branch, guard.text.as_bytes());
+            } else {
+                guard.bound.into_iter().for_each(|bound| bound.add_check(&mut self.tool_lengths));
             }
         }
         let is_branch = kind == Some(MacroKind::Branch);
@@ -29,7 +32,7 @@ impl FanucReader {
             (Some(MacroKind::Branch), Some(label)) => {
                 let text = String::from_utf8_lossy(text).into();
                 let is_word = word.is_some();
-                self.guard = Some(Guard { is_word, line: block.line, text, label, has_alarm: false });
+                self.guard = Some(Guard { is_word, line: block.line, text, label, has_alarm: false, bound: None });
             }
             (Some(MacroKind::Branch), None) => self.note(NoteKind::Branch, text),
             (Some(MacroKind::Alarm), _) if !is_guarded => self.note(NoteKind::Branch, text),

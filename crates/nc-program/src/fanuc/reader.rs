@@ -10,7 +10,7 @@ use crate::{
     AxisLengths, Compensation, FeedPlace, MacroKind, NoteKind, ReadBlock, ReadCommand, ReadError, ReadFault, ReadNote,
     ReadProgram, RtcpRapids, SaidWords, ToolLengthNote,
     readers::{
-        length_check::{LengthVariables, length_check},
+        length_check::{LengthRelation, LengthVariables, length_check},
         modal::Modal,
         notes::Notes,
         source::byte_order_mark,
@@ -55,7 +55,7 @@ pub struct FanucReader {
     enters_parameters: bool,
     /// A branch that may turn out to guard nothing but an alarm.
     pub(super) guard: Option<Guard>,
-    tool_lengths: Vec<ToolLengthNote>,
+    pub(super) tool_lengths: Vec<ToolLengthNote>,
     pub(super) notes: Notes,
 }
 
@@ -68,6 +68,8 @@ pub(super) struct Guard {
     pub(super) text: Box<str>,
     pub(super) label: u32,
     pub(super) has_alarm: bool,
+    /// How long the tool has to be for the alarm not to be raised.
+    pub(super) bound: Option<ToolLengthNote>,
 }
 
 impl FanucReader {
@@ -235,7 +237,14 @@ impl FanucReader {
             Variant::Fanuc | Variant::Haas | Variant::Mazak => LengthVariables::Registers,
         };
         if let Some(check) = length_check(&self.line.code, variables) {
-            ToolLengthNote::add_check(&mut self.tool_lengths, self.line_number, check, self.modal.is_inch);
+            let note = ToolLengthNote::of_check(self.line_number, check, self.modal.is_inch);
+            if note.relation == LengthRelation::Same {
+                note.add_check(&mut self.tool_lengths);
+            } else if let Some(guard) = self.guard.as_mut().filter(|g| g.line == note.line) {
+                // What `On IF` holds, the alarm among it, is run where the condition is met; what GOTO jumps over is not.
+                let relation = if guard.is_word { note.relation.opposite() } else { note.relation };
+                guard.bound = Some(ToolLengthNote { relation, ..note });
+            }
         }
     }
 
@@ -395,7 +404,12 @@ impl FanucReader {
     fn keep_comments(&mut self, mut block: Option<&mut ReadBlock>) {
         for comment in self.line.comments.drain(..) {
             if let Some((length, register)) = tool_length(&comment) {
-                self.tool_lengths.push(ToolLengthNote { line: self.line_number, length, register });
+                self.tool_lengths.push(ToolLengthNote {
+                    line: self.line_number,
+                    length,
+                    register,
+                    relation: LengthRelation::Same,
+                });
             }
             if let Some(block) = &mut block {
                 block.commands.push(ReadCommand::Comment(comment));

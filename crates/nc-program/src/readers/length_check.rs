@@ -7,6 +7,60 @@ pub(crate) struct LengthCheck {
     pub(crate) length: f64,
     /// Register of the length; `None` for the length in force.
     pub(crate) register: Option<u32>,
+    /// How it compares them: the condition is met by lengths that are so.
+    pub(crate) relation: LengthRelation,
+}
+
+/// How the tool's length is to that of a program.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum LengthRelation {
+    /// It is the same.
+    #[default]
+    Same,
+    /// It is less.
+    Less,
+    /// It is not more.
+    AtMost,
+    /// It is more.
+    More,
+    /// It is not less.
+    AtLeast,
+}
+
+impl LengthRelation {
+    /// Whether a length is so to that of the program; two lengths are the same that are apart by no more than `same`.
+    #[must_use]
+    pub fn holds(self, length: f64, of_program: f64, same: f64) -> bool {
+        match self {
+            Self::Same => (length - of_program).abs() <= same,
+            Self::Less => length < of_program,
+            Self::AtMost => length <= of_program,
+            Self::More => length > of_program,
+            Self::AtLeast => length >= of_program,
+        }
+    }
+
+    /// What is so where this is not; of the same it is the same, as programs write both senses of it.
+    pub(crate) fn opposite(self) -> Self {
+        match self {
+            Self::Same => Self::Same,
+            Self::Less => Self::AtLeast,
+            Self::AtMost => Self::More,
+            Self::More => Self::AtMost,
+            Self::AtLeast => Self::Less,
+        }
+    }
+
+    /// The same with both sides exchanged.
+    fn exchanged(self) -> Self {
+        match self {
+            Self::Same => Self::Same,
+            Self::Less => Self::More,
+            Self::AtMost => Self::AtLeast,
+            Self::More => Self::Less,
+            Self::AtLeast => Self::AtMost,
+        }
+    }
 }
 
 /// Where a control shows the length of the tool.
@@ -33,7 +87,8 @@ enum Term {
 }
 
 /// The comparison of a line in upper case: a sum of the length, its wear and one number (`ABS[#11002+#10002-142.]`), or the length
-/// beside a number with a sign of equality between. `None` where there is none, or more.
+/// beside a number with a sign of equality between; or, as the whole condition of a line, with a sign of order. `None` where there is
+/// none, or more.
 pub(crate) fn length_check(code: &[u8], variables: LengthVariables) -> Option<LengthCheck> {
     let code: Vec<u8> = code.iter().copied().filter(|b| !b.is_ascii_whitespace()).collect();
     let at = (0..code.len()).find(|&at| length_at(&code[at..], variables).is_some())?;
@@ -41,9 +96,13 @@ pub(crate) fn length_check(code: &[u8], variables: LengthVariables) -> Option<Le
     let mut rest = &code[group.0..group.1];
     let (mut sum, mut registers, mut has_length) = (None, None, false);
     let (mut side, mut length_sign) = (1.0, None);
+    let mut relation = LengthRelation::Same;
     while !rest.is_empty() {
-        if let Some(n) = equality(rest) {
-            side = -side;
+        if let Some((found, n)) = comparison(rest) {
+            if found != LengthRelation::Same && (side < 0.0 || !is_whole(&code, group)) {
+                return None;
+            }
+            (relation, side) = (found, -side);
             rest = &rest[n..];
             continue;
         }
@@ -65,8 +124,10 @@ pub(crate) fn length_check(code: &[u8], variables: LengthVariables) -> Option<Le
         rest = &rest[signs + n..];
     }
     // The sum of both is compared with 0.
-    let length = -sum? * length_sign?;
-    (length > 0.0).then_some(LengthCheck { length, register: registers.flatten() })
+    let sign = length_sign?;
+    let length = -sum? * sign;
+    let relation = if sign < 0.0 { relation.exchanged() } else { relation };
+    (length > 0.0).then_some(LengthCheck { length, register: registers.flatten(), relation })
 }
 
 /// The bytes between the brackets around `at`, or from the last `:`, `=` of an assignment or word to the next word.
@@ -96,10 +157,33 @@ fn ends_if(code: &[u8], at: usize) -> bool {
     at > 0 && &code[at - 1..=at] == b"IF"
 }
 
-/// Length of a sign of equality at the start of the text.
-fn equality(text: &[u8]) -> Option<usize> {
-    let signs: [&[u8]; 5] = [b"==", b"<>", b"EQU", b"EQ", b"NE"];
-    signs.iter().find(|sign| text.starts_with(sign)).map(|sign| sign.len())
+/// The sign of a comparison at the start of the text, and its length.
+fn comparison(text: &[u8]) -> Option<(LengthRelation, usize)> {
+    use LengthRelation::{AtLeast, AtMost, Less, More, Same};
+    let signs: [(&[u8], LengthRelation); 13] = [
+        (b"==", Same),
+        (b"<>", Same),
+        (b"EQU", Same),
+        (b"EQ", Same),
+        (b"NE", Same),
+        (b"<=", AtMost),
+        (b">=", AtLeast),
+        (b"<", Less),
+        (b">", More),
+        (b"LE", AtMost),
+        (b"GE", AtLeast),
+        (b"LT", Less),
+        (b"GT", More),
+    ];
+    signs.iter().find(|(sign, _)| text.starts_with(sign)).map(|(sign, relation)| (*relation, sign.len()))
+}
+
+/// Whether these bytes are all of the condition of an IF.
+fn is_whole(code: &[u8], (start, end): (usize, usize)) -> bool {
+    let (before, behind) = (&code[..start], &code[end..]);
+    let is_begun = [&b"IF"[..], b"IF[", b"IF("].iter().any(|begin| before.ends_with(begin));
+    let behind = behind.strip_prefix(b"]").or_else(|| behind.strip_prefix(b")")).unwrap_or(behind);
+    is_begun && (behind.is_empty() || behind.starts_with(b"GOTO"))
 }
 
 /// A term without its sign, and its length.
@@ -155,19 +239,38 @@ mod tests {
             ("FN 2: Q99 = +Q114 - +142.000", QParameter, Some((142.0, None))),
             ("Q99 = 142 - Q114", QParameter, Some((142.0, None))),
             ("FN 9: IF +Q114 EQU +142 GOTO LBL 99", QParameter, Some((142.0, None))),
-            // Bounds, other variables and other registers say no length.
-            ("IF[#11002 LT 142.]GOTO 5", Registers, None),
+            // Other variables and other registers say no length.
             ("IF[ABS[#11002-#100]LE0.01]GOTO 5", Registers, None),
             ("IF[ABS[#11002+#10003-142.]LE0.01]GOTO 5", Registers, None),
             ("IF[ABS[#11002+142.]LE0.01]GOTO 5", Registers, None),
             ("IF[ABS[#11002*2.-142.]LE0.01]GOTO 5", Registers, None),
-            ("IF[#5403 GT 1]", Parameter, None),
+            ("IF[[#11002 LT 142.]AND[#1 EQ 1.]]GOTO 5", Registers, None),
+            ("IF[#11002 LT 142. LT 3]GOTO 5", Registers, None),
+            ("WHILE[#11002 LT 142.]DO1", Registers, None),
             ("#100=5.", Registers, None),
             ("FN 2: Q99 = +Q1140 - +142", QParameter, None),
             ("IF[", Registers, None),
             ("#2001", Registers, None),
         ] {
             assert_eq!(found(text, variables), expected, "{text}");
+        }
+    }
+    #[test]
+    fn bounds_are_those_that_the_length_is_compared_with() {
+        use LengthRelation::{AtLeast, AtMost, Less, More};
+        use LengthVariables::{Parameter, QParameter, Registers, SystemVariable};
+        for (text, variables, length, relation) in [
+            ("IF[#11002 LT 142.]GOTO 5", Registers, 142.0, Less),
+            ("IF [142. LE #2002] GOTO 5", Registers, 142.0, AtLeast),
+            ("N10 IF[#11002+#10002 GE 142.]GOTO 5", Registers, 142.0, AtLeast),
+            ("IF[#11002-142. LT 0]GOTO 5", Registers, f64::NAN, Less),
+            ("O100IF[#5403 GT 142]", Parameter, 142.0, More),
+            ("IF $P_TOOLL[1]<=142 GOTOF OK", SystemVariable, 142.0, AtMost),
+            ("IF ($P_TOOLL[1] > 142) GOTOF OK", SystemVariable, 142.0, More),
+            ("FN 12: IF +Q114 LT +142 GOTO LBL 99", QParameter, 142.0, Less),
+        ] {
+            let found = length_check(text.as_bytes(), variables).map(|c| (c.length, c.relation));
+            assert_eq!(found, (!length.is_nan()).then_some((length, relation)), "{text}");
         }
     }
 }

@@ -60,6 +60,8 @@ struct Guard {
     line: Box<[u8]>,
     label: Vec<u8>,
     has_alarm: bool,
+    /// How long the tool has to be for the alarm not to be raised.
+    bound: Option<ToolLengthNote>,
 }
 
 /// What the control remembers.
@@ -170,8 +172,8 @@ impl SiemensReader {
         if is_label || self.has_jumped && block.number.is_some() {
             self.variables.forget_all();
         }
-        if is_guarded {
-            self.guard = None;
+        if let Some(guard) = self.guard.take_if(|_| is_guarded) {
+            guard.bound.into_iter().for_each(|bound| bound.add_check(&mut self.source.tool_lengths));
         }
         if block.skippable {
             self.source.note(NoteKind::Skippable, line);

@@ -2,7 +2,7 @@ use crate::{
     AxisLengths, Compensation, Dialect, FeedPlace, NoteKind, ReadBlock, ReadError, ReadFault, ReadNote, ReadProgram,
     RtcpRapids, SaidWords, ToolLengthNote,
     readers::{
-        length_check::{LengthVariables, length_check},
+        length_check::{LengthRelation, LengthVariables, length_check},
         notes::Notes,
     },
 };
@@ -73,11 +73,20 @@ impl Source {
         ReadError { line: self.line_number, column: u32::try_from(at + 1).unwrap_or(u32::MAX), fault }
     }
 
-    /// Takes note of the length that a line compares that of the tool with.
-    pub(crate) fn length_check(&mut self, code: &[u8], variables: LengthVariables, is_inch: bool) {
-        if let Some(check) = length_check(code, variables) {
-            ToolLengthNote::add_check(&mut self.tool_lengths, self.line_number, check, is_inch);
+    /// Takes note of the length that a line compares that of the tool with. A bound is returned: it counts where the line guards an
+    /// alarm.
+    pub(crate) fn length_check(
+        &mut self,
+        code: &[u8],
+        variables: LengthVariables,
+        is_inch: bool,
+    ) -> Option<ToolLengthNote> {
+        let note = ToolLengthNote::of_check(self.line_number, length_check(code, variables)?, is_inch);
+        if note.relation != LengthRelation::Same {
+            return Some(note);
         }
+        note.add_check(&mut self.tool_lengths);
+        None
     }
 
     pub(crate) fn finish(self) -> (Vec<ToolLengthNote>, Vec<ReadNote>) {

@@ -197,7 +197,10 @@ fn other_words_are_kept_as_commands() {
         ReadCommand::End,
     ];
     assert_eq!(commands, expected);
-    assert_eq!(read.tool_lengths, [ToolLengthNote { line: 10, length: 123.5, register: None }]);
+    assert_eq!(
+        read.tool_lengths,
+        [ToolLengthNote { line: 10, length: 123.5, register: None, relation: LengthRelation::Same }]
+    );
     assert_eq!(read.motions().count(), 0);
 }
 

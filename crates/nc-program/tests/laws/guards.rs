@@ -84,3 +84,33 @@ fn a_branch_of_heidenhain_whose_values_say_that_it_does_not_jump_is_passed_by() 
     assert_eq!(after("Q114 = +3", "9: IF +Q114 EQU +2"), open);
     assert_eq!(after("Q1 = +3", "11: IF +Q1 LT +2"), open);
 }
+
+/// The tool has to be so long for the alarm not to be raised.
+#[test]
+fn a_bound_of_the_tool_length_that_guards_an_alarm_is_kept() {
+    use LengthRelation::{AtLeast, AtMost, Less, More};
+    let siemens = |check: &str| format!("G54 G71 G90 G94\nD1\n{check}G1 X1. F100.\nM30\n");
+    let fanuc = |check: &str| format!("G21 G90 G94 G54\n{check}G1 X1. F100.\nM30\n");
+    let heidenhain = |check: &str| format!("BEGIN PGM A MM\n{check}L X+1 F100\nM30\nEND PGM A MM\n");
+    for (dialect, text, expected) in [
+        (Dialect::Fanuc, fanuc("IF[#11002 GE 142.]GOTO 5\n#3000=1(SHORT)\nN5\n"), Some((142.0, AtLeast))),
+        (Dialect::Haas, fanuc("IF [#2002 LT 142.] GOTO 5\n#3000=1(LONG)\nN5\n"), Some((142.0, Less))),
+        (Dialect::Fanuc, fanuc("G20\nIF[#11002 LE 5.]GOTO 5\n#3000=1\nN5\nG21\n"), Some((127.0, AtMost))),
+        (Dialect::LinuxCnc, fanuc("o1 if [#5403 LT 142]\n(ABORT,short)\no1 endif\n"), Some((142.0, AtLeast))),
+        (Dialect::LinuxCnc, fanuc("o1 if [#5403 GE 142]\n(ABORT,long)\no1 endif\n"), Some((142.0, Less))),
+        (Dialect::Siemens840d, siemens("IF $P_TOOLL[1]>142 GOTOF OK\nSETAL(65000)\nM0\nOK:\n"), Some((142.0, More))),
+        (
+            Dialect::Heidenhain,
+            heidenhain("FN 11: IF +Q114 GT +142 GOTO LBL 99\nFN 14: ERROR=5\nLBL 99\n"),
+            Some((142.0, More)),
+        ),
+        // A branch to anywhere else is told as one.
+        (Dialect::Fanuc, fanuc("IF[#11002 LT 142.]GOTO 900\nG1 Y5. F100.\nN900\n"), None),
+    ] {
+        let program = read_program(&text, dialect).unwrap();
+        let bounds: Vec<_> = program.tool_lengths.iter().map(|n| (n.length, n.relation)).collect();
+        assert_eq!(bounds, Vec::from_iter(expected), "{dialect:?} {text}");
+        assert_eq!(branches(&text, dialect), usize::from(expected.is_none()), "{text}");
+        assert_eq!(program.tool_length(), None);
+    }
+}

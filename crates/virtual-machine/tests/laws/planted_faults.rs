@@ -250,6 +250,10 @@ fn unknown_positions_and_blocks_are_findings_of_their_own() {
     assert_eq!(kinds(start().line("G55").line("G0 X0.")), [FindingKind::UnknownPosition]);
     assert_eq!(kinds(start().line("(TOOL LENGTH 120.000)")), []);
     assert_eq!(kinds(start().line("(TOOL LENGTH 121.000)")), [FindingKind::OtherToolLength]);
+    for (check, n) in [("GE 120.", 0), ("GT 120.", 1), ("LE 120.", 0), ("LT 120.", 1), ("GT 119.", 0), ("LT 119.", 1)] {
+        let text = start().line(&format!("IF[#11001 {check}]GOTO 900")).line("#3000=1(LENGTH)").line("N900");
+        assert_eq!(kinds(text), vec![FindingKind::OtherToolLength; n], "{check}");
+    }
     assert_eq!(kinds(start().line("T8")), [FindingKind::UnknownBlock]);
     assert_eq!(kinds(start().line("G0 A10.")), [FindingKind::UnknownBlock]);
 }

@@ -1,6 +1,7 @@
 //! Branches that change nothing of what is run: those that do not jump, and those that jump over an alarm.
 
 use super::{HeidenhainReader, words::Code};
+use crate::ToolLengthNote;
 use crate::readers::expression::{self, Syntax};
 
 /// `FN 12: IF … GOTO LBL 99`, and whether the alarm that it jumps over has been read.
@@ -10,6 +11,8 @@ pub(super) struct Guard {
     line: Box<[u8]>,
     label: Vec<u8>,
     has_alarm: bool,
+    /// How long the tool has to be for the alarm not to be raised.
+    bound: Option<ToolLengthNote>,
 }
 
 /// A branch as it stands.
@@ -23,8 +26,16 @@ pub(super) struct Condition {
 impl HeidenhainReader {
     /// Opens a guard for a branch; `false` where its label does not say where it leads.
     pub(super) fn open_guard(&mut self, number: u32, line: &[u8], condition: Condition) -> bool {
-        self.guard = condition.label.map(|label| Guard { number, line: line.into(), label, has_alarm: false });
+        self.guard =
+            condition.label.map(|label| Guard { number, line: line.into(), label, has_alarm: false, bound: None });
         self.guard.is_some()
+    }
+
+    /// Keeps a bound of the tool's length that the branch of this line is for.
+    pub(super) fn guard_bound(&mut self, number: u32, bound: Option<ToolLengthNote>) {
+        if let Some(guard) = self.guard.as_mut().filter(|guard| guard.number == number) {
+            guard.bound = bound;
+        }
     }
 
     /// Whether an alarm stands behind a branch that jumps over it.
@@ -50,7 +61,10 @@ impl HeidenhainReader {
         match words.as_slice() {
             _ if is_alarm && !guard.has_alarm => guard.has_alarm = true,
             [b"M0" | b"STOP"] if guard.has_alarm => {}
-            [b"LBL", label] if guard.has_alarm && *label == guard.label => self.guard = None,
+            [b"LBL", label] if guard.has_alarm && *label == guard.label => {
+                guard.bound.into_iter().for_each(|bound| bound.add_check(&mut self.source.tool_lengths));
+                self.guard = None;
+            }
             _ => self.end_guard(),
         }
     }

@@ -3,6 +3,7 @@
 use super::{HeidenhainReader, line_macro, motion::TENTH_OF_INCH, words::Code};
 use crate::{
     CallKind, MacroKind, NoteKind, Plane, ReadBlock, ReadCall, ReadCommand, ReadError, ReadFault, StateWord,
+    ToolLengthNote,
     readers::{
         expression::{self, Syntax},
         length_check::LengthVariables,
@@ -65,8 +66,9 @@ impl HeidenhainReader {
             }
             (b"TRANS" | b"FUNCTION", _) => return self.function_statement(start, line, block),
             (b"FN", _) => {
-                self.length_check(start);
+                let bound = self.length_check(start);
                 self.fn_statement(start, second_at, line, block)?;
+                self.guard_bound(block.line, bound);
             }
             (b"Q" | b"QL" | b"QR" | b"QS", _) => {
                 self.length_check(start);
@@ -137,9 +139,9 @@ impl HeidenhainReader {
         }
     }
 
-    /// Takes note of the length that a line compares that of the tool with.
-    fn length_check(&mut self, start: usize) {
-        self.source.length_check(&self.code[start..], LengthVariables::QParameter, self.state.modal.is_inch);
+    /// Takes note of the length that a line compares that of the tool with; returns a bound.
+    fn length_check(&mut self, start: usize) -> Option<ToolLengthNote> {
+        self.source.length_check(&self.code[start..], LengthVariables::QParameter, self.state.modal.is_inch)
     }
 
     /// `BEGIN PGM name MM`.

@@ -25,12 +25,13 @@ impl SiemensReader {
         block.sets_state = true;
         match statement {
             Statement::Branch => {
-                self.source.length_check(&self.code, LengthVariables::SystemVariable, self.state.modal.is_inch);
+                let is_inch = self.state.modal.is_inch;
+                let bound = self.source.length_check(&self.code, LengthVariables::SystemVariable, is_inch);
                 self.variables.forget_all();
                 self.has_jumped |= self.code.windows(4).any(|w| w == b"GOTO");
                 match self.label_ahead() {
                     Some(label) => {
-                        let guard = Guard { number: block.line, line: line.into(), label, has_alarm: false };
+                        let guard = Guard { number: block.line, line: line.into(), label, has_alarm: false, bound };
                         self.guard = Some(guard);
                     }
                     None => self.source.note(NoteKind::Branch, line),
