@@ -34,11 +34,11 @@ use crate::between_lines::{
 use crate::deviation::{CutStock, deviation_of};
 use crate::feeds::{Asked, CutFeeds, FastBlock, KnownCuts};
 use crate::heads_merged::{merged_runs, proven_for_both};
-use facemill_job::load::mesh_winding::check_winding;
 use crate::remaining::{RunningHead, remaining};
 use crate::stock_run::{CutRequest, Stand, blocks_of_heads, cut_stock};
 use crate::text_times::{TimedText, times_of_text};
 use crate::virtual_setup::{name_obstacles, not_verified, virtual_setup};
+use facemill_job::load::mesh_winding::check_winding;
 
 /// How a program is run.
 #[derive(Clone, Debug)]
