@@ -7,7 +7,7 @@ use facemill::new_job::NewJob;
 use facemill::surface_model::{NamedNode, TriMesh, write_obj};
 use facemill::virtual_machine::FindingKind;
 use facemill::{
-    CutRequest, DeviationRequest, Job, Outcome, PlanSettings, Planned, RemainingOnRegion, SilentStages,
+    CutRequest, DeviationRequest, Job, Outcome, PlanSettings, Planned, RemainingOnRegion, SetupSummary, SilentStages,
     VerificationFile, VerifyRequest, plan_setup, summary, verify_program,
 };
 use facemill_tests::jobs::{JobFolder, unfinished};
@@ -286,4 +286,7 @@ fn a_plan_that_is_not_run_measures_what_it_leaves() {
     let plan = plan_setup(&read, 0, settings, &SilentStages).unwrap_or_else(|e| panic!("{e}"));
     assert!(!plan.report.verified && left(&plan).exceeded, "{:?}", left(&plan));
     assert_eq!(plan.outcome(), Outcome::Incomplete);
+    let summary = SetupSummary::of(&plan.report);
+    let [reason] = &*summary.incomplete_because else { panic!("{:?}", summary.incomplete_because) };
+    assert!(reason.contains(&left(&plan).operation) && summary.remaining == plan.report.remaining, "{reason}");
 }

@@ -1,4 +1,9 @@
 use facemill_cutter_location::neighbours::{Neighbours, OwnPlace};
+use facemill_job::format::report::lost_time::LostTimeCause;
+use facemill_job::load::Setup;
+use facemill_job::setup::cell::{pass_settings, workcell, z_map};
+use facemill_job::setup::path::lay;
+use facemill_job::stages::SilentStages;
 use serde_json::{Value, json};
 
 use super::*;
@@ -6,11 +11,6 @@ use crate::extra_passes::as_laid;
 use crate::extra_passes::laws::{job, planned};
 use crate::operation::{neighbour_reach, pass_tasks, settle_branch};
 use crate::plan::Planned;
-use facemill_job::format::report::lost_time::LostTimeCause;
-use facemill_job::load::Setup;
-use facemill_job::setup::cell::{pass_settings, workcell, z_map};
-use facemill_job::setup::path::lay;
-use facemill_job::stages::SilentStages;
 
 /// A ridge of 24 mm radius along y: cut across, the normals pass the pole at its top.
 fn ridge(x: f64) -> f64 {
@@ -84,6 +84,15 @@ fn nearest_to_pole(pass: &PlannedPass) -> f64 {
 
 fn cutting_time(planned: &Planned) -> f64 {
     planned.report.time_law.as_ref().unwrap().cutting_time_s
+}
+
+#[test]
+fn passes_between_cost_their_way_and_an_entry_exit_and_link_each() {
+    assert_eq!(time_between(&[0.0, 0.0, 0.0], &[3.0, 3.0]), 0.0);
+    // Two passes over the first step and, where a third begins, three over the last two: 2 · 1 + 3 · (2 + 4) s of way.
+    assert_eq!(time_between(&[2.0, 2.0, 3.0, 0.0], &[1.0, 2.0, 4.0]), 20.0 + 3.0 * BETWEEN_PASSES);
+    // One that ends and one that begins are two.
+    assert_eq!(time_between(&[1.0, 0.0, 0.0, 1.0], &[1.0, 1.0, 1.0]), 2.0 + 2.0 * BETWEEN_PASSES);
 }
 
 #[test]
