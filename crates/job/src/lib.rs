@@ -1,8 +1,15 @@
 //! Jobs: a setup of a part on a machine, and all that is planned, verified or rewritten for it.
 //!
-//! [`mod@format`] has the files as they are written; [`load`] reads a job with all that it names, [`check`] refuses what cannot be
-//! meant, [`setup`] makes of an operation what the stages of planning need, [`stock`] has the stock before a setup, [`examples`]
-//! writes new jobs.
+//! | module | holds |
+//! |---|---|
+//! | [`mod@format`] | files as they are written: jobs, reports, verifications, links, lengths, summaries |
+//! | [`load`] | a job with all that it names: tool, machine, meshes, post; [`load::Setup`] with drive surface, obstacles and stock; setups without a job file ([`load::stand`]) |
+//! | [`check`] | refuses what cannot be meant: limits of numbers ([`check::limits`]), size, place and winding of parts |
+//! | [`setup`] | an operation as the stages need it: workcell ([`setup::cell`]), words, passes ([`setup::path`]), feeds, places of a pattern |
+//! | [`stock`] | solid stock, its map of lines, rests of setups before |
+//! | [`examples`] | new jobs, for a part, a machine and a control |
+//! | [`files`] | input read, output written whole or not at all |
+//! | [`failure`], [`stages`], [`duration_text`] | failures with their exit codes; stages of long computations; times as text |
 //!
 //! It must not know how anything is planned or verified.
 

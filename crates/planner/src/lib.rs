@@ -10,6 +10,20 @@
 //! error budget, collides with nothing and keeps all axis limits at positions at most 0.5 mm and 0.2° apart, and with certificates
 //! between them, too.
 //!
+//! | module | step |
+//! |---|---|
+//! | `plan`, `plan_stages`, `plan_stock` | the whole way through one setup; its stages; the stock before each setup's program, and what it cuts |
+//! | `operation`, `move_settings` | poses by `cutter_location::plan_passes`, copies by pattern, each tested again; moves by `tool_path` |
+//! | `pole_detours`, `extra_passes` | passes beside the pole again, calmer, where that is faster; passes beside trimmed ones and where the cusp is not kept |
+//! | `along` | ridges and chips at every CC point |
+//! | `program`, `timing`, `vector_blocks`, `output` | blocks with feeds that the axes reach; tool vectors; NC and APT text, read back and run |
+//! | `planned_links` | faster links, put into the moves before the program is run |
+//! | `mending` | tested poses in the middle of blocks that cut too deep; written and run again, at most four times |
+//! | `reporting`, `cusps_kept`, `lost_time`, `turning`, `rotary_motion`, `chip_points`, `chip_files`, `chips_svg`, `solution_svg`, `svg_text`, `summary` | what the user reads |
+//! | `dual` | setups of a machine with two heads |
+//! | `solution_space` | the proven map of one CC point |
+//! | `replan_lengths` | the job planned again with shorter tools |
+//!
 //! It must not know the command line, nor formulas: those belong to the stage crates.
 
 mod along;
