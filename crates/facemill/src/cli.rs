@@ -20,14 +20,12 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use chip_area_command::ChipAreaArguments;
 use clap::{CommandFactory, Parser, Subcommand, ValueEnum};
-use facemill::files;
 use facemill::job_file::JobFile;
 use facemill::report::{CertificatesFile, Report};
 use facemill::solution_space_file::SolutionSpaceFile;
-use facemill::{Failure, Job, JobSetting, SolutionSpaceRequest, VerificationFile};
-
-use chip_area_command::ChipAreaArguments;
+use facemill::{Failure, Job, JobSetting, SolutionSpaceRequest, VerificationFile, files};
 use feedrate_command::FeedrateArguments;
 use lengths_command::LengthsArguments;
 use machine_commands::MachineCommand;

@@ -1,10 +1,10 @@
 //! The `facemill` command.
 
+mod cli;
+
 use std::process::ExitCode;
 
 use clap::Parser;
-
-mod cli;
 
 fn main() -> ExitCode {
     facemill::files::guard_inputs();

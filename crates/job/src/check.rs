@@ -10,16 +10,17 @@ mod placement_laws;
 pub mod reach;
 pub mod validate;
 pub mod validate_feeds;
-use crate::check::part_size::{part_box, unit_advice};
-use crate::check::reach::check_reach;
-use crate::setup::path::lay;
-use crate::setup::word_map::word_map;
+
 use facemill_surface_model::{LengthUnit, UpAxis};
 
+use crate::check::part_size::{part_box, unit_advice};
+use crate::check::reach::check_reach;
 use crate::failure::Failure;
 use crate::load::mesh_winding::check_winding;
 use crate::load::post_probe::try_template;
 use crate::load::{Job, Setup, pose};
+use crate::setup::path::lay;
+use crate::setup::word_map::word_map;
 
 /// Name of a unit.
 pub fn units(unit: LengthUnit) -> &'static str {

@@ -13,13 +13,26 @@ pub mod post_block_words;
 pub mod post_load;
 pub mod post_probe;
 pub mod stand;
+
 use std::path::{Path, PathBuf};
+
+use facemill_cl_data::{Aabb, CcPoint, CuttingLaw, PlacedSolid};
+use facemill_inverse_kinematics::{AxisKind, BlockLaw, BodyPose, Carrier, Machine};
+use facemill_nc_program::{AxisWords, FeedMode, LAST_PROGRAM_NUMBER, PostSettings, ReadError, RtcpRapids, WorkOffset};
+use facemill_surface_model::{Group, Surface, SurfaceSettings, TriMesh};
+use facemill_tool_model::ToolAssembly;
+use facemill_tool_path::links::LinkScene;
+use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
 
 use crate::check::enclosure::check_enclosure;
 use crate::check::limits::check_cutter_width;
 use crate::check::part_size::unit_inside;
 use crate::check::validate::{belongs, check_feeds, check_gouge_tolerances, check_heads, check_rounding};
 use crate::check::validate_feeds::check_chip_thickness;
+use crate::failure::Failure;
+use crate::files;
+use crate::format::job_file::{JobFile, OperationFile, PoseFile, RoleFile, SetupFile, StockFile};
+use crate::format::report::MeshReport;
 use crate::load::job_settings::JobSetting;
 use crate::load::job_source::{blamed, job_path, read_job_file};
 use crate::load::machine_load::read_machine;
@@ -31,18 +44,6 @@ use crate::load::obstacle_meshes::{
 use crate::load::post_load::read_post;
 use crate::setup::clearance_surface::clearance_surface;
 use crate::stock::stock_mesh;
-use facemill_cl_data::{Aabb, CcPoint, CuttingLaw, PlacedSolid};
-use facemill_inverse_kinematics::{AxisKind, BlockLaw, BodyPose, Carrier, Machine};
-use facemill_nc_program::{AxisWords, FeedMode, LAST_PROGRAM_NUMBER, PostSettings, ReadError, RtcpRapids, WorkOffset};
-use facemill_surface_model::{Group, Surface, SurfaceSettings, TriMesh};
-use facemill_tool_model::ToolAssembly;
-use facemill_tool_path::links::LinkScene;
-use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
-
-use crate::failure::Failure;
-use crate::files;
-use crate::format::job_file::{JobFile, OperationFile, PoseFile, RoleFile, SetupFile, StockFile};
-use crate::format::report::MeshReport;
 
 /// A job with its tool, machine and post read.
 #[derive(Clone)]

@@ -4,6 +4,7 @@ pub mod map;
 pub mod rest;
 pub mod setup_order;
 pub mod walls;
+
 use facemill_surface_model::TriMesh;
 use nalgebra::{Isometry3, Point3, Rotation3, Vector3};
 

@@ -2,22 +2,23 @@
 
 mod checks;
 pub mod law;
+
 use std::io::{BufRead, Write};
 
 use facemill_feedrate::{BlockFeed, FeedLimit, feed_for_block, rapid_time};
 use facemill_inverse_kinematics::{AxisKind, AxisValues, FeedRange, Machine};
+use facemill_job::failure::Failure;
+use facemill_job::setup::word_map::{letter, word_frame};
 use facemill_nc_program::{
     Dialect, Feed, FeedMode, MappedAxis, MotionKind, NumberRule, ProgramReader, ReadBlock, ReadMotion, RtcpRapids,
     WordMap, WorkOffset,
 };
+use facemill_virtual_machine::follow::{FollowedCut, Follower, Surroundings, Way, legs};
+use facemill_virtual_machine::program_time::program_moves::{Moves, stands};
 use serde::Serialize;
 
 use crate::refeed::checks::{Computed, Doubts, LAST_BITS, check_vectors, not_raised, rounded_down};
 use crate::refeed::law::{Law, RefeedLaw, RefeedLawTimes, blending, timed};
-use facemill_job::failure::Failure;
-use facemill_job::setup::word_map::{letter, word_frame};
-use facemill_virtual_machine::follow::{FollowedCut, Follower, Surroundings, Way, legs};
-use facemill_virtual_machine::program_time::program_moves::{Moves, stands};
 
 /// How fast the tip is to go.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

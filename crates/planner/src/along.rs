@@ -3,19 +3,19 @@
 use facemill_cl_data::{Aabb, CcPoint, Posture};
 use facemill_cutter_location::cusp::{CutPoint, Ridge};
 use facemill_cutter_location::neighbours::{Beside, CutPass, NeighbourReach, Neighbours, OwnPlace};
-use facemill_tool_model::{Cusp, Outline};
-use nalgebra::{Isometry3, Point3};
-use rayon::prelude::*;
-
-use crate::operation::neighbour_reach;
 use facemill_job::failure::Failure;
 use facemill_job::format::job_file::{FeedsFile, OperationFile};
 use facemill_job::load::{Job, Setup};
 use facemill_job::setup::pattern::places;
 use facemill_job::stages::{CHIPS, Stages};
+use facemill_tool_model::{Cusp, Outline};
 use facemill_tool_path::chips::{Chip, ChipSite, ROUGH_THICKNESS, StockTop, THICKNESS_ACCURACY};
 use facemill_tool_path::moves::{MoveKind, PieceMoves};
 use facemill_tool_path::pieces::Piece;
+use nalgebra::{Isometry3, Point3};
+use rayon::prelude::*;
+
+use crate::operation::neighbour_reach;
 
 /// What is known at a cut of a piece besides its pose.
 #[derive(Clone, Copy, Debug)]

@@ -2,13 +2,14 @@
 
 use std::fmt::Write;
 
+use facemill_job::format::program_stamp::{ProgramStamp, stamped_svg};
+use facemill_job::load::Job;
+use facemill_job::setup::tip_feed::teeth_per_minute;
+
 use crate::chip_points::{ChipPoint, chip_points};
 use crate::chips_svg::{Row, chips_svg};
 use crate::operation::PlannedOperation;
 use crate::program::Timed;
-use facemill_job::format::program_stamp::{ProgramStamp, stamped_svg};
-use facemill_job::load::Job;
-use facemill_job::setup::tip_feed::teeth_per_minute;
 
 /// What is written of the chips of a setup.
 pub(crate) struct ChipFiles {

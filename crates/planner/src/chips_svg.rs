@@ -15,11 +15,17 @@ pub(crate) struct Row<'r> {
 
 /// Where the plots lie in the picture, in pixels.
 const LEFT: f64 = 84.0;
+
 const TOP: f64 = 84.0;
+
 const WIDTH: f64 = 820.0;
+
 const AREA_HEIGHT: f64 = 130.0;
+
 const RATE_HEIGHT: f64 = 170.0;
+
 const GAP: f64 = 26.0;
+
 /// Room right of the plots.
 const RIGHT: f64 = 30.0;
 
@@ -33,8 +39,11 @@ const MARK: f64 = 20.0;
 const COLUMNS: usize = 820;
 
 const AREA: &str = "#2f6f5e";
+
 const BEFORE: &str = "#d98a3d";
+
 const AFTER: &str = "#2f5f9e";
+
 const INK: &str = "#22282d";
 
 /// The picture: of each operation the chip area over the cutting length, and below it the removal rate at the job's

@@ -1,13 +1,13 @@
 //! Whether the allowed cusp is kept along the passes of an operation, what was done for it, and why not where it is not.
 
+use facemill_job::format::job_file::{OperationFile, PathFile};
+use facemill_job::format::report::cusps::{CuspReasonReport, CuspsKeptReport};
+use facemill_job::setup::pattern::places;
 use facemill_tool_model::Cusp;
 use nalgebra::{Isometry3, Point3};
 
 use crate::extra_passes::ExtraPasses;
 use crate::operation::PlannedOperation;
-use facemill_job::format::job_file::{OperationFile, PathFile};
-use facemill_job::format::report::cusps::{CuspReasonReport, CuspsKeptReport};
-use facemill_job::setup::pattern::places;
 
 /// Cusps of a planned operation against what it allows.
 pub(crate) fn cusps_kept(planned: &PlannedOperation<'_>) -> CuspsKeptReport {

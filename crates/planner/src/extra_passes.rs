@@ -10,18 +10,17 @@ use facemill_cl_data::{CcPoint, Pass, Posture};
 use facemill_cutter_location::cusp::{CutPoint, Ridge};
 use facemill_cutter_location::neighbours::{CutPass, Neighbour, NeighbourReach, Neighbours, OwnPlace};
 use facemill_cutter_location::{Hints, Optimum, Outcome, PassSettings, PassTask, PlannedPass, plan_passes, search};
+use facemill_job::failure::Failure;
+use facemill_job::stages::{ADDED, Stages};
 use facemill_surface_model::Surface;
 use facemill_tool_model::{Cusp, Outline, step_over_for_cusp};
+use facemill_tool_path::pieces::LaidTask;
+use facemill_tool_path::pole::Tests;
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
 use crate::operation::pass_tasks;
 use crate::pole_detours::Detours;
-use facemill_job::failure::Failure;
-use facemill_job::stages::ADDED;
-use facemill_job::stages::Stages;
-use facemill_tool_path::pieces::LaidTask;
-use facemill_tool_path::pole::Tests;
 
 /// Passes with the poses of their points, in cutting order.
 #[derive(Clone)]

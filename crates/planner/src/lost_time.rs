@@ -3,13 +3,13 @@
 use std::collections::BTreeMap;
 
 use facemill_inverse_kinematics::AxisKind;
+use facemill_job::format::report::lost_time::{LostTimeCause, LostTimeReport};
+use facemill_job::load::Job;
+use facemill_tool_path::moves::MoveKind;
 
 use crate::pole_detours::BESIDE_POLE;
 use crate::program::Timed;
 use crate::turning::Driven;
-use facemill_job::format::report::lost_time::{LostTimeCause, LostTimeReport};
-use facemill_job::load::Job;
-use facemill_tool_path::moves::MoveKind;
 
 /// Least part of an operation's time in passes that is reported.
 const LEAST_SHARE: f64 = 0.1;

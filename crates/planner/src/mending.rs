@@ -3,14 +3,14 @@
 use std::collections::BTreeSet;
 
 use facemill_cutter_location::{Hints, PoseTest};
-use facemill_virtual_machine::{Certificate, Certificates, FindingKind, Verification};
-
-use crate::move_settings::cut_linearity;
-use crate::operation::{Ground, PlannedOperation};
 use facemill_job::setup::cell::{pass_settings, workcell};
 use facemill_tool_path::linearity::turned_near;
 use facemill_tool_path::moves::{Move, MoveKind};
 use facemill_tool_path::pieces::{Filler, PosePair};
+use facemill_virtual_machine::{Certificate, Certificates, FindingKind, Verification};
+
+use crate::move_settings::cut_linearity;
+use crate::operation::{Ground, PlannedOperation};
 
 /// Rounds of writing, running and mending: each halves the blocks that are mended.
 pub(crate) const ROUNDS: usize = 4;

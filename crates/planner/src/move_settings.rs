@@ -4,12 +4,11 @@ use facemill_cl_data::CuttingLaw;
 use facemill_cutter_location::approach::{ApproachSettings, ApproachShape};
 use facemill_cutter_location::link::LinkSettings;
 use facemill_inverse_kinematics::BlockLaw;
-use facemill_tool_model::Cutter;
-
 use facemill_job::format::job_file::{ApproachFile, ArcFile, OperationFile, PassOrderFile};
 use facemill_job::load::{Job, Setup};
 use facemill_job::setup::cell::diagonal;
 use facemill_job::setup::clearance_surface::clearance_surface;
+use facemill_tool_model::Cutter;
 use facemill_tool_path::linearity::Linearity;
 use facemill_tool_path::moves::MoveSettings;
 

@@ -11,7 +11,19 @@ use facemill_cutter_location::{
     reliefs, search,
 };
 use facemill_inverse_kinematics::{Branch, BranchPreference};
+use facemill_job::check::reach::check_reach;
+use facemill_job::failure::Failure;
+use facemill_job::format::job_file::{InfeasibleFile, OperationFile, PathFile};
+use facemill_job::load::{Job, Setup};
+use facemill_job::setup::cell::{LEAST_STEP, pass_settings, search_settings, workcell};
+use facemill_job::setup::path::lay;
+use facemill_job::setup::pattern::places;
+use facemill_job::stages::{BETWEEN, HELP, LAY, LINKS, PICTURE, PLACES, POSTURES, Stages};
 use facemill_tool_model::{Cutter, cl_from_cc};
+use facemill_tool_path::moves::{Move, OperationMoves, operation_moves};
+use facemill_tool_path::pieces::{LaidTask, LeftOut, Piece, copy_outcomes, filled, split};
+use facemill_tool_path::pole::Tests;
+use facemill_tool_path::winding::wound;
 use facemill_z_map::ZMap;
 use rayon::prelude::*;
 
@@ -22,18 +34,6 @@ use crate::plan::Clock;
 use crate::pole_detours::Detours;
 use crate::solution_space::mapped_range;
 use crate::solution_svg::map_svg;
-use facemill_job::check::reach::check_reach;
-use facemill_job::failure::Failure;
-use facemill_job::format::job_file::{InfeasibleFile, OperationFile, PathFile};
-use facemill_job::load::{Job, Setup};
-use facemill_job::setup::cell::{LEAST_STEP, pass_settings, search_settings, workcell};
-use facemill_job::setup::path::lay;
-use facemill_job::setup::pattern::places;
-use facemill_job::stages::{BETWEEN, HELP, LAY, LINKS, PICTURE, PLACES, POSTURES, Stages};
-use facemill_tool_path::moves::{Move, OperationMoves, operation_moves};
-use facemill_tool_path::pieces::{LaidTask, LeftOut, Piece, copy_outcomes, filled, split};
-use facemill_tool_path::pole::Tests;
-use facemill_tool_path::winding::wound;
 
 /// What all operations of a setup stand on.
 pub(crate) struct Ground<'a> {

@@ -3,20 +3,6 @@
 use std::collections::BTreeSet;
 
 use facemill_cl_data::ClPoint;
-use facemill_nc_program::{
-    AptCutter, AptMove, AptSpec, Dialect, ProgramSpec, ReadProgram, WordMap, WrittenProgram, write_apt,
-    write_program_with_lines,
-};
-use facemill_virtual_machine::{
-    Assumption, Certificates, GougeSection, HeldAsCut, Verification, VerifySettings, VirtualSetup, assumptions,
-    certify, verify,
-};
-
-use crate::mending::CutBlock;
-use crate::operation::PlannedOperation;
-use crate::program::{BlockWriter, Timed};
-use crate::timing::text::time_text;
-use crate::timing::{Written, time_program};
 use facemill_job::failure::Failure;
 use facemill_job::format::program_stamp::ProgramStamp;
 use facemill_job::format::report::remaining::RemainingReport;
@@ -27,9 +13,12 @@ use facemill_job::setup::cell::budget;
 use facemill_job::setup::program_spec::program_spec;
 use facemill_job::setup::tip_feed::programmed_feed;
 use facemill_job::setup::word_map::{rtcp_frame, table_from_rtcp_words};
-use facemill_job::stages::Stages;
-use facemill_job::stages::{CERTIFY, VERIFY};
+use facemill_job::stages::{CERTIFY, Stages, VERIFY};
 use facemill_job::stock::map::StockRegion;
+use facemill_nc_program::{
+    AptCutter, AptMove, AptSpec, Dialect, ProgramSpec, ReadProgram, WordMap, WrittenProgram, write_apt,
+    write_program_with_lines,
+};
 use facemill_tool_path::moves::MoveKind;
 use facemill_verification::between_lines::{add_between, between_lines, hold_machine_as_cut};
 use facemill_verification::feeds::Asked;
@@ -39,6 +28,16 @@ use facemill_verification::stock_run::{CutDone, CutRequest, Stand, cut_stock};
 use facemill_verification::text_times::TimedText;
 use facemill_verification::virtual_setup::{name_obstacles, not_verified, virtual_obstacles};
 use facemill_virtual_machine::follow::Surroundings;
+use facemill_virtual_machine::{
+    Assumption, Certificates, GougeSection, HeldAsCut, Verification, VerifySettings, VirtualSetup, assumptions,
+    certify, verify,
+};
+
+use crate::mending::CutBlock;
+use crate::operation::PlannedOperation;
+use crate::program::{BlockWriter, Timed};
+use crate::timing::text::time_text;
+use crate::timing::{Written, time_program};
 
 /// What a program says of itself that was not run on the virtual machine.
 pub(crate) const NOT_VERIFIED: &str = "NOT VERIFIED";

@@ -2,21 +2,6 @@
 
 use std::time::Instant;
 
-use facemill_nc_program::WordMap;
-use facemill_virtual_machine::{Assumption, Certificates, HeldAsCut, Verification, joined, rapid_lines};
-use facemill_z_map::DexelMap;
-
-use crate::chip_files::ChipFiles;
-use crate::dual::plan::plan_dual_setup;
-use crate::mending::{ROUNDS, lines_to_mend, mend};
-use crate::operation::{Ground, PlannedOperation};
-use crate::output::{OwnProgram, Texts, certificates_json, check_feeds, time_texts, write_draft, write_texts};
-use crate::plan_stages::stages_of;
-use crate::plan_stock::{CutByPlan, StockBefore, StockToCut, cut_by_plan};
-use crate::planned_links::PlannedLinks;
-use crate::reporting::report;
-use crate::timing::control_assumption;
-use crate::turning::Turning;
 use facemill_job::check::validate::file_stem;
 use facemill_job::failure::Failure;
 use facemill_job::files::REJECTED;
@@ -34,10 +19,24 @@ use facemill_job::load::post_probe::try_template;
 use facemill_job::load::{Job, Setup};
 use facemill_job::setup::cell::z_map;
 use facemill_job::setup::word_map::word_map;
-use facemill_job::stages::Stages;
-use facemill_job::stages::{READ, TIMES, WRITE};
+use facemill_job::stages::{READ, Stages, TIMES, WRITE};
+use facemill_nc_program::WordMap;
 use facemill_verification::between_lines::{is_cut_known, machine_as_cut, seen_between, seen_of_rest};
 use facemill_verification::stock_run::CutRequest;
+use facemill_virtual_machine::{Assumption, Certificates, HeldAsCut, Verification, joined, rapid_lines};
+use facemill_z_map::DexelMap;
+
+use crate::chip_files::ChipFiles;
+use crate::dual::plan::plan_dual_setup;
+use crate::mending::{ROUNDS, lines_to_mend, mend};
+use crate::operation::{Ground, PlannedOperation};
+use crate::output::{OwnProgram, Texts, certificates_json, check_feeds, time_texts, write_draft, write_texts};
+use crate::plan_stages::stages_of;
+use crate::plan_stock::{CutByPlan, StockBefore, StockToCut, cut_by_plan};
+use crate::planned_links::PlannedLinks;
+use crate::reporting::report;
+use crate::timing::control_assumption;
+use crate::turning::Turning;
 
 /// What is wanted of a plan.
 #[derive(Clone, Copy, Debug)]

@@ -2,10 +2,6 @@
 
 use std::fmt;
 
-use facemill_virtual_machine::{Finding, FindingKind, Verification};
-use facemill_z_map::DexelMap;
-
-use crate::plan::{PlanSettings, Planned, planned_setup};
 use facemill_job::failure::Failure;
 use facemill_job::format::job_file::LinkStockFile;
 use facemill_job::format::report::stock::{OWN_STOCK, PlannedStockReport};
@@ -15,6 +11,10 @@ use facemill_job::stock::map::{StockMeshes, StockRegion, rectangle};
 use facemill_job::stock::setup_order::follows;
 use facemill_job::stock::walls::has_walls;
 use facemill_verification::stock_run::{CutDone, CutRequest};
+use facemill_virtual_machine::{Finding, FindingKind, Verification};
+use facemill_z_map::DexelMap;
+
+use crate::plan::{PlanSettings, Planned, planned_setup};
 
 /// Plans all setups of a job in their order, and cuts the stock of each by its own verified program: on lines `cell` mm apart, or as
 /// the job's `verification` says. What one program leaves is what the next one begins with, where both setups have the same

@@ -1,7 +1,18 @@
 //! Faster links for a plan: put into its moves before its program is run, so that every text of it has them.
 
 use facemill_inverse_kinematics::AxisValues;
+use facemill_job::failure::Failure;
+use facemill_job::format::report::links::{PlannedLinkReport, ShortenedLinks};
+use facemill_job::setup::word_map::table_from_rtcp_words;
+use facemill_job::stages::{SHORTEN, Stages};
 use facemill_nc_program::{Compensation, FeedMode, ReadProgram};
+use facemill_tool_path::links::choose::Choice;
+use facemill_tool_path::links::clock::LinkClock;
+use facemill_tool_path::links::fastest;
+use facemill_tool_path::links::ways::WayKind;
+use facemill_tool_path::links::words::LinkWords;
+use facemill_tool_path::moves::{Move, MoveKind};
+use facemill_verification::virtual_setup::not_verified;
 use facemill_virtual_machine::{
     Finding, LinkDistances, LinkHold, LinkSettings, LinkStage, ProgramLink, VerifySettings, links_off_first_stock,
     run_links,
@@ -10,18 +21,6 @@ use facemill_z_map::DexelMap;
 
 use crate::operation::PlannedOperation;
 use crate::output::{OwnProgram, Texts};
-use facemill_job::failure::Failure;
-use facemill_job::format::report::links::{PlannedLinkReport, ShortenedLinks};
-use facemill_job::setup::word_map::table_from_rtcp_words;
-use facemill_job::stages::SHORTEN;
-use facemill_job::stages::Stages;
-use facemill_tool_path::links::choose::Choice;
-use facemill_tool_path::links::clock::LinkClock;
-use facemill_tool_path::links::fastest;
-use facemill_tool_path::links::ways::WayKind;
-use facemill_tool_path::links::words::LinkWords;
-use facemill_tool_path::moves::{Move, MoveKind};
-use facemill_verification::virtual_setup::not_verified;
 
 /// Share of the rapid clearance that is proven to be kept from the stock as it was at first: links begin and end at the whole of it,
 /// and the control may leave them by a little.

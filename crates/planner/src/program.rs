@@ -5,13 +5,6 @@ use std::collections::BTreeMap;
 use facemill_cl_data::CuttingLaw;
 use facemill_feedrate::{BlockFeed, feed_for_block, rapid_time};
 use facemill_inverse_kinematics::{AxisKind, AxisValues, BlockLaw, Machine};
-use facemill_nc_program::{AxisWords, Block, CutVectors, FeedMode, NcProgram, WordMap};
-use facemill_tool_model::SpindleRotation;
-use nalgebra::{Isometry3, Unit, Vector3};
-
-use crate::mending::CutBlock;
-use crate::timing::TimedMove;
-use crate::vector_blocks::VectorBlocks;
 use facemill_job::failure::Failure;
 use facemill_job::format::job_file::{FeedsFile, OperationFile};
 use facemill_job::format::report::TimeLawReport;
@@ -19,7 +12,14 @@ use facemill_job::load::{Job, Setup};
 use facemill_job::setup::program_spec::coolant;
 use facemill_job::setup::tip_feed::{CutFeed, FeedLaw, programmed_feed};
 use facemill_job::setup::word_map::{rtcp_start_axes, table_from_rtcp_words};
+use facemill_nc_program::{AxisWords, Block, CutVectors, FeedMode, NcProgram, WordMap};
+use facemill_tool_model::SpindleRotation;
 use facemill_tool_path::moves::{Move, MoveKind, OperationMoves};
+use nalgebra::{Isometry3, Unit, Vector3};
+
+use crate::mending::CutBlock;
+use crate::timing::TimedMove;
+use crate::vector_blocks::VectorBlocks;
 
 /// Turn of the tool that is none, rad: rounding of forward kinematics.
 const SAME_DIRECTION: f64 = 1e-9;

@@ -1,14 +1,13 @@
 //! The job planned again with shorter assemblies: tilting may let them pass.
 
-use facemill_tool_model::{HolderLibrary, OpenAssembly, ToolAssembly};
-
-use crate::plan::{PlanSettings, Planned, plan_setup};
 use facemill_job::failure::Failure;
-use facemill_job::format::lengths_file::ReplanTry;
-use facemill_job::format::lengths_file::{LengthReport, Posting};
+use facemill_job::format::lengths_file::{LengthReport, Posting, ReplanTry};
 use facemill_job::load::Job;
 use facemill_job::stages::Stages;
 use facemill_nc_rewrite::lengths::FoundLengths;
+use facemill_tool_model::{HolderLibrary, OpenAssembly, ToolAssembly};
+
+use crate::plan::{PlanSettings, Planned, plan_setup};
 
 /// Stick-outs that are tried of each holder, from its shortest toward the one that works as the program is.
 const STEPS: u32 = 4;

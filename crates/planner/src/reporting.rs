@@ -4,18 +4,6 @@ use std::collections::BTreeMap;
 
 use facemill_cutter_location::cusp::Ridge;
 use facemill_cutter_location::{Relief, Widened};
-use facemill_tool_model::Cusp;
-use facemill_virtual_machine::{Certificates, Verification};
-use nalgebra::Point3;
-
-use crate::along::Along;
-use crate::chip_points::chip_points;
-use crate::chip_points::chips_report;
-use crate::cusps_kept::cusps_kept;
-use crate::operation::PlannedOperation;
-use crate::program::Timed;
-use crate::rotary_motion::rotary_report;
-use crate::turning::Turning;
 use facemill_job::format::made_from::MadeFrom;
 use facemill_job::format::program_times::ProgramTimes;
 use facemill_job::format::report::links::LinksReport;
@@ -26,9 +14,20 @@ use facemill_job::format::report::{
 };
 use facemill_job::load::{Job, Setup};
 use facemill_job::setup::cell::budget;
+use facemill_tool_model::Cusp;
 use facemill_tool_path::moves::{MoveKind, PieceMoves};
 use facemill_tool_path::pass_order::PassOrderReport;
 use facemill_tool_path::pieces::{Cut, LeftOut, Piece};
+use facemill_virtual_machine::{Certificates, Verification};
+use nalgebra::Point3;
+
+use crate::along::Along;
+use crate::chip_points::{chip_points, chips_report};
+use crate::cusps_kept::cusps_kept;
+use crate::operation::PlannedOperation;
+use crate::program::Timed;
+use crate::rotary_motion::rotary_report;
+use crate::turning::Turning;
 
 /// Sums, extremes and details of planned operations and of the run of their program; `jobs` are the job as each operation's head
 /// sees it.

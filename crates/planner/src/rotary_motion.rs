@@ -1,7 +1,6 @@
 //! How the rotary axes move along passes.
 
 use facemill_inverse_kinematics::{AxisKind, Machine};
-
 use facemill_job::format::report::RotaryReport;
 use facemill_tool_path::pieces::Cut;
 

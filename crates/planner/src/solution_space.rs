@@ -3,9 +3,6 @@
 use facemill_cl_data::CcPoint;
 use facemill_cutter_location::map::{CellState, MapCell, MapError, PostureRange, SolutionMap, map, n_steps};
 use facemill_cutter_location::{Body, Hints, Infeasible, PoseTest, SearchCurve, search};
-
-use crate::operation::settle_branch;
-use crate::solution_svg::map_svg;
 use facemill_job::check::validate::belongs;
 use facemill_job::failure::Failure;
 use facemill_job::format::job_file::OperationFile;
@@ -17,6 +14,9 @@ use facemill_job::setup::cell::{search_settings, workcell, z_map};
 use facemill_job::setup::path::lay;
 use facemill_job::stages::Stages;
 use facemill_tool_path::pieces::LaidTask;
+
+use crate::operation::settle_branch;
+use crate::solution_svg::map_svg;
 
 /// Which CC point is mapped, and how finely.
 #[derive(Clone, Debug)]

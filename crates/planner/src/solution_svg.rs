@@ -52,8 +52,11 @@ impl Kind {
 
 /// Where the plot lies in the picture, in pixels.
 const LEFT: f64 = 78.0;
+
 const TOP: f64 = 62.0;
+
 const WIDTH: f64 = 560.0;
+
 const HEIGHT: f64 = 380.0;
 
 /// Room right of the plot.

@@ -1,18 +1,16 @@
 //! What the command line says at the end.
 
-use facemill_virtual_machine::{Assumption, WindUp};
-
 use facemill_job::duration_text::clock;
 use facemill_job::format::report::links::LinksReport;
 use facemill_job::format::report::pairs::PairReport;
 use facemill_job::format::report::remaining::RemainingReport;
-use facemill_job::format::report::stock::StockReport;
-use facemill_job::format::report::stock::{OWN_STOCK, PlannedStockReport};
+use facemill_job::format::report::stock::{OWN_STOCK, PlannedStockReport, StockReport};
 use facemill_job::format::report::{
     CertifiedReport, ChipsReport, CuspsKeptReport, HeldBackReport, LostTimeReport, PosturesReport, Report,
     SpreadReport, VectorTimeReport,
 };
 use facemill_tool_path::pass_order::PassOrderReport;
+use facemill_virtual_machine::{Assumption, WindUp};
 
 /// A few lines for a person.
 pub fn summary(report: &Report) -> String {

@@ -2,15 +2,15 @@
 
 use facemill_cutter_location::rewound_axis;
 use facemill_inverse_kinematics::{AxisKind, Branch};
-
-use crate::lost_time::lost_times;
-use crate::operation::PlannedOperation;
-use crate::output::Texts;
 use facemill_job::format::job_file::OperationFile;
 use facemill_job::format::report::lost_time::LostTimeReport;
 use facemill_job::format::report::{RewindReport, RewindsReport, SingularBlocks};
 use facemill_job::load::Job;
 use facemill_tool_path::moves::{Move, MoveKind};
+
+use crate::lost_time::lost_times;
+use crate::operation::PlannedOperation;
+use crate::output::Texts;
 
 /// Angle to the pole up to which an axis that cannot follow the feed is said to race because of it, rad: farther away it turns
 /// less than eleven times as fast as the tool axis.

@@ -3,10 +3,9 @@
 
 use facemill_cl_data::ClPoint;
 use facemill_inverse_kinematics::{AxisKind, AxisValues, Machine, UnclearChoice};
+use facemill_job::load::{Job, Setup};
 use facemill_nc_program::{CutVectors, PostSettings};
 use nalgebra::{Isometry3, Unit, Vector3};
-
-use facemill_job::load::{Job, Setup};
 
 /// By how much the rotary axes may stand beside their planned values for it to be the same position, rad: the decimals of a
 /// vector turn them by less than 1e-4 outside the cone around the pole, and another position is as far as twice its angle at

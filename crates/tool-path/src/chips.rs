@@ -1,9 +1,10 @@
 //! Chip section at one point of a pass (CHIP, with the outline of the tilted cutter seen along the feed).
 
-use crate::outline_table::OutlineTable;
 use facemill_chip_area::{CutterEnd, CutterPose, OutlineError, chip_area_between_outlines, largest_thickness};
 use facemill_cutter_location::cusp::Ridge;
 use facemill_tool_model::Outline;
+
+use crate::outline_table::OutlineTable;
 
 /// Accuracy of a section area, as part of it.
 pub const AREA_ACCURACY: f64 = 1e-3;

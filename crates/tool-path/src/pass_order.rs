@@ -1,6 +1,5 @@
 //! In which order the pieces of an operation's passes are cut.
 
-use crate::moves::Reached;
 use facemill_cl_data::Monitor;
 use facemill_inverse_kinematics::{AxisValues, Machine};
 use facemill_tool_model::{Cutter, ToolAssembly};
@@ -11,6 +10,7 @@ use serde::Serialize;
 
 use crate::links::clock::LinkClock;
 use crate::links::tour::{TourCosts, shortest_tour};
+use crate::moves::Reached;
 use crate::path_error::PathError;
 
 /// The order of an operation's pieces where the job leaves it open.

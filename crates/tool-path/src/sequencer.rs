@@ -1,12 +1,12 @@
 //! From pieces and links to moves, one after the other, with axis values.
 
-use crate::moves::{Move, MoveKind, MoveSettings, OperationMoves, PieceMoves, Reached, blocked_way, configuration_of};
 use facemill_cl_data::ClPoint;
 use facemill_cutter_location::link::{LinkBlocked, Linker, Waypoint, between};
 use facemill_cutter_location::{Configuration, Hints, Infeasible, PoseTest, rewound_axis};
 use facemill_inverse_kinematics::BlockLaw;
 
 use crate::linearity::{Linearity, endless_near};
+use crate::moves::{Move, MoveKind, MoveSettings, OperationMoves, PieceMoves, Reached, blocked_way, configuration_of};
 use crate::path_error::PathError;
 use crate::pieces::Cut;
 use crate::winding::unwound;

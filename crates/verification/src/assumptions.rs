@@ -2,9 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use facemill_virtual_machine::{Assumption, BlockCut, EstimatedPositions};
-
 use facemill_job::format::report::stock::StockReport;
+use facemill_virtual_machine::{Assumption, BlockCut, EstimatedPositions};
 
 /// Assumptions in the order of their lines, each once, with the first line that rests on it.
 pub fn all_assumptions(of_text: Vec<Assumption>, of_feeds: Vec<Assumption>) -> Vec<Assumption> {

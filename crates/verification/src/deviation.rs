@@ -4,9 +4,17 @@ mod colours;
 mod cusps;
 mod figures;
 mod stock_places;
+
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 
+use facemill_job::failure::Failure;
+use facemill_job::format::program_stamp::ProgramStamp;
+use facemill_job::format::report::deviation::{DeviationPlace, DeviationReport};
+use facemill_job::load::obstacle_meshes::ObstacleRole;
+use facemill_job::load::{Job, Setup};
+use facemill_job::setup::cell::budget;
+use facemill_job::stages::Stages;
 use facemill_nc_program::ReadProgram;
 use facemill_surface_model::{Refined, Surface, SurfaceSettings, TriMesh, write_painted_glb};
 use facemill_virtual_machine::VirtualSetup;
@@ -18,13 +26,6 @@ use crate::deviation::colours::colour;
 use crate::deviation::cusps::{CuspScene, cusps};
 use crate::deviation::figures::{Condition, Patch, beyond, deviation_figures, drive_triangles};
 use crate::deviation::stock_places::StockPlaces;
-use facemill_job::failure::Failure;
-use facemill_job::format::program_stamp::ProgramStamp;
-use facemill_job::format::report::deviation::{DeviationPlace, DeviationReport};
-use facemill_job::load::obstacle_meshes::ObstacleRole;
-use facemill_job::load::{Job, Setup};
-use facemill_job::setup::cell::budget;
-use facemill_job::stages::Stages;
 
 /// What is asked of the deviation.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

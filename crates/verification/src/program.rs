@@ -12,6 +12,7 @@ use facemill_job::format::report::deviation::DeviationReport;
 use facemill_job::format::report::remaining::RemainingReport;
 use facemill_job::format::report::stock::StockReport;
 use facemill_job::format::verification_file::{VERIFICATION_FORMAT, VerificationFile};
+use facemill_job::load::mesh_winding::check_winding;
 use facemill_job::load::open_meshes::{open_files, open_stock};
 use facemill_job::load::{HEADS_APART, Job, Setup};
 use facemill_job::setup::cell::budget;
@@ -38,7 +39,6 @@ use crate::remaining::{RunningHead, remaining};
 use crate::stock_run::{CutRequest, Stand, blocks_of_heads, cut_stock};
 use crate::text_times::{TimedText, times_of_text};
 use crate::virtual_setup::{name_obstacles, not_verified, virtual_setup};
-use facemill_job::load::mesh_winding::check_winding;
 
 /// How a program is run.
 #[derive(Clone, Debug)]

@@ -1,10 +1,9 @@
 //! The stock of a job's setup as a program from anywhere cuts it.
 
 mod across;
+
 use std::collections::BTreeSet;
 
-use crate::deviation::DeviationRequest;
-use crate::stock_run::across::cut_across;
 use facemill_job::failure::Failure;
 use facemill_job::format::report::stock::StockReport;
 use facemill_job::load::{Job, Setup};
@@ -15,6 +14,8 @@ use facemill_nc_program::ReadProgram;
 use facemill_virtual_machine::{BlockCut, StockRun, VerifySettings, VirtualSetup, blocks_beyond, run_stock_of_heads};
 use facemill_z_map::DexelMap;
 
+use crate::deviation::DeviationRequest;
+use crate::stock_run::across::cut_across;
 use crate::virtual_setup::not_verified;
 
 /// How stock is cut.

@@ -4,16 +4,15 @@ use std::collections::BTreeMap;
 
 use facemill_feedrate::{FeedLimit, rapid_time};
 use facemill_inverse_kinematics::Machine;
+use facemill_job::format::program_times::ProgramTimes;
 use facemill_nc_program::{ControlMotion, Dialect, MotionKind, ProgramReader, RtcpRapids};
+use facemill_tool_path::moves::MoveKind;
 use facemill_virtual_machine::follow::{Follower, Surroundings, Way, legs};
 use facemill_virtual_machine::program_time::program_moves::{Moves, stands};
 use facemill_virtual_machine::program_time::run::{RunLaw, Timer, missing_limits};
 use facemill_virtual_machine::program_time::tolerance::View;
 use nalgebra::Isometry3;
 use rayon::prelude::*;
-
-use facemill_job::format::program_times::ProgramTimes;
-use facemill_tool_path::moves::MoveKind;
 
 /// A program's text and what it was written from.
 pub struct TimedText<'a> {

@@ -1,14 +1,14 @@
 //! The machine of a setup with all that is on it, for the virtual machine.
 
 use facemill_cutter_location::Pieces;
+use facemill_job::failure::Failure;
+use facemill_job::load::obstacle_meshes::ObstacleRole;
+use facemill_job::load::{Job, Setup};
 use facemill_nc_program::{Dialect, WordMap};
 use facemill_virtual_machine::{Finding, ObstacleKind, Verification, VerifyError, VirtualObstacle, VirtualSetup};
 use nalgebra::Isometry3;
 
 use crate::program::register_in;
-use facemill_job::failure::Failure;
-use facemill_job::load::obstacle_meshes::ObstacleRole;
-use facemill_job::load::{Job, Setup};
 
 /// Why a program was not run.
 pub fn not_verified(e: VerifyError) -> Failure {

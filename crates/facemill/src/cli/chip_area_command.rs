@@ -4,10 +4,9 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
-use facemill::Failure;
 use facemill::chip_area::Method;
 use facemill::chip_area::table::{chips_of_table, table_with_areas};
-use facemill::files;
+use facemill::{Failure, files};
 
 use crate::cli::say;
 

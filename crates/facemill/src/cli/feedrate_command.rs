@@ -5,11 +5,10 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
-use facemill::files;
 use facemill::nc_program::Dialect;
 use facemill::{
     BLEND_TOLERANCES, Failure, MAX_TOOL_LENGTH, RefeedError, RefeedLaw, RefeedLawTimes, RefeedSettings, RefeedSummary,
-    TipFeed, read_machine, refeed_lines,
+    TipFeed, files, read_machine, refeed_lines,
 };
 
 use crate::cli::program_arguments::open_nc;

@@ -5,12 +5,11 @@ use std::process::ExitCode;
 
 use clap::Args;
 use facemill::file_format::to_json;
-use facemill::files;
 use facemill::lengths::{LengthsRequest, lengths_of_program};
 use facemill::nc_program::{Dialect, read_program};
 use facemill::tool_model::HolderLibrary;
 use facemill::z_map::DexelMap;
-use facemill::{CutRequest, Failure, read_rest, replan_with_shorter_tools};
+use facemill::{CutRequest, Failure, files, read_rest, replan_with_shorter_tools};
 
 use crate::cli::option_lengths::{above_zero, from_zero, stock_tolerance};
 use crate::cli::program_arguments::{ProgramArguments, ProgramOfJob};

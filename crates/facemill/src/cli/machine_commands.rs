@@ -4,9 +4,8 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Subcommand;
-use facemill::files;
 use facemill::inverse_kinematics::{Machine, import_autodesk_machine};
-use facemill::{Failure, describe_heads, describe_hulls, read_machine};
+use facemill::{Failure, describe_heads, describe_hulls, files, read_machine};
 
 use crate::cli::say;
 

@@ -4,10 +4,9 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Args, Subcommand, ValueEnum};
-use facemill::files;
 use facemill::nc_program::Dialect;
 use facemill::new_job::{NewJob, Series};
-use facemill::{Failure, new_job_for};
+use facemill::{Failure, files, new_job_for};
 
 use crate::cli::feedrate_command::dialect;
 use crate::cli::option_lengths::{above_zero, rotor_scale};

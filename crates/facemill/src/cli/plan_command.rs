@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
-use facemill::files;
 use facemill::{
-    Failure, Job, JobSetting, Outcome, PlanSettings, SUMMARY_FORMAT, SetupSummary, SummaryFile, plan_job, summary,
+    Failure, Job, JobSetting, Outcome, PlanSettings, SUMMARY_FORMAT, SetupSummary, SummaryFile, files, plan_job,
+    summary,
 };
 
 use crate::cli::option_lengths::above_zero;

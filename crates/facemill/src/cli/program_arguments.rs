@@ -5,9 +5,8 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use facemill::files;
 use facemill::nc_program::{Dialect, is_cl_file};
-use facemill::{Failure, Job, no_program};
+use facemill::{Failure, Job, files, no_program};
 
 use crate::cli::feedrate_command::dialect;
 use crate::cli::stand_arguments::StandArguments;

@@ -4,10 +4,9 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
-use facemill::files;
 use facemill::rapids::{RapidsRequest, faster_rapids};
 use facemill::z_map::DexelMap;
-use facemill::{CutRequest, Failure, read_rest};
+use facemill::{CutRequest, Failure, files, read_rest};
 
 use crate::cli::option_lengths::{above_zero, from_zero, stock_tolerance};
 use crate::cli::program_arguments::{ProgramArguments, ProgramOfJob};

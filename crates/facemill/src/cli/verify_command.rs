@@ -4,13 +4,11 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{ArgGroup, Args};
-use facemill::files;
-use facemill::verify_program;
 use facemill::virtual_machine::{BetweenPositions, EstimatedPositions, Verification, joined};
 use facemill::z_map::DexelMap;
 use facemill::{
     CutRequest, DeviationRequest, Failure, RemainingReport, StockRegion, StockReport, VerificationFile, Verified,
-    VerifyRequest, read_rest,
+    VerifyRequest, files, read_rest, verify_program,
 };
 
 use crate::cli::deviation_command::{mesh_bytes, painted_mesh, rest_mesh, told_deviation};

@@ -1,6 +1,5 @@
 //! Whether stock and clearance surface enclose what they are said to.
 
-use crate::setup::clearance_surface::clearance_surface;
 use facemill_cutter_location::Pieces;
 use facemill_surface_model::TriMesh;
 use nalgebra::Point3;
@@ -8,6 +7,7 @@ use nalgebra::Point3;
 use crate::format::job_file::{SetupFile, StockFile};
 use crate::load::direction;
 use crate::load::obstacle_meshes::{ObstacleMesh, ObstacleRole};
+use crate::setup::clearance_surface::clearance_surface;
 
 /// How far a part may stand out of its stock by rounding, mm: mesh files have single precision.
 const STOCK_ROUNDING: f64 = 1e-3;

@@ -2,7 +2,6 @@
 
 use std::ops::RangeInclusive;
 
-use crate::setup::cell::diagonal;
 use facemill_inverse_kinematics::{Carrier, Machine};
 use facemill_tool_model::ToolAssembly;
 
@@ -10,6 +9,7 @@ use crate::check::validate::{FARTHEST, Field};
 use crate::format::job_file::{
     ApproachFile, ArcFile, JobFile, OperationFile, PathFile, PathFromFile, PathFromStrategy, SetupFile,
 };
+use crate::setup::cell::diagonal;
 
 /// Range of a key's value, in the key's own unit.
 pub struct JobLimit<T> {

@@ -1,9 +1,8 @@
 //! Laws of units and mountings: a size that cannot be meant names the likely unit, and a mounting that nothing reaches names
 //! operation, axis and limit.
 
-use crate::examples::new_job::{NewJob, new_job};
-
 use crate::check::describe_setup;
+use crate::examples::new_job::{NewJob, new_job};
 use crate::load::Job;
 
 /// Lines of `check` for the patch job on a wavy sheet of 400 mm with its numbers divided by `unit`, or its message.

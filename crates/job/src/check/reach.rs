@@ -1,6 +1,5 @@
 //! Whether a mounting lets an operation reach any of its region.
 
-use crate::setup::pattern::places;
 use facemill_cl_data::{CcPoint, ClPoint, Posture};
 use facemill_inverse_kinematics::{AxisKind, Unreachable};
 use facemill_surface_model::{Surface, SurfaceSettings};
@@ -11,6 +10,7 @@ use crate::check::part_size::unit_advice;
 use crate::format::job_file::OperationFile;
 use crate::load::obstacle_meshes::ObstacleRole;
 use crate::load::{Job, Setup};
+use crate::setup::pattern::places;
 
 /// CC points and directions of tilt that are tried, and steps of tilt, deg. More than any operation searches, so that none
 /// is refused that could be planned.

@@ -1,10 +1,10 @@
 //! Checks of feeds that depend on chips.
 
-use crate::setup::tip_feed::{depends_on_chips, teeth_per_minute};
 use facemill_inverse_kinematics::FeedRange;
 
 use crate::check::validate::{Field, belongs};
 use crate::format::job_file::{FeedsFile, JobFile, OperationFile, RoleFile, StockFile};
+use crate::setup::tip_feed::{depends_on_chips, teeth_per_minute};
 
 /// Feeds of an operation that chips lead to, against each other.
 ///

@@ -2,7 +2,6 @@
 
 use std::ops::RangeInclusive;
 
-use crate::examples::new_dual::dual_propeller_job;
 use facemill_sample_parts::{
     BladeResolution, PatchSpec, PropellerSeries, PropellerSpec, RotorResolution, blade, blade_pose, chord_error, hub,
     patch, rotor37,
@@ -10,6 +9,8 @@ use facemill_sample_parts::{
 use facemill_surface_model::{NamedNode, TriMesh, write_glb, write_obj};
 use nalgebra::{Isometry3, Point3};
 use serde_json::{Value, json};
+
+use crate::examples::new_dual::dual_propeller_job;
 
 /// An example job.
 #[derive(Clone, Copy, Debug, PartialEq)]

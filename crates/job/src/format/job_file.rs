@@ -622,15 +622,19 @@ pub struct SearchFile {
 fn one() -> f64 {
     1.0
 }
+
 fn default_u_step() -> f64 {
     0.1
 }
+
 fn default_u_tolerance() -> f64 {
     0.001
 }
+
 fn default_singular_cone() -> f64 {
     1.0
 }
+
 fn default_turn() -> f64 {
     0.1
 }

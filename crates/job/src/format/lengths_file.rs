@@ -1,11 +1,11 @@
 //! What is told of lengths.
 
-use crate::format::program_stamp::ProgramStamp;
 use facemill_tool_model::AssemblyLength;
 use facemill_virtual_machine::{Certificates, Finding, ForcedBy};
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use crate::format::program_stamp::ProgramStamp;
 use crate::format::report::InfeasibleReport;
 
 /// Value of the key `format` in the file.

@@ -3,13 +3,13 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use crate::load::Job;
 use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::Value;
 
 use crate::files;
 use crate::format::job_file::{PathFile, StockFile};
+use crate::load::Job;
 
 /// What a program was made from, and by what.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]

@@ -1,11 +1,11 @@
 //! What is told of links before and after.
 
-use crate::format::program_stamp::ProgramStamp;
 use facemill_tool_path::links::ways::WayKind;
 use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::duration_text::clock;
+use crate::format::program_stamp::ProgramStamp;
 
 /// Value of the key `format` in the file.
 pub const RAPIDS_FORMAT: &str = "facemill-rapids/1";

@@ -11,16 +11,9 @@ pub mod pairs;
 pub mod remaining;
 pub mod stock;
 pub mod turning;
+
 use std::collections::BTreeMap;
 
-use crate::format::made_from::MadeFrom;
-use crate::format::program_stamp::ProgramStamp;
-use crate::format::program_times::ProgramTimes;
-use crate::format::report::links::LinksReport;
-use crate::format::report::pairs::PairReport;
-use crate::format::report::remaining::RemainingReport;
-use crate::format::report::stock::PlannedStockReport;
-use crate::load::job_settings::JobSetting;
 use facemill_cl_data::ErrorBudget;
 use facemill_surface_model::{ImportSettings, LengthUnit, RepairReport, UpAxis};
 use facemill_tool_path::pass_order::PassOrderReport;
@@ -29,6 +22,14 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::format::job_file::PostureModeFile;
+use crate::format::made_from::MadeFrom;
+use crate::format::program_stamp::ProgramStamp;
+use crate::format::program_times::ProgramTimes;
+use crate::format::report::links::LinksReport;
+use crate::format::report::pairs::PairReport;
+use crate::format::report::remaining::RemainingReport;
+use crate::format::report::stock::PlannedStockReport;
+use crate::load::job_settings::JobSetting;
 
 pub use crate::format::report::chips::{ChipsReport, FeedsSetByReport, SpreadReport};
 pub use crate::format::report::cusps::{CuspReasonReport, CuspsKeptReport};

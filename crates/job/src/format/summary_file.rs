@@ -1,11 +1,11 @@
 //! The summary of a plan as a file, `"format": "facemill-summary/1"`, for programs that start facemill.
 
-use crate::format::program_times::ProgramTimes;
 use facemill_virtual_machine::WindUp;
 use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::format::incomplete::incomplete_because;
+use crate::format::program_times::ProgramTimes;
 use crate::format::report::outcome::Outcome;
 use crate::format::report::remaining::RemainingReport;
 use crate::format::report::{CuspsKeptReport, InfeasibleReport, Report, Totals, Worst};

@@ -1,11 +1,11 @@
 //! File of a verification.
 
-use crate::format::program_stamp::ProgramStamp;
-use crate::format::program_times::ProgramTimes;
 use facemill_virtual_machine::{Assumption, Certificates, Verification};
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use crate::format::program_stamp::ProgramStamp;
+use crate::format::program_times::ProgramTimes;
 use crate::format::report::deviation::DeviationReport;
 use crate::format::report::remaining::RemainingReport;
 use crate::format::report::stock::StockReport;

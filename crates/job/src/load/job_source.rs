@@ -2,15 +2,15 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::check::validate::validate;
-use crate::load::job_settings::JobSetting;
 use facemill_file_format::{from_json, from_value};
 use facemill_surface_model::MeshFormat;
 use serde_json::Value;
 
+use crate::check::validate::validate;
 use crate::failure::Failure;
 use crate::files;
 use crate::format::job_file::{JOB_FORMAT, JobFile};
+use crate::load::job_settings::JobSetting;
 
 /// Name of the job file in a job's folder.
 const JOB_NAME: &str = "job.json";

@@ -2,11 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::check::machine_check::describe_hulls;
 use facemill_cl_data::Solid;
 use facemill_inverse_kinematics::{BodyFile, Machine, MachineFile, MeshShapeFile, MeshUnitFile, ShapeFile};
 use nalgebra::{Point3, Vector3};
 
+use crate::check::machine_check::describe_hulls;
 use crate::load::machine_load::read_machine;
 
 /// Two blocks of 2 × 2 × 2, one beside and above the other, each a group.

@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use crate::check::validate::FARTHEST;
 use facemill_surface_model::{ImportSettings, Imported, LengthUnit, MeshFormat, UpAxis, import_mesh};
 use nalgebra::Point3;
 
+use crate::check::validate::FARTHEST;
 use crate::failure::Failure;
 use crate::files;
 use crate::format::job_file::{MeshFile, MeshStockFile, UnitFile, UpAxisFile};

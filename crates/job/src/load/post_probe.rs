@@ -1,7 +1,5 @@
 //! Whether what a shop's own dialect file writes is what the reader of the dialect reads.
 
-use crate::load::post_block_words::nothing_added;
-use crate::setup::program_spec::program_spec;
 use facemill_nc_program::{
     AxisAt, AxisKind, AxisWord, Block, Coolant, CutVectors, DialectFile, FeedMode, LengthRule, NcProgram, ProgramSpec,
     ReadBlock, ReadCommand, WordMap, read_program, write_program, write_program_with_lines,
@@ -9,7 +7,9 @@ use facemill_nc_program::{
 use nalgebra::{Unit, Vector3};
 
 use crate::failure::Failure;
+use crate::load::post_block_words::nothing_added;
 use crate::load::{Job, Setup};
+use crate::setup::program_spec::program_spec;
 
 /// A key of dialect files that says what stands around the motions, which is the template's.
 struct TemplateKey {

@@ -2,12 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::check::validate::check_setups;
 use facemill_cl_data::Aabb;
 use facemill_nc_program::{Dialect, FeedMode};
 use facemill_tool_model::{ToolAssembly, ToolFile};
 use serde_json::{Value, json};
 
+use crate::check::validate::check_setups;
 use crate::failure::Failure;
 use crate::files;
 use crate::format::job_file::{JOB_FORMAT, JobFile, UnitFile, UpAxisFile};

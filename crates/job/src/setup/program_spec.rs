@@ -1,6 +1,5 @@
 //! What the dialect's writer is told of a setup besides its blocks.
 
-use crate::setup::rolled::roll;
 use facemill_inverse_kinematics::Axis;
 use facemill_nc_program::{
     AxisSpec, AxisWords, Coolant, FeedMode, MappedAxis, NcProgram, ProgramSpec, SpindleSpec, ToolSpec, WordMap,
@@ -10,6 +9,7 @@ use facemill_tool_model::{SpindleRotation, ToolAssembly};
 use crate::failure::Failure;
 use crate::format::job_file::{CoolantFile, OperationFile};
 use crate::load::{Job, Setup};
+use crate::setup::rolled::roll;
 use crate::setup::word_map::{rtcp_start_axes, table_from_rtcp_words};
 
 /// Words of where RTCP is switched on: linear axes at home, rotary words 0.

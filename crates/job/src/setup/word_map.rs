@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use crate::setup::program_spec::tool_spec;
 use facemill_inverse_kinematics::{Axis, AxisKind, AxisValues, Machine};
 use facemill_nc_program::{AxisLetter, FeedMode, HeadSpec, MappedAxis, SpindleSpec, WordMap};
 use facemill_tool_model::SpindleRotation;
@@ -10,6 +9,7 @@ use nalgebra::Isometry3;
 
 use crate::failure::Failure;
 use crate::load::{Job, Setup};
+use crate::setup::program_spec::tool_spec;
 
 /// How joint values become words in a setup.
 ///

@@ -1,6 +1,5 @@
 //! A setup's stock as lines of material.
 
-use crate::stock::rest::Origin;
 use facemill_cl_data::Aabb;
 use facemill_surface_model::TriMesh;
 use facemill_virtual_machine::outside_layer;
@@ -11,6 +10,7 @@ use crate::failure::Failure;
 use crate::load::obstacle_meshes::ObstacleRole;
 use crate::load::{Job, Setup};
 use crate::setup::pattern::places;
+use crate::stock::rest::Origin;
 
 /// Which part of the stock has lines.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -2,7 +2,6 @@
 
 use std::path::Path;
 
-use crate::stock::setup_order::follows;
 use facemill_surface_model::TriMesh;
 use facemill_z_map::DexelMap;
 
@@ -10,6 +9,7 @@ use crate::failure::Failure;
 use crate::files;
 use crate::load::{Job, Setup};
 use crate::stock::map::StockMeshes;
+use crate::stock::setup_order::follows;
 
 /// Reads the rest that a program left of the stock of a job's setup (`verify --rest-out`), or of another setup of the job with the same
 /// workpiece frame and stock.

@@ -2,7 +2,6 @@
 
 mod finish;
 mod numbered;
-pub mod planned_report;
 
 use std::path::Path;
 

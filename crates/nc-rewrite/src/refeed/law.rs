@@ -6,13 +6,12 @@ use facemill_inverse_kinematics::{AxisValues, BlockLaw, FeedRange, Machine};
 use facemill_nc_program::ControlMotion;
 use facemill_virtual_machine::follow::FollowedCut;
 use facemill_virtual_machine::program_time::program_moves::Moves;
+use facemill_virtual_machine::program_time::reachable;
 use facemill_virtual_machine::program_time::run::{Run, Timer, missing_limits};
 use facemill_virtual_machine::program_time::tolerance::View;
 use nalgebra::Isometry3;
 use rayon::prelude::*;
 use serde::Serialize;
-
-use facemill_virtual_machine::program_time::reachable;
 
 /// How a program is timed with new feeds.
 #[derive(Clone, Copy, Debug, Default)]

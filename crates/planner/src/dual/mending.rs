@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use facemill_cutter_location::{Hints, PairTest, PoseTest};
+use facemill_tool_path::moves::MoveKind;
 use facemill_virtual_machine::{Certificates, Verification};
 
 use super::moves::{DualMove, DualMover};
@@ -11,7 +12,6 @@ use super::pair::run_planner;
 use super::plan::{DualGround, Part};
 use crate::mending::lines_to_mend;
 use crate::move_settings::move_settings;
-use facemill_tool_path::moves::MoveKind;
 
 /// Lines of blocks in which a cutter goes deeper than allowed, or that could not be certified, for either head.
 pub(crate) fn lines(

@@ -5,14 +5,14 @@ use facemill_cutter_location::approach::{Approach, ApproachSettings, PassEnd, Pa
 use facemill_cutter_location::link::{Linker, Waypoint};
 use facemill_cutter_location::{Configuration, Hints, Infeasible, PairTest};
 use facemill_inverse_kinematics::{AxisKind, AxisValues};
-use nalgebra::{Unit, Vector3};
-use rayon::prelude::*;
-
-use super::runs::{Causes, Run};
 use facemill_job::failure::Failure;
 use facemill_tool_path::chips::Chip;
 use facemill_tool_path::linearity::turned_near;
 use facemill_tool_path::moves::{Move, MoveKind, MoveSettings, blocked_way};
+use nalgebra::{Unit, Vector3};
+use rayon::prelude::*;
+
+use super::runs::{Causes, Run};
 
 /// A move of the whole machine.
 #[derive(Clone, Copy, Debug)]

@@ -1,10 +1,23 @@
 //! From moves of two heads to text, and the run of that text for each of them.
 
 use facemill_cl_data::ClPoint;
+use facemill_job::failure::Failure;
+use facemill_job::format::job_file::OperationFile;
+use facemill_job::format::report::remaining::RemainingReport;
+use facemill_job::setup::cell::budget;
+use facemill_job::setup::tip_feed::programmed_feed;
+use facemill_job::stages::Stages;
 use facemill_nc_program::{
     AptCutter, AptMove, AptSpec, HeadSpec, PostSettings, ProgramSpec, ReadProgram, RtcpRapids, WordMap, read_program,
     write_apt, write_program_of_heads,
 };
+use facemill_tool_path::moves::MoveKind;
+use facemill_verification::heads_merged::merged_runs;
+use facemill_verification::remaining::{RunningHead, remaining};
+use facemill_verification::text_times::TimedText;
+use facemill_verification::virtual_setup::{name_obstacles, not_verified, virtual_obstacles};
+use facemill_virtual_machine::follow::Surroundings;
+use facemill_virtual_machine::program_time::tolerance::View;
 use facemill_virtual_machine::{
     Assumption, Certificates, GougeSection, SectionGouge, Verification, VerifySettings, VirtualSetup, assumptions,
     certify, verify,
@@ -19,19 +32,6 @@ use crate::output::NOT_VERIFIED;
 use crate::program::Timed;
 use crate::timing::text::time_text;
 use crate::timing::{Written, time_program};
-use facemill_job::failure::Failure;
-use facemill_job::format::job_file::OperationFile;
-use facemill_job::format::report::remaining::RemainingReport;
-use facemill_job::setup::cell::budget;
-use facemill_job::setup::tip_feed::programmed_feed;
-use facemill_job::stages::Stages;
-use facemill_tool_path::moves::MoveKind;
-use facemill_verification::heads_merged::merged_runs;
-use facemill_verification::remaining::{RunningHead, remaining};
-use facemill_verification::text_times::TimedText;
-use facemill_verification::virtual_setup::{name_obstacles, not_verified, virtual_obstacles};
-use facemill_virtual_machine::follow::Surroundings;
-use facemill_virtual_machine::program_time::tolerance::View;
 
 /// Where a block comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

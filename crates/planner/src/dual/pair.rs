@@ -5,6 +5,12 @@ use std::collections::{BTreeMap, BTreeSet};
 use facemill_cutter_location::cusp::Strip;
 use facemill_cutter_location::{PairSettings, PoseTest, PostureRange};
 use facemill_inverse_kinematics::AxisValues;
+use facemill_job::failure::Failure;
+use facemill_job::format::job_file::{OperationFile, PairFile};
+use facemill_job::format::report::pairs::PairSplit;
+use facemill_job::stages::Stages;
+use facemill_tool_path::moves::{Move, MoveKind, MoveSettings, OperationMoves, PieceMoves, operation_moves};
+use facemill_tool_path::pieces::{Cut, LeftOut, Piece};
 use nalgebra::Point3;
 use rayon::prelude::*;
 
@@ -18,12 +24,6 @@ use crate::move_settings::move_settings;
 use crate::operation::PlannedOperation;
 use crate::plan::Clock;
 use crate::program::BlockWriter;
-use facemill_job::failure::Failure;
-use facemill_job::format::job_file::{OperationFile, PairFile};
-use facemill_job::format::report::pairs::PairSplit;
-use facemill_job::stages::Stages;
-use facemill_tool_path::moves::{Move, MoveKind, MoveSettings, OperationMoves, PieceMoves, operation_moves};
-use facemill_tool_path::pieces::{Cut, LeftOut, Piece};
 
 /// Plans two operations at once.
 pub(crate) struct PairPlanner<'p, 'a> {

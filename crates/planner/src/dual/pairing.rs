@@ -2,7 +2,6 @@
 
 use facemill_cl_data::CcPoint;
 use facemill_cutter_location::PairStation;
-
 use facemill_tool_path::pieces::Piece;
 
 /// A piece of each operation, cut at the same time.

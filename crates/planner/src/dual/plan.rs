@@ -2,6 +2,19 @@
 
 use facemill_cutter_location::{PairTest, PoseTest, Workcell};
 use facemill_inverse_kinematics::{AxisValues, Machine};
+use facemill_job::failure::Failure;
+use facemill_job::format::job_file::{OperationFile, PairFile};
+use facemill_job::format::made_from::MadeFrom;
+use facemill_job::format::report::links::LinksReport;
+use facemill_job::format::report::pairs::PairSplit;
+use facemill_job::load::mesh_winding::check_winding;
+use facemill_job::load::open_meshes::open_stock;
+use facemill_job::load::{HEADS_APART, Job, Setup};
+use facemill_job::setup::cell::{workcell, z_map};
+use facemill_job::setup::word_map::dual_word_map;
+use facemill_job::stages::{READ, Stages, TIMES, WRITE};
+use facemill_tool_path::moves::{Move, MoveSettings, PieceMoves};
+use facemill_verification::heads_merged::proven_for_both;
 use facemill_virtual_machine::{Assumption, joined, rapid_lines};
 use facemill_z_map::ZMap;
 use nalgebra::Point3;
@@ -21,20 +34,6 @@ use crate::plan_stages::stages_of_heads;
 use crate::plan_stock::StockToCut;
 use crate::reporting::report;
 use crate::timing::control_assumption;
-use facemill_job::failure::Failure;
-use facemill_job::format::job_file::{OperationFile, PairFile};
-use facemill_job::format::made_from::MadeFrom;
-use facemill_job::format::report::links::LinksReport;
-use facemill_job::format::report::pairs::PairSplit;
-use facemill_job::load::mesh_winding::check_winding;
-use facemill_job::load::open_meshes::open_stock;
-use facemill_job::load::{HEADS_APART, Job, Setup};
-use facemill_job::setup::cell::{workcell, z_map};
-use facemill_job::setup::word_map::dual_word_map;
-use facemill_job::stages::Stages;
-use facemill_job::stages::{READ, TIMES, WRITE};
-use facemill_tool_path::moves::{Move, MoveSettings, PieceMoves};
-use facemill_verification::heads_merged::proven_for_both;
 
 /// What both heads stand on.
 pub(crate) struct DualGround<'a> {

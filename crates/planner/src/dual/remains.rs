@@ -4,15 +4,15 @@
 use std::collections::BTreeSet;
 
 use facemill_cl_data::Monitor;
+use facemill_job::failure::Failure;
+use facemill_tool_path::moves::reach;
+use facemill_tool_path::pieces::Piece;
 use nalgebra::Point3;
 use rayon::prelude::*;
 
 use super::moves::{DualMover, ReachedRun};
 use super::pairing::{PiecePair, length, stations};
 use super::runs::{Causes, Gap, Run, RunPlanner, gaps, part_of};
-use facemill_job::failure::Failure;
-use facemill_tool_path::moves::reach;
-use facemill_tool_path::pieces::Piece;
 
 /// What is done with what runs leave.
 pub(crate) struct Remains<'m, 'r, 'a> {

@@ -7,10 +7,10 @@ use facemill_cutter_location::{
     Hints, PairBlocked, PairOutcome, PairPose, PairSettings, PairStation, PairTest, PostureRange, plan_pair,
 };
 use facemill_inverse_kinematics::AxisKind;
-
-use super::pairing::{PiecePair, Station, between};
 use facemill_tool_path::linearity::Linearity;
 use facemill_tool_path::pieces::Piece;
+
+use super::pairing::{PiecePair, Station, between};
 
 /// Both heads at CC points.
 #[derive(Clone, Copy, Debug)]

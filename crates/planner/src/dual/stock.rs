@@ -1,10 +1,5 @@
 //! The stock of a setup as both heads cut it.
 
-use facemill_virtual_machine::{Verification, VerifySettings};
-
-use super::output::DualProgram;
-use crate::output::lines_of;
-use crate::plan_stock::{CutByPlan, StockToCut, cut_by_plan};
 use facemill_job::failure::Failure;
 use facemill_job::format::report::stock::PlannedStockReport;
 use facemill_job::stages::Stages;
@@ -12,6 +7,11 @@ use facemill_job::stock::map::StockRegion;
 use facemill_verification::between_lines::{hold_machine_as_cut, machine_as_cut};
 use facemill_verification::program::removal_of;
 use facemill_verification::stock_run::{Stand, cut_stock};
+use facemill_virtual_machine::{Verification, VerifySettings};
+
+use super::output::DualProgram;
+use crate::output::lines_of;
+use crate::plan_stock::{CutByPlan, StockToCut, cut_by_plan};
 
 impl DualProgram<'_, '_> {
     /// Cuts the stock by both heads, where it is verified and there is one to cut, and adds what meets it to each head's run; what bodies of

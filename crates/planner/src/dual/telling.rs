@@ -2,6 +2,8 @@
 
 use facemill_cl_data::Posture;
 use facemill_inverse_kinematics::Branch;
+use facemill_job::format::report::pairs::PairReport;
+use facemill_tool_path::moves::{Move, MoveKind};
 use nalgebra::Vector3;
 
 use super::output::DualTexts;
@@ -9,8 +11,6 @@ use super::plan::{DualGround, Part};
 use super::program::DualTimes;
 use super::runs::Stop;
 use crate::turning::{Driven, Turning, rewinds_report, singular_blocks};
-use facemill_job::format::report::pairs::PairReport;
-use facemill_tool_path::moves::{Move, MoveKind};
 
 impl DualTexts {
     /// Axes that turn back or race at the pole, of either head.

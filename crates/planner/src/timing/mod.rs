@@ -7,7 +7,13 @@ use std::collections::BTreeMap;
 use facemill_cl_data::ClPoint;
 use facemill_feedrate::{FeedLimit, MotionLimit, ProgramBlock};
 use facemill_inverse_kinematics::{AxisValues, Machine};
+use facemill_job::failure::Failure;
+use facemill_job::format::job_file::FeedsWithin;
+use facemill_job::format::report::{HeldBackReport, TimeLawReport, VectorTimeReport};
+use facemill_job::load::Job;
+use facemill_job::setup::tip_feed::FeedLaw;
 use facemill_nc_program::{AxisWords, Block, FeedMode, WordMap};
+use facemill_tool_path::moves::MoveKind;
 use facemill_virtual_machine::Assumption;
 use facemill_virtual_machine::program_time::reachable;
 use facemill_virtual_machine::program_time::run::{Run, RunLaw, Timer, missing_limits};
@@ -17,12 +23,6 @@ use nalgebra::{Isometry3, Unit, Vector3};
 use rayon::prelude::*;
 
 use crate::program::Timed;
-use facemill_job::failure::Failure;
-use facemill_job::format::job_file::FeedsWithin;
-use facemill_job::format::report::{HeldBackReport, TimeLawReport, VectorTimeReport};
-use facemill_job::load::Job;
-use facemill_job::setup::tip_feed::FeedLaw;
-use facemill_tool_path::moves::MoveKind;
 
 /// What the times of a program by the law rest on where nobody has checked it against the control.
 pub(crate) fn control_assumption(job: &Job, timed: &Timed) -> Option<Assumption> {

@@ -2,7 +2,6 @@
 
 use std::fmt::Write;
 
-use crate::links::spindle_of;
 use facemill_cl_data::{ClPoint, Silent};
 use facemill_cutter_location::link::ClearanceSurface;
 use facemill_interference::MeshTree;
@@ -20,6 +19,7 @@ use nalgebra::{Isometry3, Point3, Unit, UnitQuaternion, Vector3};
 
 use crate::links::choose::{Choice, Chooser};
 use crate::links::clock::LinkClock;
+use crate::links::spindle_of;
 use crate::links::ways::{Ends, WayKind};
 use crate::links::ways_laws::machine;
 use crate::links::words::LinkWords;

@@ -2,13 +2,13 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use crate::links::spindle_of;
-use crate::move_laws::Random;
 use facemill_cutter_location::link::ClearanceSurface;
 use facemill_inverse_kinematics::{AxisKind, AxisValues, BranchPreference, DhRow, Joint, Machine, Sense};
 use nalgebra::{Isometry3, Matrix4, Point3, Translation3, Unit, UnitQuaternion, Vector3, Vector4};
 
+use crate::links::spindle_of;
 use crate::links::ways::{Ends, WayKind};
+use crate::move_laws::Random;
 
 const TOOL_LENGTH: f64 = 130.0;
 

@@ -1,10 +1,9 @@
 //! Figures of a surface against the stock that a program leaves.
 
+use facemill_job::format::report::deviation::{DeviationBin, DeviationFigures, DeviationPlace};
 use facemill_surface_model::Surface;
 use facemill_z_map::Place;
 use nalgebra::Point3;
-
-use facemill_job::format::report::deviation::{DeviationBin, DeviationFigures, DeviationPlace};
 
 /// What a place of a surface is like.
 #[derive(Clone, Copy, Debug, PartialEq)]

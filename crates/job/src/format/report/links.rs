@@ -1,9 +1,8 @@
 //! Shortened links of a report.
 
+use facemill_tool_path::links::ways::WayKind;
 use schemars::JsonSchema;
 use serde::Serialize;
-
-use facemill_tool_path::links::ways::WayKind;
 
 /// The links between the passes of a setup.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
