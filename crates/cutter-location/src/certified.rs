@@ -1,8 +1,5 @@
 //! The search with a proof: what is passed over on the curve is proven blocked, up to stretches of a stated width.
 
-use std::collections::BTreeMap;
-use std::sync::{Mutex, PoisonError};
-
 use facemill_cl_data::CcPoint;
 
 use crate::cell_proof::PostureCell;
@@ -19,35 +16,6 @@ pub struct CertifiedSearch {
     pub width: f64,
     /// Intervals that were judged, by a pose test and an attempt at a proof each.
     pub tests: usize,
-}
-
-/// Points at which the width of a proof had to be larger than asked for.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Widened {
-    /// How many.
-    pub points: usize,
-    /// The largest width that was reached at one of them.
-    pub largest: f64,
-}
-
-/// The largest width of each point at which more than the asked one was needed, by the bits of its place: a sum that does not
-/// hang on the order of the searches.
-#[derive(Debug, Default)]
-pub(crate) struct Widths(Mutex<BTreeMap<[u64; 3], f64>>);
-
-impl Widths {
-    fn note(&self, cc: &CcPoint, width: f64) {
-        let place = [cc.position.x, cc.position.y, cc.position.z].map(f64::to_bits);
-        let mut all = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let largest = all.entry(place).or_insert(width);
-        *largest = largest.max(width);
-    }
-
-    pub(crate) fn widened(&self) -> Option<Widened> {
-        let all = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let largest = all.values().copied().reduce(f64::max)?;
-        Some(Widened { points: all.len(), largest })
-    }
 }
 
 /// Intervals judged before the width is doubled: half a second at worst, and some ten times what a hard point takes at a

@@ -7,16 +7,8 @@ use facemill_tool_model::{
 };
 
 use crate::SearchCurve;
+use crate::cut_point::{CutPoint, Strip};
 use crate::neighbours::{CutPass, Neighbour, NeighbourReach, Neighbours};
-
-/// A CC point with the posture it is cut in.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CutPoint {
-    /// Where.
-    pub cc: CcPoint,
-    /// How.
-    pub posture: Posture,
-}
 
 /// What lies between a point of a pass and the neighbouring pass.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,15 +38,6 @@ pub fn ridges(cutter: &Cutter, pass: &[CutPoint], neighbour: &[CutPoint], reach:
         found.reduce(nearer)
     };
     pass.iter().map(ridge).collect()
-}
-
-/// The surface between a CC point and the neighbouring pass.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Strip {
-    /// Arc length to the neighbouring pass across the feed, mm.
-    pub step_over: f64,
-    /// Curvature of the surface across the feed between the two, 1/mm, positive where the part is convex.
-    pub curvature: f64,
 }
 
 impl Ridge {

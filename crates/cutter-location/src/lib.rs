@@ -20,6 +20,7 @@ mod bezier;
 mod cell_proof;
 mod certified;
 pub mod cusp;
+pub mod cut_point;
 mod lattice;
 mod layers;
 pub mod link;
@@ -34,6 +35,7 @@ mod pair_values;
 mod pass_cost;
 mod pass_graph;
 mod pass_plan;
+mod pass_task;
 mod pose_test;
 mod rapid_block;
 mod relief;
@@ -46,15 +48,18 @@ mod spun_bodies;
 mod stance;
 #[cfg(test)]
 mod test_scene;
+mod widened;
 mod workcell;
 
+pub use crate::pass_task::{
+    AxisTarget, Optimum, Outcome, PassSettings, PassTask, PlannedPass, PostureMode, SmoothSettings,
+};
+pub use crate::widened::Widened;
 pub use bezier::{SearchCurve, SearchCurveError, SearchOrder, TurnTable};
-pub use certified::{CertifiedSearch, MOST_TESTS, Widened, certified_search};
+pub use certified::{CertifiedSearch, MOST_TESTS, certified_search};
 pub use pair_plan::{PairSettings, PairStation, plan_pair};
 pub use pair_test::{PairBlocked, PairOutcome, PairPose, PairTest};
-pub use pass_plan::{
-    AxisTarget, Optimum, Outcome, PassSettings, PassTask, PlannedPass, PostureMode, SmoothSettings, plan_passes,
-};
+pub use pass_plan::plan_passes;
 pub use pose_test::PoseTest;
 pub use relief::{Relief, reliefs};
 pub use rewind::{limited_rotaries, rewound_axis};

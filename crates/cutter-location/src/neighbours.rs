@@ -5,7 +5,7 @@ use std::cell::Cell;
 use facemill_cl_data::{Aabb, CcPoint};
 use facemill_surface_model::Tree;
 
-use crate::cusp::{CutPoint, Strip};
+use crate::cut_point::{CutPoint, Strip};
 use ends::{BesideEnd, continued};
 use found::Found;
 use section::section_crossing;

@@ -2,7 +2,7 @@
 
 use facemill_cl_data::Posture;
 
-use crate::cusp::Strip;
+use crate::cut_point::Strip;
 use crate::pass_cost::CuspScale;
 use crate::shared_axis::PostureRange;
 

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use facemill_cl_data::{Cancelled, CcPoint, Monitor, Posture};
 
-use crate::cusp::Strip;
+use crate::cut_point::Strip;
 use crate::pair_costs::CostTable;
 use crate::pair_test::{PairBlocked, PairOutcome, PairTest};
 use crate::pair_values::{ValueNode, ValuePath, ValueState};

@@ -5,7 +5,7 @@ use facemill_inverse_kinematics::{AxisKind, AxisValues, MAX_AXES, Machine};
 use facemill_tool_model::{Cusp, Cutter, Outline, cusp_height_between};
 use rayon::prelude::*;
 
-use crate::cusp::Strip;
+use crate::cut_point::Strip;
 
 /// Cusps above this many times the allowed one count alike, as does a strip that stays uncut: both are to be avoided, and
 /// neither is to outweigh everything else.

@@ -5,9 +5,9 @@ use facemill_tool_model::{Cutter, cl_from_cc};
 use facemill_z_map::certainly_free;
 use nalgebra::{Isometry3, Point3, Unit, Vector3};
 
-use crate::certified::{Widened, Widths};
 use crate::machine_obstacles::{Ball, MachineObstacle, Meetings, is_moved_along};
 use crate::spun_bodies::{SpunBody, spun_bodies};
+use crate::widened::{Widened, Widths};
 use crate::{Body, Configuration, FeasiblePose, Hints, Infeasible, Workcell, angle_between, tool_frame};
 
 /// The workcell with what does not change from pose to pose worked out.

@@ -5,7 +5,7 @@ use facemill_cl_data::{Cancelled, CcPoint, Monitor, Pass, Posture};
 use facemill_inverse_kinematics::Machine;
 use nalgebra::Vector3;
 
-use crate::cusp::Strip;
+use crate::cut_point::Strip;
 use crate::lattice::Lattice;
 use crate::pass_cost::{CuspScale, CuspTable, MotionScale, Scaled};
 use crate::pass_graph::{Chosen, ChosenNode, PassGraph};

@@ -2,6 +2,7 @@
 
 mod chip_area_command;
 mod deviation_command;
+pub(crate) mod dialect_argument;
 mod feedrate_command;
 mod findings_table;
 mod forecast;
@@ -9,6 +10,7 @@ mod lengths_command;
 mod machine_commands;
 mod new_command;
 mod option_lengths;
+pub(crate) mod output;
 mod plan_command;
 mod program_arguments;
 mod progress;
@@ -16,7 +18,6 @@ mod rapids_command;
 mod stand_arguments;
 mod verify_command;
 
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -34,6 +35,8 @@ use plan_command::PlanArguments;
 use progress::Progress;
 use rapids_command::RapidsArguments;
 use verify_command::VerifyArguments;
+
+use crate::cli::output::{default_out, say};
 
 /// Plans five-axis face milling of sculptured surfaces: mesh and path in, machine NC out.
 #[derive(Parser)]
@@ -157,22 +160,6 @@ pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     }
 }
 
-/// Writes to standard output. A reader that has had enough and closed it (`| head`) is no failure.
-pub(crate) fn say(text: &str) -> Result<(), Failure> {
-    say_bytes(text.as_bytes())
-}
-
-/// [`say`] of a file that need not be UTF-8.
-pub(crate) fn say_bytes(text: &[u8]) -> Result<(), Failure> {
-    let mut out = std::io::stdout().lock();
-    match out.write_all(text).and_then(|()| out.flush()) {
-        Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => {
-            Err(Failure::Write { file: PathBuf::from("standard output"), source: e })
-        }
-        _ => Ok(()),
-    }
-}
-
 /// A resolution of the map, deg.
 fn resolution(text: &str) -> Result<f64, String> {
     let value: f64 = text.parse().map_err(|e| format!("{e}"))?;
@@ -208,15 +195,6 @@ fn solution_space(path: &Path, request: &SolutionSpaceRequest, out: Option<PathB
         out.display()
     ))?;
     Ok(ExitCode::SUCCESS)
-}
-
-/// `out/` and the name of the folder that the job is in.
-pub(crate) fn default_out(job: &Path) -> PathBuf {
-    let folder = facemill::job_path(job)
-        .canonicalize()
-        .ok()
-        .and_then(|p| p.parent().and_then(|f| f.file_name()).map(PathBuf::from));
-    Path::new("out").join(folder.unwrap_or_else(|| PathBuf::from("job")))
 }
 
 fn check(job_path: &Path, settings: &[JobSetting]) -> Result<ExitCode, Failure> {

@@ -16,7 +16,6 @@
 //! ```
 
 pub use facemill_job::check::describe_setup;
-pub use facemill_job::check::limits::STOCK_TOLERANCES;
 pub use facemill_job::check::machine_check::{MachineCheck, describe_heads, describe_hulls, describe_machine};
 pub use facemill_job::duration_text::clock;
 pub use facemill_job::examples::new_job;
@@ -24,6 +23,7 @@ pub use facemill_job::examples::new_machine::{machine_names, new_job_for};
 pub use facemill_job::failure::Failure;
 pub use facemill_job::files;
 pub use facemill_job::files::REJECTED;
+pub use facemill_job::format::job_settings::JobSetting;
 pub use facemill_job::format::made_from::{InputFile, MadeFrom};
 pub use facemill_job::format::program_stamp::{ProgramStamp, checksum};
 pub use facemill_job::format::program_times::ProgramTimes;
@@ -39,8 +39,7 @@ pub use facemill_job::format::report::stock::StockReport;
 pub use facemill_job::format::summary_file::{SUMMARY_FORMAT, SetupSummary, SummaryFile};
 pub use facemill_job::format::verification_file::{VERIFICATION_FORMAT, VerificationFile};
 pub use facemill_job::format::{job_file, report, solution_space_file};
-pub use facemill_job::load::Job;
-pub use facemill_job::load::job_settings::JobSetting;
+pub use facemill_job::load::job::Job;
 pub use facemill_job::load::job_source::{job_path, no_program};
 pub use facemill_job::load::machine_load::{BodyHull, ReadMachine, read_machine};
 pub use facemill_job::load::mesh_files::read_mesh;
@@ -48,6 +47,7 @@ pub use facemill_job::load::stand::{STAND_GOUGE_LIMIT, Stand, StandStock};
 pub use facemill_job::stages::{SilentStages, Stages};
 pub use facemill_job::stock::map::StockRegion;
 pub use facemill_job::stock::rest::read_rest;
+pub use facemill_job::validate::limits::STOCK_TOLERANCES;
 pub use facemill_nc_rewrite::refeed::law::{BLEND_TOLERANCES, RefeedLaw, RefeedLawTimes};
 pub use facemill_nc_rewrite::refeed::{
     MAX_TOOL_LENGTH, Refed, RefeedError, RefeedSettings, RefeedSummary, TipFeed, refeed, refeed_lines,

@@ -8,39 +8,15 @@
 //! another direction. What motion departs from the straight one is bounded by the caller.
 
 use facemill_cl_data::Solid;
-use nalgebra::{Isometry3, Point3, Vector3};
+use nalgebra::{Point3, Vector3};
 
 use crate::body::{Body, Placed, for_body};
 use crate::edge::Goal;
 use crate::facet::{lower_bound, nearest_on_triangle};
 use crate::lanes::vectorized;
 use crate::mesh_tree::{MeshTree, STACK, TOUCH, is_finite};
+use crate::sweep_verdict::{MotionInterval, SweepVerdict};
 use crate::tree_build::Child;
-
-/// What is known of the motion of a solid over an interval of time.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MotionInterval {
-    /// Pose in the middle of the interval.
-    pub mesh_from_solid: Isometry3<f64>,
-    /// Velocity of the solid's origin there, mm per unit of time, mesh frame.
-    pub velocity: Vector3<f64>,
-    /// Angular velocity there, rad per unit of time, mesh frame.
-    pub spin: Vector3<f64>,
-    /// Half of the interval's length: time runs from −half to half.
-    pub half: f64,
-    /// No point of the solid's core is ever farther than this from where its velocity in the middle would have brought it,
-    /// mm.
-    pub deviation: f64,
-}
-
-/// Whether a moving solid touches the mesh.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum SweepVerdict {
-    /// At no time of the interval: proven.
-    Clear,
-    /// Not proven; the triangle that could not be told apart from the solid.
-    Unproven(Option<u32>),
-}
 
 impl MeshTree {
     /// Whether the dilated solid touches nothing of the mesh at any time of an interval, and is in no closed component.

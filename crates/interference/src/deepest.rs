@@ -14,8 +14,8 @@ use crate::edge::{Goal, Sample};
 use crate::facet::nearest_on_triangle;
 use crate::lanes::{Lanes, N, vectorized};
 use crate::mesh_tree::{MeshTree, Pending, TOUCH};
-use crate::query::Separation;
 use crate::tree_build::Child;
+use crate::verdict::Separation;
 
 /// Height above the faces of a body: the largest over the faces, minus the depth in the body.
 trait Faces {

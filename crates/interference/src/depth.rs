@@ -3,7 +3,8 @@
 use facemill_cl_data::{RoundBox, RoundFrustum, Solid};
 use nalgebra::{Isometry3, Point3};
 
-use crate::query::{Interference, Separation, Verdict};
+use crate::query::Interference;
+use crate::verdict::{Separation, Verdict};
 
 /// How deep a surface is in a body, and where.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -53,17 +53,20 @@ mod parry_mesh;
 mod query;
 mod rise;
 mod solid_mesh;
+mod sweep_verdict;
 #[cfg(test)]
 #[path = "../tests/laws/kit.rs"]
 mod test_kit;
 mod tree_build;
 mod turn;
+mod verdict;
 
-pub use certify::{MotionInterval, SweepVerdict};
+pub use crate::sweep_verdict::TurnRange;
+pub use crate::sweep_verdict::{MotionInterval, SweepVerdict};
+pub use crate::verdict::{Separation, Verdict, Witness};
 pub use depth::{Penetration, penetration};
 pub use lift::lift_to_free;
 pub use mesh_tree::MeshTree;
 pub use parry_mesh::ParryMesh;
-pub use query::{Interference, Separation, Verdict, Witness};
+pub use query::Interference;
 pub use solid_mesh::solid_mesh;
-pub use turn::TurnRange;

@@ -4,15 +4,16 @@ use nalgebra::{Isometry3, Point3, Unit, Vector3};
 use pulp::Arch;
 
 use crate::body::{Body, Placed, for_body};
-use crate::certify::{MotionInterval, SweepVerdict};
 use crate::closed::{ClosedParts, Components};
 use crate::edge::{Goal, Sample};
 use crate::facet::nearest_on_triangle;
 use crate::lanes::{Lanes, vectorized};
-use crate::query::{Interference, Separation, Verdict, Witness};
+use crate::query::Interference;
 use crate::rise::Way;
+use crate::sweep_verdict::TurnRange;
+use crate::sweep_verdict::{MotionInterval, SweepVerdict};
 use crate::tree_build::{Child, Node, Tree};
-use crate::turn::TurnRange;
+use crate::verdict::{Separation, Verdict, Witness};
 
 /// Exact interference against a mesh by a tree of flat slabs.
 ///

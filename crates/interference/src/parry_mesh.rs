@@ -11,7 +11,8 @@ use parry3d_f64::shape::{Cuboid, SupportMap, Triangle};
 
 use crate::closed::{ClosedParts, Components};
 use crate::mesh_tree::is_finite;
-use crate::query::{Interference, Separation, Verdict, Witness};
+use crate::query::Interference;
+use crate::verdict::{Separation, Verdict, Witness};
 
 /// The plain reference: parry3d's tree of boxes, and its GJK distance for each triangle whose box the body's meets.
 ///

@@ -8,63 +8,16 @@
 //! the angles, times the distance from the centre.
 
 use facemill_cl_data::Solid;
-use nalgebra::{Isometry3, Point3, Vector3};
+use nalgebra::{Point3, Vector3};
 
 use crate::body::{Body, Placed, for_body};
 use crate::bound::Slab;
-use crate::certify::SweepVerdict;
 use crate::edge::{Goal, Sample};
 use crate::facet::nearest_on_triangle;
 use crate::lanes::vectorized;
 use crate::mesh_tree::{MeshTree, STACK, TOUCH, is_finite};
+use crate::sweep_verdict::{SweepVerdict, TurnRange};
 use crate::tree_build::Child;
-
-/// Poses that a solid gets into by two turns about a fixed point.
-///
-/// For a and b in −1..=1, the solid is turned from its pose in the middle about the centre by a times the first turn, then
-/// by b times the second, and moved by at most `shift`. A solid of revolution may be spun about its own axis besides.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TurnRange {
-    /// Pose in the middle, a = b = 0.
-    pub mesh_from_solid: Isometry3<f64>,
-    /// The fixed point, mesh frame.
-    pub center: Point3<f64>,
-    /// Largest turns, as axis times angle (rad), mesh frame.
-    pub turns: [Vector3<f64>; 2],
-    /// Largest movement besides, mm.
-    pub shift: f64,
-}
-
-impl TurnRange {
-    /// Sum of both angles, rad.
-    fn angle(&self) -> f64 {
-        self.turns[0].norm() + self.turns[1].norm()
-    }
-
-    /// No point at a distance from the centre moves farther than this, mm.
-    pub fn farthest(&self, from_center: f64) -> f64 {
-        self.angle() * from_center + self.shift
-    }
-
-    /// What a point at a distance from the centre may depart from its first-order movement, mm.
-    ///
-    /// The second derivative along a straight way from the middle to any (a, b) is no longer than the square of the sum of
-    /// the angles times the distance.
-    pub fn remainder(&self, from_center: f64) -> f64 {
-        0.5 * self.angle().powi(2) * from_center + self.shift
-    }
-
-    /// First-order movements of a mesh point, seen from the solid, at the four corners of the range.
-    pub fn corner_moves(&self, q: &Point3<f64>) -> [Vector3<f64>; 4] {
-        let [first, second] = self.turns.map(|turn| turn.cross(&(q - self.center)));
-        [first + second, first - second, second - first, -first - second]
-    }
-
-    fn is_finite(&self) -> bool {
-        let turns = self.turns.iter().flat_map(|t| t.iter());
-        self.center.iter().chain(turns).chain([&self.shift]).all(|v| v.is_finite())
-    }
-}
 
 /// Subdivisions of a triangle: 2^−12 of a facet of a metre is a quarter of a millimetre.
 const MAX_SPLITS: u32 = 12;

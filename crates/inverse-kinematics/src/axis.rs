@@ -1,7 +1,8 @@
 use std::f64::consts::TAU;
 use std::fmt;
 
-use crate::Rollover;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 /// Part of a turn by which a way of half a turn is taken for the one that goes on: rounding of words.
 const HALF_TURNS_ON: f64 = 1e-9;
@@ -155,6 +156,18 @@ impl Axis {
             AxisKind::Rotary => value.to_degrees(),
         }
     }
+}
+
+/// How the control of an endless axis takes a word: what `C10.` does behind `C350.`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Rollover {
+    /// Words wind on: the axis turns back by 340 deg.
+    None,
+    /// Words count to 360 deg, and the axis goes the shorter way: on by 20 deg. By half a turn it goes on.
+    Shortest,
+    /// Words count to 360 deg, and their sign says which way round: `C10.` is on by 20 deg, `C-10.` back by 340 deg, to the same place.
+    SignDirected,
 }
 
 #[cfg(test)]

@@ -1,10 +1,9 @@
-use crate::{
-    Axis, AxisKind, AxisLetter, Carrier, FieldProblem, MachineError, MachineFile,
-    limits::beyond_limits,
-    machine_file::{
-        BodyFile, DhRow, FeedFile, Joint, MotionFile, PrismaticJoint, RevoluteJoint, RevoluteRange, Rollover, ShapeFile,
-    },
+use crate::axis::Rollover;
+use crate::limits::beyond_limits;
+use crate::machine_file::{
+    BodyFile, DhRow, FeedFile, Joint, MotionFile, PrismaticJoint, RevoluteJoint, RevoluteRange, ShapeFile,
 };
+use crate::{Axis, AxisKind, AxisLetter, Carrier, FieldProblem, MachineError, MachineFile};
 
 type Checked = Result<(), MachineError>;
 

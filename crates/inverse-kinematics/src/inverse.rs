@@ -3,17 +3,17 @@ use std::f64::consts::{PI, TAU};
 use facemill_cl_data::ClPoint;
 use nalgebra::Vector3;
 
+use crate::direction_pair::{DirectionPair, PairSolution, Turned};
+use crate::inverse_solution::TIP_ACCURACY;
+use crate::solver::Solver;
 use crate::{
     Axis, AxisKind, AxisValues, Branch, BranchPreference, Carrier, InverseSolution, InverseSolutions, Machine,
     Unreachable,
-    direction_pair::{DirectionPair, PairSolution, Turned},
-    solver::Solver,
 };
 
-/// Largest difference between a CL point and the forward solution of its axis values, mm.
-pub(crate) const TIP_ACCURACY: f64 = 1e-9;
 /// The same for the tool axis, rad.
 const AXIS_ACCURACY: f64 = 1e-12;
+
 /// Excess over a limit that is rounding and cut off, mm or rad. Above the accuracies it would break their promise; far
 /// below it a pose computed from a limit value would be refused.
 const LIMIT_SLACK: [f64; 2] = [2e-10, 2e-13];
@@ -21,6 +21,7 @@ const LIMIT_SLACK: [f64; 2] = [2e-10, 2e-13];
 /// Differences of cosines from those at the poles and at the edges of the reach above which the shorter formulas are taken:
 /// they lose the digits that these lack of 1. The accuracies leave two digits, what is not checked four.
 const FAR_FROM_SINGULAR: f64 = 1e-2;
+
 const BESIDE_SINGULAR: f64 = 1e-4;
 
 impl Machine {

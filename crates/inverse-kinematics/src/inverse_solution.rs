@@ -240,3 +240,6 @@ impl InverseSolutions {
 fn to_word(kind: AxisKind, value: f64) -> f64 {
     if kind == AxisKind::Linear { value } else { value.to_degrees() }
 }
+
+/// Largest difference between a CL point and the forward solution of its axis values, mm.
+pub(crate) const TIP_ACCURACY: f64 = 1e-9;

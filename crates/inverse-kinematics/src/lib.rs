@@ -40,6 +40,7 @@ mod axis_ranges;
 mod axis_reach;
 mod axis_values;
 mod bodies;
+mod body_poses;
 mod build;
 mod check;
 mod control_choice;
@@ -60,12 +61,14 @@ mod limits;
 mod linear_tables;
 mod linearise;
 mod machine;
+mod machine_error;
 mod machine_file;
 mod mesh_shape;
 mod middle_rotary;
 mod motion;
 mod numeric_inverse;
 mod path;
+mod path_choice;
 mod path_edges;
 mod path_follow;
 mod path_result;
@@ -83,6 +86,11 @@ mod ways_on_bed;
 mod windings;
 mod work_frame;
 
+pub use crate::axis::Rollover;
+pub use crate::machine_error::{FieldProblem, MachineError};
+pub use crate::path_choice::{
+    Change, FreeTurn, PathChange, PathChoice, PathError, PathSettings, SegmentKind, SingularStretch,
+};
 pub use assumed::{AssumedFile, AssumedValue};
 pub use axis::{Axis, AxisKind, AxisLetter, Carrier};
 pub use axis_lines::{AxisLine, rows_from_axes};
@@ -98,15 +106,13 @@ pub use inverse_solution::{Branch, BranchPreference, InverseSolution, InverseSol
 pub use joint_lines::JointLine;
 pub use limits::MACHINE_LIMITS;
 pub use linearise::{Linearisation, LineariseError, Linearised, MotionTolerance, PoseFraction, linearise};
-pub use machine::{FeedRange, FieldProblem, Machine, MachineError};
+pub use machine::{FeedRange, Machine};
 pub use machine_file::{
     BodyFile, ControlToleranceFile, CuttingLawFile, DhRow, FeedFile, Joint, MachineFile, MachineFormat, MotionFile,
-    PrismaticJoint, RapidLawFile, RevoluteJoint, RevoluteRange, Rollover, Sense, ShapeFile, ToolChain, WorkpieceChain,
+    PrismaticJoint, RapidLawFile, RevoluteJoint, RevoluteRange, Sense, ShapeFile, ToolChain, WorkpieceChain,
     machine_schema,
 };
 pub use mesh_shape::{BodyMesh, MeshShapeFile, MeshUnitFile};
 pub use motion::{BlockLaw, Motion, MotionError};
-pub use path::{
-    Change, FreeTurn, PathChange, PathChoice, PathError, PathSettings, SegmentKind, SingularStretch, choose_along,
-};
+pub use path::choose_along;
 pub use preset::{preset_dual_xyzb, preset_head_b_table_c};

@@ -2,6 +2,7 @@ use facemill_cl_data::{ControlTolerance, CuttingLaw, MotionLaw, RapidLaw};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::axis::Rollover;
 use crate::{AssumedFile, MeshShapeFile};
 
 /// Machine file: kinematic chains, axes, bodies and motion laws of a machine tool.
@@ -195,18 +196,6 @@ pub enum RevoluteRange {
     },
     /// On and on.
     Endless,
-}
-
-/// How the control of an endless axis takes a word: what `C10.` does behind `C350.`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Rollover {
-    /// Words wind on: the axis turns back by 340 deg.
-    None,
-    /// Words count to 360 deg, and the axis goes the shorter way: on by 20 deg. By half a turn it goes on.
-    Shortest,
-    /// Words count to 360 deg, and their sign says which way round: `C10.` is on by 20 deg, `C-10.` back by 340 deg, to the same place.
-    SignDirected,
 }
 
 /// A body of the machine that must not touch anything.

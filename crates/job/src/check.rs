@@ -1,36 +1,24 @@
 //! What `check` says of a setup.
 
-pub mod enclosure;
-pub mod limits;
 pub mod machine_check;
 pub mod mesh_told;
-pub mod part_size;
 #[cfg(test)]
 mod placement_laws;
+pub mod post_block_words;
+pub mod post_probe;
 pub mod reach;
-pub mod validate;
-pub mod validate_feeds;
 
-use facemill_surface_model::{LengthUnit, UpAxis};
+use facemill_surface_model::UpAxis;
 
-use crate::check::part_size::{part_box, unit_advice};
+use crate::check::post_probe::try_template;
 use crate::check::reach::check_reach;
 use crate::failure::Failure;
+use crate::frames::pose;
+use crate::load::job::{Job, Setup};
 use crate::load::mesh_winding::check_winding;
-use crate::load::post_probe::try_template;
-use crate::load::{Job, Setup, pose};
+use crate::load::part_size::{part_box, unit_advice, units};
 use crate::setup::path::lay;
 use crate::setup::word_map::word_map;
-
-/// Name of a unit.
-pub fn units(unit: LengthUnit) -> &'static str {
-    match unit {
-        LengthUnit::Metre => "metres",
-        LengthUnit::Centimetre => "centimetres",
-        LengthUnit::Millimetre => "millimetres",
-        LengthUnit::Inch => "inches",
-    }
-}
 
 fn up(axis: UpAxis) -> &'static str {
     match axis {

@@ -1,10 +1,8 @@
 //! Operations of a setup as the stages need them: workcell, words, passes, feeds.
 
 pub mod cell;
-pub mod clearance_surface;
 pub mod path;
 pub mod pattern;
 pub mod program_spec;
 pub mod rolled;
-pub mod tip_feed;
 pub mod word_map;

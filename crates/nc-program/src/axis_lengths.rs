@@ -1,4 +1,4 @@
-use crate::{AxisLetter, heads::MAX_HEADS};
+use crate::AxisLetter;
 
 /// Which length register is on for which axis, as tool length offset type C has it: a `G43` block that names one linear
 /// axis with a number (`G43 Z2=100. H2`) acts on that axis, further ones on further axes, and `G49` ends all.
@@ -47,3 +47,6 @@ impl AxisLengths {
         self.is_unclear = true;
     }
 }
+
+/// Most heads of one machine.
+pub(crate) const MAX_HEADS: usize = 4;

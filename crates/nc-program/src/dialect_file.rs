@@ -6,7 +6,7 @@ use facemill_cl_data::CuttingLaw;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::{Decimals, LengthRule, WordRule};
+use crate::{AxisKind, LengthRule, WordRule};
 
 /// Value of the key `format` in a dialect file.
 pub const DIALECT_FORMAT: &str = "facemill-dialect/1";
@@ -353,4 +353,35 @@ pub enum CornerRule {
     Spline,
     /// By an arc between two lines.
     Arcs,
+}
+
+/// Decimals of words.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Decimals {
+    /// Of mm, 0 to 6.
+    pub linear: u8,
+    /// Of deg, 0 to 6.
+    pub rotary: u8,
+    /// Of mm/min, 0 to 6.
+    pub feed: u8,
+    /// Of 1/min in G93, 0 to 6.
+    pub inverse_time: u8,
+}
+
+impl Default for Decimals {
+    fn default() -> Self {
+        Self { linear: 3, rotary: 3, feed: 1, inverse_time: 3 }
+    }
+}
+
+impl Decimals {
+    /// Decimals of an axis word.
+    #[must_use]
+    pub fn of(&self, kind: AxisKind) -> u8 {
+        match kind {
+            AxisKind::Linear => self.linear,
+            AxisKind::Rotary => self.rotary,
+        }
+    }
 }

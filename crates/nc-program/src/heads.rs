@@ -1,4 +1,5 @@
-use crate::{AxisKind, AxisLetter, AxisSpec, MappedAxis, ProgramSpec, SpindleSpec, ToolSpec, WriteError};
+use crate::axis_lengths::MAX_HEADS;
+use crate::{AxisKind, AxisLetter, AxisSpec, ProgramSpec, SpindleSpec, ToolSpec, WriteError};
 
 /// One head of a machine that has several, as its control knows it.
 #[derive(Clone, Debug, PartialEq)]
@@ -101,9 +102,6 @@ pub enum HeadError {
     AlsoAlongSpindle(AxisLetter),
 }
 
-/// Most heads of one machine.
-pub(crate) const MAX_HEADS: usize = 4;
-
 /// Largest number of a register, tool or spindle.
 const LARGEST_NUMBER: u32 = 99_999_999;
 
@@ -192,4 +190,17 @@ fn shared(a: &MappedHead, b: &MappedHead) -> Option<String> {
     }
     let same = marks(a).into_iter().zip(marks(b)).find(|(x, y)| x == y);
     same.map(|((letter, number), _)| format!("{letter}{number}"))
+}
+
+/// How a machine axis appears in NC words.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MappedAxis {
+    /// Its name.
+    pub letter: AxisLetter,
+    /// Machine value that the work offset calls zero, mm or rad.
+    pub offset: f64,
+    /// Travel of this axis per mm of tool length that keeps the tip in its place at the machine's zero pose: 1 for the
+    /// axis parallel to the spindle (−1 where its positive sense is into the work), 0 for all others. Length compensation
+    /// acts on it.
+    pub along_spindle: f64,
 }

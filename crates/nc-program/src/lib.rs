@@ -92,6 +92,8 @@ mod word_rule;
 mod write_error;
 mod writer;
 
+pub use crate::dialect_file::Decimals;
+pub use crate::heads::MappedAxis;
 pub use apt::{
     AptCutter, AptFile, AptMeaning, AptMove, AptPoint, AptPointKind, AptSpec, AptStatement, AptUnknownWord, is_cl_file,
     read_apt, write_apt,
@@ -107,8 +109,7 @@ pub use dialect_file::{
 pub use fanuc::{FanucReader, read_fanuc, read_haas, read_linuxcnc, read_mazak};
 pub use heads::{HeadError, HeadSpec, MappedHead};
 pub use post_file::{
-    BlockNumbers, Decimals, LAST_PROGRAM_NUMBER, Orientation, PostError, PostFile, PostSettings, RoundingBound,
-    Template,
+    BlockNumbers, LAST_PROGRAM_NUMBER, Orientation, PostError, PostFile, PostSettings, RoundingBound, Template,
 };
 pub use program::{Block, Coolant, CutVectors, FeedMode, NcProgram, WorkOffset};
 pub use program_reader::ProgramReader;
@@ -130,7 +131,7 @@ pub use siemens::{
     ReadPair, ReadPairBlock, SiemensFault, SiemensFeed, SiemensPair, SiemensReadError, SiemensSettings,
     read_siemens_pair, write_siemens_pair,
 };
-pub use word_map::{MappedAxis, WordMap, WordMapError};
+pub use word_map::{WordMap, WordMapError};
 pub use word_rule::{CoolantRule, HomeRule, HomeWords, LengthRule, OffsetRule, WordRule};
 pub use write_error::WriteError;
 

@@ -2,7 +2,8 @@ use facemill_cl_data::MotionLaw;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::{AxisKind, AxisWords, Dialect, DialectFile, FeedMode};
+use crate::dialect_file::Decimals;
+use crate::{AxisWords, Dialect, DialectFile, FeedMode};
 
 /// The `post` section of a job file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -67,20 +68,6 @@ pub struct BlockNumbers {
     pub start: u32,
     /// Difference of neighbours, 1 to 1000.
     pub step: u32,
-}
-
-/// Decimals of words.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct Decimals {
-    /// Of mm, 0 to 6.
-    pub linear: u8,
-    /// Of deg, 0 to 6.
-    pub rotary: u8,
-    /// Of mm/min, 0 to 6.
-    pub feed: u8,
-    /// Of 1/min in G93, 0 to 6.
-    pub inverse_time: u8,
 }
 
 /// What a [`PostFile`], a dialect file or a machine asks for that cannot be written.
@@ -211,23 +198,6 @@ impl Default for PostFile {
             max_line_length: None,
             orientation: Orientation::default(),
             look_ahead: false,
-        }
-    }
-}
-
-impl Default for Decimals {
-    fn default() -> Self {
-        Self { linear: 3, rotary: 3, feed: 1, inverse_time: 3 }
-    }
-}
-
-impl Decimals {
-    /// Decimals of an axis word.
-    #[must_use]
-    pub fn of(&self, kind: AxisKind) -> u8 {
-        match kind {
-            AxisKind::Linear => self.linear,
-            AxisKind::Rotary => self.rotary,
         }
     }
 }

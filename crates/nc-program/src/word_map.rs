@@ -1,19 +1,7 @@
 use nalgebra::Point3;
 
+use crate::heads::MappedAxis;
 use crate::{AxisAt, AxisKind, AxisLetter, AxisWords, Compensation, MappedHead, ReadMotion, WorkOffset, heads};
-
-/// How a machine axis appears in NC words.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MappedAxis {
-    /// Its name.
-    pub letter: AxisLetter,
-    /// Machine value that the work offset calls zero, mm or rad.
-    pub offset: f64,
-    /// Travel of this axis per mm of tool length that keeps the tip in its place at the machine's zero pose: 1 for the
-    /// axis parallel to the spindle (−1 where its positive sense is into the work), 0 for all others. Length compensation
-    /// acts on it.
-    pub along_spindle: f64,
-}
 
 /// Joint values (mm, rad, in the machine's axis order, as its scales show them) to NC words (mm, deg) and back, for one
 /// work offset and one tool length, or that of each head.

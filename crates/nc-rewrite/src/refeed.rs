@@ -8,7 +8,8 @@ use std::io::{BufRead, Write};
 use facemill_feedrate::{BlockFeed, FeedLimit, feed_for_block, rapid_time};
 use facemill_inverse_kinematics::{AxisKind, AxisValues, FeedRange, Machine};
 use facemill_job::failure::Failure;
-use facemill_job::setup::word_map::{letter, word_frame};
+use facemill_job::load::letter;
+use facemill_job::setup::word_map::word_frame;
 use facemill_nc_program::{
     Dialect, Feed, FeedMode, MappedAxis, MotionKind, NumberRule, ProgramReader, ReadBlock, ReadMotion, RtcpRapids,
     WordMap, WorkOffset,
@@ -250,7 +251,7 @@ struct Refeeder<'s> {
 }
 
 /// Longest tool, mm: as in jobs no length is larger.
-pub const MAX_TOOL_LENGTH: f64 = facemill_job::check::validate::FARTHEST;
+pub const MAX_TOOL_LENGTH: f64 = facemill_job::validate::FARTHEST;
 
 /// Checks the settings, and makes the words of the machine.
 fn word_map(settings: &RefeedSettings<'_>) -> Result<WordMap, String> {

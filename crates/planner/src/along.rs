@@ -1,21 +1,20 @@
 //! Ridges and chips along the passes of an operation, and what of them its moves have to know.
 
 use facemill_cl_data::{Aabb, CcPoint, Posture};
-use facemill_cutter_location::cusp::{CutPoint, Ridge};
+use facemill_cutter_location::cusp::Ridge;
+use facemill_cutter_location::cut_point::CutPoint;
 use facemill_cutter_location::neighbours::{Beside, CutPass, NeighbourReach, Neighbours, OwnPlace};
 use facemill_job::failure::Failure;
 use facemill_job::format::job_file::{FeedsFile, OperationFile};
-use facemill_job::load::{Job, Setup};
+use facemill_job::load::job::{Job, Setup};
 use facemill_job::setup::pattern::places;
 use facemill_job::stages::{CHIPS, Stages};
-use facemill_tool_model::{Cusp, Outline};
+use facemill_tool_model::{Cusp, Cutter, Outline};
 use facemill_tool_path::chips::{Chip, ChipSite, ROUGH_THICKNESS, StockTop, THICKNESS_ACCURACY};
 use facemill_tool_path::moves::{MoveKind, PieceMoves};
 use facemill_tool_path::pieces::Piece;
 use nalgebra::{Isometry3, Point3};
 use rayon::prelude::*;
-
-use crate::operation::neighbour_reach;
 
 /// What is known at a cut of a piece besides its pose.
 #[derive(Clone, Copy, Debug)]
@@ -303,4 +302,11 @@ pub(crate) fn carried_on<T: Copy>(mut along: Vec<Option<T>>) -> Vec<Option<T>> {
         last = *known;
     }
     along
+}
+
+/// How far to look for the neighbouring pass: as far as the cutter could reach if it lay flat, and beyond, so that a strip that
+/// stays uncut is seen.
+pub(crate) fn neighbour_reach(cutter: &Cutter, operation: &OperationFile) -> NeighbourReach {
+    let step_over = operation.tolerances.max_step_over_mm;
+    NeighbourReach { far: 3.0 * step_over.max(cutter.radius()), opposed: step_over }
 }

@@ -3,13 +3,13 @@
 use std::fmt::Write;
 
 use facemill_job::format::program_stamp::{ProgramStamp, stamped_svg};
-use facemill_job::load::Job;
-use facemill_job::setup::tip_feed::teeth_per_minute;
+use facemill_job::load::job::Job;
+use facemill_job::validate::tip_feed::teeth_per_minute;
 
 use crate::chip_points::{ChipPoint, chip_points};
 use crate::chips_svg::{Row, chips_svg};
 use crate::operation::PlannedOperation;
-use crate::program::Timed;
+use crate::timed::Timed;
 
 /// What is written of the chips of a setup.
 pub(crate) struct ChipFiles {
@@ -107,7 +107,7 @@ mod tests {
         };
         let mut csv = String::from(HEAD);
         line(&mut csv, "suction", &point, 2000.0);
-        let law = facemill_job::setup::tip_feed::FeedLaw::Given;
+        let law = facemill_job::validate::tip_feed::FeedLaw::Given;
         point.arrival =
             Some(crate::chip_points::Arrival { before: 1000.0, after: 800.0, asked: 800.0, law, added_time: 0.0 });
         point.line = Some(48);

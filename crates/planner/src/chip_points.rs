@@ -2,13 +2,13 @@
 
 use facemill_job::format::job_file::OperationFile;
 use facemill_job::format::report::chips::{ChipsReport, FeedsSetByReport, SpreadReport};
-use facemill_job::setup::tip_feed::{CM3, CutFeed, FeedLaw, depends_on_chips, teeth_per_minute};
+use facemill_job::validate::tip_feed::{CM3, CutFeed, FeedLaw, depends_on_chips, teeth_per_minute};
 use facemill_tool_path::chips::Chip;
 use facemill_tool_path::moves::{MoveKind, PieceMoves};
 
 use crate::along::Along;
 use crate::operation::PlannedOperation;
-use crate::program::Timed;
+use crate::timed::Timed;
 
 /// A CC point of an operation, in cutting order.
 #[derive(Clone, Copy, Debug)]

@@ -7,7 +7,8 @@ pub(crate) mod laws;
 use std::collections::BTreeMap;
 
 use facemill_cl_data::{CcPoint, Pass, Posture};
-use facemill_cutter_location::cusp::{CutPoint, Ridge};
+use facemill_cutter_location::cusp::Ridge;
+use facemill_cutter_location::cut_point::{CutPoint, Strip};
 use facemill_cutter_location::neighbours::{CutPass, Neighbour, NeighbourReach, Neighbours, OwnPlace};
 use facemill_cutter_location::{Hints, Optimum, Outcome, PassSettings, PassTask, PlannedPass, plan_passes, search};
 use facemill_job::failure::Failure;
@@ -19,7 +20,7 @@ use facemill_tool_path::pole::Tests;
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
-use crate::operation::pass_tasks;
+use crate::along::carried_on;
 use crate::pole_detours::Detours;
 
 /// Passes with the poses of their points, in cutting order.
@@ -448,4 +449,16 @@ impl PlannedPath {
         }
         found
     }
+}
+
+/// Each pass with its search curve and the strip at every point, by numbers of pass and point.
+pub(crate) fn pass_tasks(tasks: &[LaidTask], strip: impl Fn(usize, usize) -> Option<Strip> + Sync) -> Vec<PassTask> {
+    tasks
+        .par_iter()
+        .enumerate()
+        .map(|(pass, task)| {
+            let strips = (0..task.pass.points.len()).map(|point| strip(pass, point)).collect();
+            PassTask { pass: task.pass.clone(), curve: task.curve, strips: carried_on(strips) }
+        })
+        .collect()
 }

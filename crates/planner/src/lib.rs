@@ -1,6 +1,6 @@
 //! Plans: from a job to the program of each setup, with report.
 //!
-//! [`plan_setup`] plans one setup of a [`Job`](facemill_job::load::Job): passes on the drive surface, a tested posture at every CC
+//! [`plan_setup`] plans one setup of a [`Job`](facemill_job::load::job::Job): passes on the drive surface, a tested posture at every CC
 //! point, entries, exits and links, blocks timed by FEED, the program's text, and the run of that text on the virtual machine.
 //! [`plan_job`] plans all setups and cuts their stock. A plan is a list of files and a
 //! [`Report`](facemill_job::format::report::Report).
@@ -41,8 +41,10 @@ mod move_settings;
 mod operation;
 mod output;
 mod plan;
+mod plan_job;
 mod plan_stages;
 mod plan_stock;
+mod planned;
 mod planned_links;
 mod pole_detours;
 mod program;
@@ -51,14 +53,17 @@ mod reporting;
 mod rotary_motion;
 mod solution_space;
 mod solution_svg;
+mod stage_clock;
 mod summary;
 mod svg_text;
+mod timed;
 mod timing;
 mod turning;
 mod vector_blocks;
 
-pub use plan::{PlanSettings, Planned, plan_setup};
-pub use plan_stock::plan_job;
+pub use crate::plan_job::plan_job;
+pub use crate::planned::{PlanSettings, Planned};
+pub use plan::plan_setup;
 pub use replan_lengths::replan_with_shorter_tools;
 pub use solution_space::{SolutionSpace, SolutionSpaceRequest, solution_space};
 pub use summary::summary;

@@ -3,13 +3,13 @@
 use std::collections::BTreeMap;
 
 use facemill_inverse_kinematics::AxisKind;
+use facemill_job::format::job_file::OperationFile;
 use facemill_job::format::report::lost_time::{LostTimeCause, LostTimeReport};
-use facemill_job::load::Job;
-use facemill_tool_path::moves::MoveKind;
+use facemill_job::load::job::Job;
+use facemill_tool_path::moves::{Move, MoveKind};
 
 use crate::pole_detours::BESIDE_POLE;
-use crate::program::Timed;
-use crate::turning::Driven;
+use crate::timed::Timed;
 
 /// Least part of an operation's time in passes that is reported.
 const LEAST_SHARE: f64 = 0.1;
@@ -128,4 +128,16 @@ pub(crate) fn remedy(cause: LostTimeCause) -> &'static str {
              tolerances.max_step_mm)"
         }
     }
+}
+
+/// A move of the program.
+#[derive(Clone, Copy)]
+pub(crate) struct Driven<'p> {
+    pub(crate) operation: &'p OperationFile,
+    /// Whether it belongs to a piece that goes on where the one before was ended for an axis to turn back.
+    pub(crate) goes_on: bool,
+    /// Where the machine was before; `None` at the first.
+    pub(crate) from: Option<Move>,
+    pub(crate) to: Move,
+    pub(crate) line: u32,
 }

@@ -11,24 +11,10 @@ use facemill_virtual_machine::{Certificate, Certificates, FindingKind, Verificat
 
 use crate::move_settings::cut_linearity;
 use crate::operation::{Ground, PlannedOperation};
+use crate::timed::CutBlock;
 
 /// Rounds of writing, running and mending: each halves the blocks that are mended.
 pub(crate) const ROUNDS: usize = 4;
-
-/// A block of the program that ends at a cut.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) struct CutBlock {
-    /// Index of the operation.
-    pub operation: usize,
-    /// Index of its piece.
-    pub piece: usize,
-    /// Index of the piece's cut that the block ends at; at least 1.
-    pub cut: usize,
-    /// Index of the piece's move.
-    pub at: usize,
-    /// Index among the program's blocks.
-    pub block: usize,
-}
 
 /// Lines of blocks in which the cutter goes deeper than allowed, or that could not be certified.
 pub(crate) fn lines_to_mend(verification: Option<&Verification>, certificates: Option<&Certificates>) -> BTreeSet<u32> {

@@ -5,14 +5,15 @@ use std::path::Path;
 
 use facemill_job::check::describe_setup;
 use facemill_job::examples::new_job::{NewJob, new_job};
-use facemill_job::load::Job;
+use facemill_job::load::job::Job;
 use facemill_job::stages::SilentStages;
 use facemill_nc_program::Dialect;
 use facemill_surface_model::{NamedNode, TriMesh, write_obj};
 use facemill_verification::program::{VerifyRequest, verify_program};
 use nalgebra::{Isometry3, Point3};
 
-use crate::plan::{PlanSettings, plan_setup};
+use crate::plan::plan_setup;
+use crate::planned::PlanSettings;
 
 /// Round wall along x with an outline of these half-axes, wound outward and open at both ends, mm.
 fn wall(chord: f64, thickness: f64) -> TriMesh {

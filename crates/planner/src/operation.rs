@@ -3,23 +3,22 @@
 use std::collections::BTreeMap;
 
 use facemill_cl_data::{CcPoint, Pass, Posture, Silent};
-use facemill_cutter_location::cusp::Strip;
-use facemill_cutter_location::map::map;
-use facemill_cutter_location::neighbours::{NeighbourReach, Neighbours, OwnPlace};
+use facemill_cutter_location::map::{PostureRange, map};
+use facemill_cutter_location::neighbours::{Neighbours, OwnPlace};
 use facemill_cutter_location::{
-    Hints, Optimum, Outcome, PassTask, PoseTest, Relief, SearchCurve, SearchSettings, Widened, Workcell, plan_passes,
-    reliefs, search,
+    Hints, Optimum, Outcome, PoseTest, Relief, SearchCurve, SearchSettings, Widened, Workcell, plan_passes, reliefs,
+    search,
 };
 use facemill_inverse_kinematics::{Branch, BranchPreference};
 use facemill_job::check::reach::check_reach;
 use facemill_job::failure::Failure;
 use facemill_job::format::job_file::{InfeasibleFile, OperationFile, PathFile};
-use facemill_job::load::{Job, Setup};
+use facemill_job::load::job::{Job, Setup};
 use facemill_job::setup::cell::{LEAST_STEP, pass_settings, search_settings, workcell};
 use facemill_job::setup::path::lay;
 use facemill_job::setup::pattern::places;
 use facemill_job::stages::{BETWEEN, HELP, LAY, LINKS, PICTURE, PLACES, POSTURES, Stages};
-use facemill_tool_model::{Cutter, cl_from_cc};
+use facemill_tool_model::cl_from_cc;
 use facemill_tool_path::moves::{Move, OperationMoves, operation_moves};
 use facemill_tool_path::pieces::{LaidTask, LeftOut, Piece, copy_outcomes, filled, split};
 use facemill_tool_path::pole::Tests;
@@ -27,13 +26,12 @@ use facemill_tool_path::winding::wound;
 use facemill_z_map::ZMap;
 use rayon::prelude::*;
 
-use crate::along::{Along, along_passes, carried_on};
-use crate::extra_passes::{ExtraPasses, Interposer, PlannedPath, as_laid};
+use crate::along::{Along, along_passes, neighbour_reach};
+use crate::extra_passes::{ExtraPasses, Interposer, PlannedPath, as_laid, pass_tasks};
 use crate::move_settings::move_settings;
-use crate::plan::Clock;
 use crate::pole_detours::Detours;
-use crate::solution_space::mapped_range;
 use crate::solution_svg::map_svg;
+use crate::stage_clock::Clock;
 
 /// What all operations of a setup stand on.
 pub(crate) struct Ground<'a> {
@@ -290,25 +288,6 @@ fn planned_path(
     Ok((path, extra))
 }
 
-/// How far to look for the neighbouring pass: as far as the cutter could reach if it lay flat, and beyond, so that a strip that
-/// stays uncut is seen.
-pub(crate) fn neighbour_reach(cutter: &Cutter, operation: &OperationFile) -> NeighbourReach {
-    let step_over = operation.tolerances.max_step_over_mm;
-    NeighbourReach { far: 3.0 * step_over.max(cutter.radius()), opposed: step_over }
-}
-
-/// Each pass with its search curve and the strip at every point, by numbers of pass and point.
-pub(crate) fn pass_tasks(tasks: &[LaidTask], strip: impl Fn(usize, usize) -> Option<Strip> + Sync) -> Vec<PassTask> {
-    tasks
-        .par_iter()
-        .enumerate()
-        .map(|(pass, task)| {
-            let strips = (0..task.pass.points.len()).map(|point| strip(pass, point)).collect();
-            PassTask { pass: task.pass.clone(), curve: task.curve, strips: carried_on(strips) }
-        })
-        .collect()
-}
-
 /// CC points among which the picture's is sought.
 const PICTURE_CANDIDATES: usize = 300;
 
@@ -348,3 +327,17 @@ fn picture_of(
         Err(e) => Err(Failure::Internal(format!("solution space: {e}"))),
     }
 }
+
+/// From tilt 0 and rotate 0 to the ends of the curve.
+pub(crate) fn mapped_range(curve: &SearchCurve) -> PostureRange {
+    let end = curve.end();
+    let rotate = if end.rotate == 0.0 { -SHOWN_ROTATE } else { end.rotate };
+    let rotate = rotate.abs().max(NARROWEST).copysign(rotate);
+    PostureRange { tilt: [0.0, end.tilt.max(NARROWEST)], rotate: [rotate.min(0.0), rotate.max(0.0)] }
+}
+
+/// Smallest largest tilt and rotate of a map, rad: what has no width cannot be drawn.
+pub(crate) const NARROWEST: f64 = std::f64::consts::PI / 180.0;
+
+/// Rotate that is shown where the operation's search does not rotate, rad.
+pub(crate) const SHOWN_ROTATE: f64 = 85.0 * std::f64::consts::PI / 180.0;

@@ -8,13 +8,13 @@ use facemill_job::format::program_stamp::ProgramStamp;
 use facemill_job::format::report::remaining::RemainingReport;
 use facemill_job::format::report::stock::StockReport;
 use facemill_job::format::report::{CERTIFICATES_FORMAT, CertificatesFile};
-use facemill_job::load::{Job, Setup};
+use facemill_job::load::job::{Job, Setup};
 use facemill_job::setup::cell::budget;
 use facemill_job::setup::program_spec::program_spec;
-use facemill_job::setup::tip_feed::programmed_feed;
 use facemill_job::setup::word_map::{rtcp_frame, table_from_rtcp_words};
 use facemill_job::stages::{CERTIFY, Stages, VERIFY};
 use facemill_job::stock::map::StockRegion;
+use facemill_job::validate::tip_feed::programmed_feed;
 use facemill_nc_program::{
     AptCutter, AptMove, AptSpec, Dialect, ProgramSpec, ReadProgram, WordMap, WrittenProgram, write_apt,
     write_program_with_lines,
@@ -33,9 +33,10 @@ use facemill_virtual_machine::{
     certify, verify,
 };
 
-use crate::mending::CutBlock;
 use crate::operation::PlannedOperation;
-use crate::program::{BlockWriter, Timed};
+use crate::program::BlockWriter;
+use crate::timed::CutBlock;
+use crate::timed::Timed;
 use crate::timing::text::time_text;
 use crate::timing::{Written, time_program};
 

@@ -1,22 +1,14 @@
 //! The whole way through one setup: path, postures, moves, text, verification, report.
 
-use std::time::Instant;
-
-use facemill_job::check::validate::file_stem;
+use facemill_job::check::post_probe::try_template;
 use facemill_job::failure::Failure;
-use facemill_job::files::REJECTED;
-use facemill_job::format::incomplete::incomplete_because;
 use facemill_job::format::job_file::LinkStockFile;
 use facemill_job::format::made_from::MadeFrom;
-use facemill_job::format::program_stamp::{programs_among, stamp_apt, stamped_svg};
-use facemill_job::format::report::Report;
 use facemill_job::format::report::links::LinksReport;
-use facemill_job::format::report::outcome::Outcome;
 use facemill_job::format::report::stock::{PlannedStockReport, not_asked};
+use facemill_job::load::job::{Job, Setup};
 use facemill_job::load::mesh_winding::check_winding;
 use facemill_job::load::open_meshes::open_stock;
-use facemill_job::load::post_probe::try_template;
-use facemill_job::load::{Job, Setup};
 use facemill_job::setup::cell::z_map;
 use facemill_job::setup::word_map::word_map;
 use facemill_job::stages::{READ, Stages, TIMES, WRITE};
@@ -24,62 +16,22 @@ use facemill_nc_program::WordMap;
 use facemill_verification::between_lines::{is_cut_known, machine_as_cut, seen_between, seen_of_rest};
 use facemill_verification::stock_run::CutRequest;
 use facemill_virtual_machine::{Assumption, Certificates, HeldAsCut, Verification, joined, rapid_lines};
-use facemill_z_map::DexelMap;
 
 use crate::chip_files::ChipFiles;
 use crate::dual::plan::plan_dual_setup;
 use crate::mending::{ROUNDS, lines_to_mend, mend};
 use crate::operation::{Ground, PlannedOperation};
-use crate::output::{OwnProgram, Texts, certificates_json, check_feeds, time_texts, write_draft, write_texts};
+use crate::output::{OwnProgram, Texts, check_feeds, time_texts, write_draft, write_texts};
 use crate::plan_stages::stages_of;
 use crate::plan_stock::{CutByPlan, StockBefore, StockToCut, cut_by_plan};
+use crate::planned::{PlanSettings, Planned, name_parts, planned_files};
 use crate::planned_links::PlannedLinks;
 use crate::reporting::report;
+use crate::stage_clock::Clock;
 use crate::timing::control_assumption;
 use crate::turning::Turning;
 
-/// What is wanted of a plan.
-#[derive(Clone, Copy, Debug)]
-pub struct PlanSettings {
-    /// Run the written program on the virtual machine.
-    pub verify: bool,
-    /// Prove what every block does between its ends, and write that, too.
-    pub certificates: bool,
-}
-
-/// A planned setup: files to be written and the report on them.
-pub struct Planned {
-    /// Names and contents.
-    pub files: Vec<(String, Vec<u8>)>,
-    /// Name and content of a table of the chips at all CC points, for who wants it.
-    pub chip_table: (String, Vec<u8>),
-    /// The report; it is one of the files, too.
-    pub report: Report,
-    /// What the program leaves of the stock, where it was cut.
-    pub rest: Option<DexelMap>,
-    /// Wall time of each stage, s; not deterministic.
-    pub timings: Vec<(&'static str, f64)>,
-}
-
-impl Planned {
-    /// What became of the plan.
-    pub fn outcome(&self) -> Outcome {
-        if self.report.findings.iter().any(|f| f.kind.is_fault()) {
-            Outcome::Faulty
-        } else if !incomplete_because(&self.report).is_empty() {
-            Outcome::Incomplete
-        } else {
-            Outcome::Done
-        }
-    }
-
-    /// Whether the program can be run as it is and does what the job asks for.
-    pub fn is_clean(&self) -> bool {
-        self.outcome() == Outcome::Done
-    }
-}
-
-/// Plans one setup of a job. Its program is held against the stock as it was before; [`plan_job`](crate::plan_stock::plan_job) cuts it.
+/// Plans one setup of a job. Its program is held against the stock as it was before; [`plan_job`](crate::plan_job::plan_job) cuts it.
 ///
 /// # Errors
 /// When the input is wrong, the job cannot be planned under its own terms, or the stages are cancelled.
@@ -165,36 +117,6 @@ pub(crate) fn planned_setup(
         (format!("program{suffix}{state}.apt"), texts.apt.into_bytes()),
     ];
     Ok(Planned { rest, ..planned_files(&suffix, (report, certificates), files, picture, chips, clock) })
-}
-
-/// What stands in the names of a setup's files: of all of them its name, where there are several setups, and of programs
-/// whether they have faults, so that no one takes them for programs to be run.
-pub(crate) fn name_parts(job: &Job, setup: &Setup<'_>, report: &Report) -> (String, &'static str) {
-    let suffix = if job.file.setups.len() > 1 { format!("-{}", file_stem(&setup.file.name)) } else { String::new() };
-    let state = if report.findings.iter().any(|f| f.kind.is_fault()) { REJECTED } else { "" };
-    (suffix, state)
-}
-
-/// A planned setup: its programs with what speaks of them: certificates, report and pictures.
-pub(crate) fn planned_files(
-    suffix: &str,
-    (mut report, certificates): (Report, Option<Certificates>),
-    mut files: Vec<(String, Vec<u8>)>,
-    picture: Option<String>,
-    chips: ChipFiles,
-    clock: Clock,
-) -> Planned {
-    let programs = programs_among(&files);
-    stamp_apt(&mut files, &programs);
-    let certificates = certificates.map(|c| certificates_json(programs.clone(), c));
-    files.extend(certificates.map(|json| (format!("certificates{suffix}.json"), json)));
-    let chips = chips.of(&programs);
-    report.programs.clone_from(&programs);
-    files.push((format!("report{suffix}.json"), facemill_file_format::to_json(&report).into_bytes()));
-    files.extend(picture.map(|svg| (format!("solution-space{suffix}.svg"), stamped_svg(svg, &programs).into_bytes())));
-    files.push((format!("chips{suffix}.svg"), chips.svg.into_bytes()));
-    let chip_table = (format!("chips{suffix}.csv"), chips.csv.into_bytes());
-    Planned { files, chip_table, report, rest: None, timings: clock.laps }
 }
 
 /// Links that are faster than over the clearance surface, put into the moves; or why they are not.
@@ -354,25 +276,3 @@ impl Rounds<'_, '_> {
 
 /// What is written of the operations, and what running and proving it gives.
 type Written = (Texts, Option<Verification>, Option<Certificates>);
-
-/// Wall times of stages.
-pub(crate) struct Clock {
-    last: Instant,
-    laps: Vec<(&'static str, f64)>,
-}
-
-impl Clock {
-    pub(crate) fn new() -> Self {
-        Self { last: Instant::now(), laps: Vec::new() }
-    }
-
-    /// Ends a stage that began at the end of the one before.
-    pub(crate) fn lap(&mut self, what: &'static str) {
-        let seconds = self.last.elapsed().as_secs_f64();
-        match self.laps.iter_mut().find(|(name, _)| *name == what) {
-            Some((_, sum)) => *sum += seconds,
-            None => self.laps.push((what, seconds)),
-        }
-        self.last = Instant::now();
-    }
-}

@@ -1,13 +1,13 @@
 //! The stages of a plan, in their order.
 
 use facemill_job::format::job_file::PathFile;
-use facemill_job::load::Job;
+use facemill_job::load::job::Job;
 use facemill_job::stages::{
     ADDED, BETWEEN, CERTIFY, CHIPS, CUT, DETOURS, HELP, LAY, LINKS, LOOK, MATERIAL, PICTURE, PLACES, POSTURES, READ,
     SHORTEN, TIMES, VERIFY, WRITE,
 };
 
-use crate::plan::PlanSettings;
+use crate::planned::PlanSettings;
 
 /// The stages of one setup's plan on a machine with one head.
 pub(crate) fn stages_of(job: &Job, index: usize, settings: PlanSettings, has_stock: bool) -> Vec<&'static str> {

@@ -5,43 +5,13 @@ use std::fmt;
 use facemill_job::failure::Failure;
 use facemill_job::format::job_file::LinkStockFile;
 use facemill_job::format::report::stock::{OWN_STOCK, PlannedStockReport};
-use facemill_job::load::{Job, Setup};
-use facemill_job::stages::Stages;
+use facemill_job::load::job::{Job, Setup};
 use facemill_job::stock::map::{StockMeshes, StockRegion, rectangle};
 use facemill_job::stock::setup_order::follows;
 use facemill_job::stock::walls::has_walls;
 use facemill_verification::stock_run::{CutDone, CutRequest};
 use facemill_virtual_machine::{Finding, FindingKind, Verification};
 use facemill_z_map::DexelMap;
-
-use crate::plan::{PlanSettings, Planned, planned_setup};
-
-/// Plans all setups of a job in their order, and cuts the stock of each by its own verified program: on lines `cell` mm apart, or as
-/// the job's `verification` says. What one program leaves is what the next one begins with, where both setups have the same
-/// workpiece frame and state the same stock; each report says what its stock began as, or why none was cut.
-///
-/// What it guarantees besides what [`plan_setup`](crate::plan::plan_setup) does: on every line of the stock, nothing that must not
-/// meets the material that is left at that moment by more than twice the tolerance.
-///
-/// # Errors
-/// As [`plan_setup`](crate::plan::plan_setup); when the stock cannot be made lines of that are as far apart as asked.
-pub fn plan_job(
-    job: &Job,
-    settings: PlanSettings,
-    cell: Option<f64>,
-    stages: &dyn Stages,
-) -> Result<Vec<Planned>, Failure> {
-    if cell.is_some_and(|c| !(c > 0.0 && c.is_finite())) {
-        return Err(job.wrong("the distance of the stock's lines must be a length above 0 mm"));
-    }
-    let mut all: Vec<Planned> = Vec::new();
-    for index in 0..job.file.setups.len() {
-        let before = all.last().and_then(|planned| planned.rest.as_ref());
-        let stock = StockToCut { cell: cell.or(job.file.verification.stock_cell_mm), index, before };
-        all.push(planned_setup(job, index, settings, Some(&stock), stages)?);
-    }
-    Ok(all)
-}
 
 /// The stock of a setup that is to be cut.
 pub(crate) struct StockToCut<'a> {

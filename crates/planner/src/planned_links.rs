@@ -309,10 +309,10 @@ mod tests {
 
     use crate::operation::Ground;
     use crate::output::write_draft;
-    use crate::plan::Clock;
     use crate::planned_links::*;
+    use crate::stage_clock::Clock;
     use facemill_job::examples::new_job::{NewJob, new_job};
-    use facemill_job::load::{Job, Setup};
+    use facemill_job::load::job::{Job, Setup};
     use facemill_job::setup::cell::z_map;
     use facemill_job::setup::word_map::word_map;
     use facemill_job::stages::{SilentStages, Stages};

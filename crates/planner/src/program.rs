@@ -1,84 +1,26 @@
 //! From moves to timed blocks and text.
 
-use std::collections::BTreeMap;
-
 use facemill_cl_data::CuttingLaw;
 use facemill_feedrate::{BlockFeed, feed_for_block, rapid_time};
 use facemill_inverse_kinematics::{AxisKind, AxisValues, BlockLaw, Machine};
 use facemill_job::failure::Failure;
 use facemill_job::format::job_file::{FeedsFile, OperationFile};
-use facemill_job::format::report::TimeLawReport;
-use facemill_job::load::{Job, Setup};
+use facemill_job::load::job::{Job, Setup};
 use facemill_job::setup::program_spec::coolant;
-use facemill_job::setup::tip_feed::{CutFeed, FeedLaw, programmed_feed};
 use facemill_job::setup::word_map::{rtcp_start_axes, table_from_rtcp_words};
-use facemill_nc_program::{AxisWords, Block, CutVectors, FeedMode, NcProgram, WordMap};
+use facemill_job::validate::tip_feed::{CutFeed, FeedLaw, programmed_feed};
+use facemill_nc_program::{AxisWords, Block, CutVectors, FeedMode, WordMap};
 use facemill_tool_model::SpindleRotation;
 use facemill_tool_path::moves::{Move, MoveKind, OperationMoves};
 use nalgebra::{Isometry3, Unit, Vector3};
 
-use crate::mending::CutBlock;
-use crate::timing::TimedMove;
+use crate::timed::CutBlock;
+use crate::timed::Timed;
+use crate::timed::TimedMove;
 use crate::vector_blocks::VectorBlocks;
 
 /// Turn of the tool that is none, rad: rounding of forward kinematics.
 const SAME_DIRECTION: f64 = 1e-9;
-
-/// A program before it has a dialect, with its times.
-#[derive(Default)]
-pub(crate) struct Timed {
-    /// Blocks.
-    pub program: NcProgram,
-    /// Time in passes, s.
-    pub cutting_time: f64,
-    /// Time in entries and exits, s.
-    pub approach_time: f64,
-    /// Time in rapids, s.
-    pub rapid_time: f64,
-    /// Length of the tip's way in passes, mm.
-    pub cutting_length: f64,
-    /// Motion blocks.
-    pub n_blocks: usize,
-    /// Tip feed reached at every cutting move, mm/min, in program order.
-    pub tip_feeds: Vec<f64>,
-    /// What set it, of every cutting move.
-    pub cut_feeds: Vec<CutFeed>,
-    /// Index among the program's blocks of the first one of each operation.
-    pub operation_starts: Vec<usize>,
-    /// Blocks along passes.
-    pub cut_blocks: Vec<CutBlock>,
-    /// Index among the program's blocks of every move.
-    pub move_blocks: Vec<usize>,
-    /// Every move with its time at constant speeds.
-    pub moves: Vec<TimedMove>,
-    /// Times by the law of motion, where the machine has one.
-    pub time_law: Option<TimeLawReport>,
-    /// Whether what chips make of feeds is told by the law.
-    pub chips_by_law: bool,
-    /// Time of cutting blocks by the law, s, by their lines in the text; empty where there is no law.
-    pub cut_times: BTreeMap<u32, f64>,
-    /// Limits that it lacks.
-    pub no_time_law: Vec<String>,
-}
-
-impl Timed {
-    /// Takes the times of moves at constant speeds so much longer, and tip feeds so much slower.
-    pub(crate) fn slow_down(&mut self, factors: &[f64]) {
-        let mut tip_feeds = self.tip_feeds.iter_mut();
-        for (m, factor) in self.moves.iter_mut().zip(factors) {
-            let longer = m.time * (factor - 1.0);
-            m.time += longer;
-            match m.kind {
-                MoveKind::Cut => {
-                    self.cutting_time += longer;
-                    tip_feeds.by_ref().take(1).for_each(|feed| *feed /= factor);
-                }
-                MoveKind::Approach | MoveKind::Engage => self.approach_time += longer,
-                MoveKind::Rapid => self.rapid_time += longer,
-            }
-        }
-    }
-}
 
 /// Times moves by FEED and turns them into blocks.
 pub(crate) struct BlockWriter<'a> {

@@ -2,12 +2,13 @@
 
 use facemill_job::failure::Failure;
 use facemill_job::format::lengths_file::{LengthReport, Posting, ReplanTry};
-use facemill_job::load::Job;
+use facemill_job::load::job::Job;
 use facemill_job::stages::Stages;
 use facemill_nc_rewrite::lengths::FoundLengths;
 use facemill_tool_model::{HolderLibrary, OpenAssembly, ToolAssembly};
 
-use crate::plan::{PlanSettings, Planned, plan_setup};
+use crate::plan::plan_setup;
+use crate::planned::{PlanSettings, Planned};
 
 /// Stick-outs that are tried of each holder, from its shortest toward the one that works as the program is.
 const STEPS: u32 = 4;

@@ -12,7 +12,7 @@ use facemill_job::format::report::{
     BudgetReport, CertifiedReport, ChipsReport, HelpReport, InfeasibleReport, OptimumReport, PassReport,
     PosturesReport, REPORT_FORMAT, Report, SearchProofReport, Totals, Worst,
 };
-use facemill_job::load::{Job, Setup};
+use facemill_job::load::job::{Job, Setup};
 use facemill_job::setup::cell::budget;
 use facemill_tool_model::Cusp;
 use facemill_tool_path::moves::{MoveKind, PieceMoves};
@@ -25,8 +25,8 @@ use crate::along::Along;
 use crate::chip_points::{chip_points, chips_report};
 use crate::cusps_kept::cusps_kept;
 use crate::operation::PlannedOperation;
-use crate::program::Timed;
 use crate::rotary_motion::rotary_report;
+use crate::timed::Timed;
 use crate::turning::Turning;
 
 /// Sums, extremes and details of planned operations and of the run of their program; `jobs` are the job as each operation's head

@@ -1,21 +1,21 @@
 //! The map of the feasible set at one CC point of a job: picture and file.
 
 use facemill_cl_data::CcPoint;
-use facemill_cutter_location::map::{CellState, MapCell, MapError, PostureRange, SolutionMap, map, n_steps};
-use facemill_cutter_location::{Body, Hints, Infeasible, PoseTest, SearchCurve, search};
-use facemill_job::check::validate::belongs;
+use facemill_cutter_location::map::{CellState, MapCell, MapError, SolutionMap, map, n_steps};
+use facemill_cutter_location::{Body, Hints, Infeasible, PoseTest, search};
 use facemill_job::failure::Failure;
 use facemill_job::format::job_file::OperationFile;
 use facemill_job::format::solution_space_file::{
     AreaFile, CellFile, PostureFile, ReasonFile, ReasonKind, SolutionSpaceFile, SolutionSpaceFormat, StateFile,
 };
-use facemill_job::load::{Job, Setup};
+use facemill_job::load::job::{Job, Setup};
 use facemill_job::setup::cell::{search_settings, workcell, z_map};
 use facemill_job::setup::path::lay;
 use facemill_job::stages::Stages;
+use facemill_job::validate::belongs;
 use facemill_tool_path::pieces::LaidTask;
 
-use crate::operation::settle_branch;
+use crate::operation::{mapped_range, settle_branch};
 use crate::solution_svg::map_svg;
 
 /// Which CC point is mapped, and how finely.
@@ -38,12 +38,6 @@ pub struct SolutionSpace {
     /// Content of `solution-space.svg`.
     pub svg: String,
 }
-
-/// Smallest largest tilt and rotate of a map, rad: what has no width cannot be drawn.
-const NARROWEST: f64 = std::f64::consts::PI / 180.0;
-
-/// Rotate that is shown where the operation's search does not rotate, rad.
-const SHOWN_ROTATE: f64 = 85.0 * std::f64::consts::PI / 180.0;
 
 /// Maps tilt and rotate, from 0 to the ends of the operation's search, at one CC point.
 ///
@@ -124,14 +118,6 @@ fn point_of<'l>(
         job.wrong(format!("--point {point}: the points of pass {pass} are 1 to {}", points.len()))
     })?;
     Ok((task, cc))
-}
-
-/// From tilt 0 and rotate 0 to the ends of the curve.
-pub(crate) fn mapped_range(curve: &SearchCurve) -> PostureRange {
-    let end = curve.end();
-    let rotate = if end.rotate == 0.0 { -SHOWN_ROTATE } else { end.rotate };
-    let rotate = rotate.abs().max(NARROWEST).copysign(rotate);
-    PostureRange { tilt: [0.0, end.tilt.max(NARROWEST)], rotate: [rotate.min(0.0), rotate.max(0.0)] }
 }
 
 fn area(map: &SolutionMap) -> AreaFile {

@@ -2,31 +2,18 @@
 
 use facemill_cutter_location::rewound_axis;
 use facemill_inverse_kinematics::{AxisKind, Branch};
-use facemill_job::format::job_file::OperationFile;
 use facemill_job::format::report::lost_time::LostTimeReport;
 use facemill_job::format::report::{RewindReport, RewindsReport, SingularBlocks};
-use facemill_job::load::Job;
+use facemill_job::load::job::Job;
 use facemill_tool_path::moves::{Move, MoveKind};
 
-use crate::lost_time::lost_times;
+use crate::lost_time::{Driven, lost_times};
 use crate::operation::PlannedOperation;
 use crate::output::Texts;
 
 /// Angle to the pole up to which an axis that cannot follow the feed is said to race because of it, rad: farther away it turns
 /// less than eleven times as fast as the tool axis.
 const WIDE_CONE: f64 = 5.0 * std::f64::consts::PI / 180.0;
-
-/// A move of the program.
-#[derive(Clone, Copy)]
-pub(crate) struct Driven<'p> {
-    pub(crate) operation: &'p OperationFile,
-    /// Whether it belongs to a piece that goes on where the one before was ended for an axis to turn back.
-    pub(crate) goes_on: bool,
-    /// Where the machine was before; `None` at the first.
-    pub(crate) from: Option<Move>,
-    pub(crate) to: Move,
-    pub(crate) line: u32,
-}
 
 /// What the report says of turning axes.
 #[derive(Default)]

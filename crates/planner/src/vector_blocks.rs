@@ -3,7 +3,7 @@
 
 use facemill_cl_data::ClPoint;
 use facemill_inverse_kinematics::{AxisKind, AxisValues, Machine, UnclearChoice};
-use facemill_job::load::{Job, Setup};
+use facemill_job::load::job::{Job, Setup};
 use facemill_nc_program::{CutVectors, PostSettings};
 use nalgebra::{Isometry3, Unit, Vector3};
 

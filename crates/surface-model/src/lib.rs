@@ -56,12 +56,11 @@ mod tri_mesh;
 mod triangle;
 mod weld;
 
+pub use crate::import::settings::{ImportFault, ImportSettings, LengthUnit, MeshFormat, UpAxis};
 pub use curvature::{CurvatureTensor, PrincipalCurvatures};
 pub use edges::Edges;
 pub use export::{ExportError, NamedNode, write_glb, write_obj, write_painted_glb, write_stl_binary};
-pub use import::{
-    ImportError, ImportFault, ImportSettings, Imported, LengthUnit, MeshFormat, UpAxis, import_mesh, no_external_files,
-};
+pub use import::{ImportError, Imported, import_mesh, no_external_files};
 pub use level_curves::{LevelCurve, LevelPoint, level_curves, level_curves_among};
 pub use orientation::{Orientation, Winding, WoundPiece};
 pub use ray::RayHit;

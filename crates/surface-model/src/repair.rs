@@ -1,9 +1,8 @@
-use crate::{
-    Component, Edges, Group, Topology, TriMesh,
-    caps::turn_caps,
-    import::{ImportFault, ImportSettings, RawMesh},
-    weld::weld,
-};
+use crate::caps::turn_caps;
+use crate::import::RawMesh;
+use crate::import::settings::{ImportFault, ImportSettings};
+use crate::weld::weld;
+use crate::{Component, Edges, Group, Topology, TriMesh};
 use nalgebra::Point3;
 use schemars::JsonSchema;
 use serde::Serialize;

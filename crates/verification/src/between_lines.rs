@@ -1,7 +1,7 @@
 //! What meets the stock where the lines that it is cut on do not show it.
 
 use facemill_job::failure::Failure;
-use facemill_job::load::Job;
+use facemill_job::load::job::Job;
 use facemill_job::stages::{LOOK, Stages};
 use facemill_job::stock::map::StockMeshes;
 use facemill_nc_program::ReadProgram;

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use facemill_inverse_kinematics::{AxisKind, AxisValues, Machine};
 use facemill_job::format::job_file::{FeedsFile, SetupFile};
-use facemill_job::load::Job;
+use facemill_job::load::job::Job;
 use facemill_nc_program::{FeedMode, MotionKind, ReadBlock, ReadCommand, ReadProgram};
 use facemill_virtual_machine::follow::{FollowedCut, Follower, Surroundings, Way};
 use facemill_virtual_machine::program_time::tolerance::levers_at;

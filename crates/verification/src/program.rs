@@ -3,7 +3,6 @@
 use std::path::Path;
 
 use facemill_inverse_kinematics::Machine;
-use facemill_job::check::limits::STOCK_TOLERANCES;
 use facemill_job::failure::Failure;
 use facemill_job::format::job_file::{OperationFile, SetupFile};
 use facemill_job::format::program_stamp::ProgramStamp;
@@ -12,13 +11,15 @@ use facemill_job::format::report::deviation::DeviationReport;
 use facemill_job::format::report::remaining::RemainingReport;
 use facemill_job::format::report::stock::StockReport;
 use facemill_job::format::verification_file::{VERIFICATION_FORMAT, VerificationFile};
+use facemill_job::load::HEADS_APART;
+use facemill_job::load::job::{Job, Setup};
 use facemill_job::load::mesh_winding::check_winding;
 use facemill_job::load::open_meshes::{open_files, open_stock};
-use facemill_job::load::{HEADS_APART, Job, Setup};
 use facemill_job::setup::cell::budget;
 use facemill_job::setup::word_map::{dual_word_map, rtcp_frame, word_map};
 use facemill_job::stages::{Stages, TIMES};
 use facemill_job::stock::map::StockRegion;
+use facemill_job::validate::limits::STOCK_TOLERANCES;
 use facemill_nc_program::{Compensation, Dialect, ReadProgram, WordMap};
 use facemill_virtual_machine::follow::Surroundings;
 use facemill_virtual_machine::{
@@ -508,13 +509,3 @@ pub fn removal_of(job: &Job, setup: &SetupFile, head: usize) -> Option<RemovalLi
 }
 
 const MM3_PER_CM3: f64 = 1000.0;
-
-/// The register of the tool's length as the reader of a control tells it: edge 1 of Siemens, and the number of the tool on
-/// Heidenhain, whose tools have their length in themselves.
-pub fn register_in(dialect: Dialect, job: &Job) -> u32 {
-    match dialect {
-        Dialect::Siemens840d => 1,
-        Dialect::Heidenhain => job.tool.number(),
-        _ => job.tool.length_register(),
-    }
-}

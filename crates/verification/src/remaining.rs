@@ -6,7 +6,7 @@ use facemill_cutter_location::cusp::expected_strip_width;
 use facemill_job::failure::Failure;
 use facemill_job::format::job_file::{OperationFile, PathFile};
 use facemill_job::format::report::remaining::{RemainingOnRegion, RemainingPlace, RemainingReport};
-use facemill_job::load::{Job, Setup};
+use facemill_job::load::job::{Job, Setup};
 use facemill_job::setup::cell::{budget, search_curve};
 use facemill_job::setup::pattern::places;
 use facemill_job::stages::{MATERIAL, Stages};

@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 
 use facemill_job::failure::Failure;
 use facemill_job::format::report::stock::StockReport;
-use facemill_job::load::{Job, Setup};
+use facemill_job::load::job::{Job, Setup};
 use facemill_job::stages::{CUT, Stages};
 use facemill_job::stock::map::{StockMeshes, StockRegion};
 use facemill_job::stock::walls::{has_walls, weights};

@@ -2,13 +2,11 @@
 
 use facemill_cutter_location::Pieces;
 use facemill_job::failure::Failure;
+use facemill_job::load::job::{Job, Setup};
 use facemill_job::load::obstacle_meshes::ObstacleRole;
-use facemill_job::load::{Job, Setup};
 use facemill_nc_program::{Dialect, WordMap};
 use facemill_virtual_machine::{Finding, ObstacleKind, Verification, VerifyError, VirtualObstacle, VirtualSetup};
 use nalgebra::Isometry3;
-
-use crate::program::register_in;
 
 /// Why a program was not run.
 pub fn not_verified(e: VerifyError) -> Failure {
@@ -88,5 +86,15 @@ pub fn virtual_setup<'a>(
         tool: &job.tool,
         length_register: register_in(dialect, job),
         obstacles: virtual_obstacles(setup),
+    }
+}
+
+/// The register of the tool's length as the reader of a control tells it: edge 1 of Siemens, and the number of the tool on
+/// Heidenhain, whose tools have their length in themselves.
+pub fn register_in(dialect: Dialect, job: &Job) -> u32 {
+    match dialect {
+        Dialect::Siemens840d => 1,
+        Dialect::Heidenhain => job.tool.number(),
+        _ => job.tool.length_register(),
     }
 }

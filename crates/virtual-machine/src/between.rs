@@ -7,19 +7,16 @@ use facemill_inverse_kinematics::{AxisValues, Motion};
 use facemill_tool_model::Cutter;
 use nalgebra::{Isometry3, Point3};
 
-use crate::{
-    Measure, VerifySettings,
-    chunk_result::{ChunkResult, Clearance},
-    cutter_depth::CutterTrack,
-    dead_core::cl_of,
-    episodes::{Contact, Key},
-    moves::Move,
-    rates::{Parts, RateBounds, Rates},
-    scene::{Frame, Mount, Role, Scene},
-    spans::Spans,
-    stepping::{MAX_TURN, ways},
-    track::{Placement, Shape, Track},
-};
+use crate::chunk_result::{ChunkResult, Clearance};
+use crate::cutter_depth::CutterTrack;
+use crate::episodes::{Contact, Key};
+use crate::moves::Move;
+use crate::rates::{Parts, RateBounds, Rates};
+use crate::scene::{Frame, Mount, Role, Scene, cl_of};
+use crate::spans::Spans;
+use crate::stepping::{MAX_TURN, ways};
+use crate::track::{Placement, Shape, Track};
+use crate::{Measure, VerifySettings};
 
 /// By how much the motion between two positions of the cutter on the work may leave the straight way, mm.
 pub(crate) const CUTTER_BULGE: f64 = 0.005;

@@ -8,7 +8,11 @@ use facemill_nc_program::{
 };
 use facemill_tool_model::SpindleRotation;
 
-use crate::{FindingKind, VirtualSetup, counted_axes::is_of_feeds, moves::TextFault, tool_vectors::not_unit};
+use crate::counted_axes::is_of_feeds;
+use crate::finding::TextFault;
+use crate::setup::own_head;
+use crate::tool_vectors::not_unit;
+use crate::{FindingKind, VirtualSetup};
 
 /// What a program has set so far, and what is wrong with it.
 pub(crate) struct Control<'a> {
@@ -39,11 +43,6 @@ struct Spindle {
     turns: Option<SpindleRotation>,
     /// 1/min; 0 before the first S.
     speed: f64,
-}
-
-/// The head that a setup is of, on a machine of several: the one with its length register.
-pub(crate) fn own_head<'a>(setup: &'a VirtualSetup<'a>) -> Option<&'a MappedHead> {
-    setup.words.heads().iter().find(|head| head.length_register == setup.length_register)
 }
 
 /// Difference of tool lengths that is no finding, mm: what the check in the program's text allows, too.

@@ -5,10 +5,7 @@ use facemill_interference::{Interference, Verdict, Witness};
 use facemill_tool_model::Cutter;
 use nalgebra::{Isometry3, Point3};
 
-use crate::{
-    edges::disc,
-    track::{Placement, Shape, Track},
-};
+use crate::track::{Placement, Shape, Track};
 
 /// The cutter as what its depth in a mesh is measured with.
 ///
@@ -168,6 +165,12 @@ fn lowered_band(cutter: &Cutter, by: f64) -> Option<RoundFrustum> {
 
 fn cylinder(radius: f64, z_low: f64, z_high: f64) -> RoundFrustum {
     RoundFrustum { z_low, z_high, radius_low: radius, radius_high: radius, rounding: 0.0 }
+}
+
+/// A disc square to z.
+pub(crate) fn disc(z: f64, radius: f64) -> Shape {
+    let disc = RoundFrustum { z_low: z, z_high: z, radius_low: radius, radius_high: radius, rounding: 0.0 };
+    Shape::core_of(&Solid::Frustum(disc))
 }
 
 #[cfg(test)]

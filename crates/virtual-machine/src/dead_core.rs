@@ -1,17 +1,17 @@
 //! The middle of a face mill, which does not cut: is it in stock that nothing has removed before?
-use std::{collections::HashMap, f64::consts::TAU};
+
+use std::collections::HashMap;
+use std::f64::consts::TAU;
 
 use facemill_cl_data::{Cancelled, ClPoint, Monitor, RoundFrustum, Solid};
 use facemill_inverse_kinematics::Motion;
 use facemill_tool_model::{Cutter, ToolAssembly};
 use nalgebra::{Isometry3, Point3, Translation3, Vector3};
 
-use crate::{
-    ObstacleKind,
-    moves::Move,
-    scene::{Role, Scene, SceneObstacle},
-    track::{Shape, Track},
-};
+use crate::ObstacleKind;
+use crate::moves::Move;
+use crate::scene::{Role, Scene, SceneObstacle, cl_of};
+use crate::track::{Shape, Track};
 
 /// The part of the cutter's bottom that does not cut, and everything that its ring has cut before.
 ///
@@ -226,14 +226,6 @@ fn depth_in_stock(p: &Point3<f64>, o: &SceneObstacle<'_>) -> Option<f64> {
         o.stock - distance(o.stock)?
     };
     (depth > SLACK).then_some(depth)
-}
-
-/// The tool at a pose.
-pub(crate) fn cl_of(work_from_tool: &Isometry3<f64>) -> ClPoint {
-    ClPoint {
-        tip: work_from_tool.translation.vector.into(),
-        axis: nalgebra::Unit::new_unchecked(work_from_tool.rotation * Vector3::z()),
-    }
 }
 
 fn cell_of(p: &Point3<f64>, cell: f64) -> [i32; 3] {

@@ -2,7 +2,8 @@
 
 use facemill_nc_program::ReadProgram;
 
-use crate::{FindingKind, moves::TextFault, reader_notes};
+use crate::finding::TextFault;
+use crate::{FindingKind, reader_notes};
 
 /// Lines whose motion is not known to be the simulated one.
 #[derive(Clone, Debug, PartialEq)]

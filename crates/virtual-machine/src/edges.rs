@@ -2,15 +2,13 @@
 
 use facemill_cl_data::{RoundFrustum, Solid};
 
-use crate::{
-    between::{CUTTER_BULGE, cutter_step},
-    cutter_depth::CutterDepth,
-    moves::Move,
-    scene::Scene,
-    setup::Estimate,
-    stepping::Spacing,
-    track::Shape,
-};
+use crate::between::{CUTTER_BULGE, cutter_step};
+use crate::cutter_depth::{CutterDepth, disc};
+use crate::moves::Move;
+use crate::scene::Scene;
+use crate::setup::Estimate;
+use crate::stepping::Spacing;
+use crate::track::Shape;
 
 /// What a run of positions asks.
 pub(crate) struct Asked {
@@ -42,12 +40,6 @@ fn edges(shape: &Shape) -> Vec<Shape> {
         return vec![shape.clone()];
     };
     [(z_low, radius_low), (z_high, radius_high)].map(|(z, radius)| disc(z, radius)).to_vec()
-}
-
-/// A disc square to z.
-pub(crate) fn disc(z: f64, radius: f64) -> Shape {
-    let disc = RoundFrustum { z_low: z, z_high: z, radius_low: radius, radius_high: radius, rounding: 0.0 };
-    Shape::core_of(&Solid::Frustum(disc))
 }
 
 /// How far apart the positions of a move are.

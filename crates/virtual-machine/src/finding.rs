@@ -1,5 +1,6 @@
 use std::fmt;
 
+use facemill_nc_program::AxisLetter;
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -461,4 +462,19 @@ impl fmt::Display for FindingKind {
             Self::NoEnd => "no end of the program",
         })
     }
+}
+
+/// Something wrong that shows in the text alone.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct TextFault {
+    pub(crate) kind: FindingKind,
+    pub(crate) block: usize,
+    /// The last block that it goes on in.
+    pub(crate) last: usize,
+    /// The block that it is worst in.
+    pub(crate) worst: usize,
+    pub(crate) axis: Option<AxisLetter>,
+    /// Its size in that block, where it has one.
+    pub(crate) measure: Option<Measure>,
+    pub(crate) note: String,
 }

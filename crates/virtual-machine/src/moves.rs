@@ -9,15 +9,15 @@ use facemill_nc_program::{
     ReadCommand, ReadMotion, ReadProgram, RtcpRapids,
 };
 
-use crate::{
-    FindingKind, Measure, VerifySettings, VirtualSetup,
-    control::{Control, own_head},
-    feeds::Feeds,
-    motion_modes::MotionModes,
-    rolled_words::RolledWords,
-    spans::LongTurns,
-    tool_vectors::{Unturned, turned_to},
-};
+use crate::control::Control;
+use crate::feeds::Feeds;
+use crate::finding::TextFault;
+use crate::motion_modes::MotionModes;
+use crate::rolled_words::RolledWords;
+use crate::setup::own_head;
+use crate::spans::LongTurns;
+use crate::tool_vectors::{Unturned, turned_to};
+use crate::{FindingKind, Measure, VerifySettings, VirtualSetup};
 
 /// One motion of the axes.
 #[derive(Clone, Copy, Debug)]
@@ -43,21 +43,6 @@ impl Move {
     pub(crate) fn is_rapid_of_tool(&self) -> bool {
         self.is_rapid && self.moves_tool
     }
-}
-
-/// Something wrong that shows in the text alone.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct TextFault {
-    pub(crate) kind: FindingKind,
-    pub(crate) block: usize,
-    /// The last block that it goes on in.
-    pub(crate) last: usize,
-    /// The block that it is worst in.
-    pub(crate) worst: usize,
-    pub(crate) axis: Option<AxisLetter>,
-    /// Its size in that block, where it has one.
-    pub(crate) measure: Option<Measure>,
-    pub(crate) note: String,
 }
 
 /// Motions and faults of a program, in its order.

@@ -4,19 +4,18 @@ use facemill_cl_data::ClPoint;
 use facemill_inverse_kinematics::AxisValues;
 use facemill_nc_program::{ReadBlock, ReadProgram};
 
+use crate::between::cutter_between;
+use crate::chunk_result::{ChunkResult, Clearance, Gouge, Gouges, nearest};
+use crate::edges::steps_told;
+use crate::episodes::{Contact, Episode, Episodes, Key};
+use crate::finding::TextFault;
+use crate::moves::Moves;
+use crate::scene::Scene;
+use crate::setup::own_head;
+use crate::timing::duration;
 use crate::{
     AxisReading, BetweenPositions, ClearancePlace, Finding, FindingKind, GougePlace, GougeSection, Pose, SectionGouge,
-    Verification, WindUp,
-    between::cutter_between,
-    chunk_result::{ChunkResult, Clearance, Gouge, Gouges, nearest},
-    control::own_head,
-    edges::steps_told,
-    episodes::{Contact, Episode, Episodes, Key},
-    moves::{Moves, TextFault},
-    reader_notes,
-    scene::Scene,
-    surface_normals,
-    timing::duration,
+    Verification, WindUp, reader_notes, surface_normals,
 };
 
 /// What the numbers of a run are told with.

@@ -1,12 +1,12 @@
 use facemill_cl_data::{ClPoint, PlacedSolid, Solid};
 use facemill_interference::{Interference, MeshTree, solid_mesh};
 use facemill_inverse_kinematics::{AxisValues, Carrier, Machine, MachineBody};
-use nalgebra::Isometry3;
+use nalgebra::{Isometry3, Vector3};
 
-use crate::{
-    FindingKind, HeldAsCut, ObstacleKind, VerifyError, VerifySettings, VirtualObstacle, VirtualSetup,
-    cutter_depth::CutterDepth, dead_core::cl_of, moves::Move, track::Shape,
-};
+use crate::cutter_depth::CutterDepth;
+use crate::moves::Move;
+use crate::track::Shape;
+use crate::{FindingKind, HeldAsCut, ObstacleKind, VerifyError, VerifySettings, VirtualObstacle, VirtualSetup};
 
 /// The setup with what does not change from position to position worked out.
 pub(crate) struct Scene<'a> {
@@ -371,5 +371,13 @@ impl<'a> SceneObstacle<'a> {
             SceneMesh::Borrowed(mesh) => *mesh,
             SceneMesh::Own(mesh) => mesh,
         }
+    }
+}
+
+/// The tool at a pose.
+pub(crate) fn cl_of(work_from_tool: &Isometry3<f64>) -> ClPoint {
+    ClPoint {
+        tip: work_from_tool.translation.vector.into(),
+        axis: nalgebra::Unit::new_unchecked(work_from_tool.rotation * Vector3::z()),
     }
 }

@@ -1,11 +1,9 @@
 use facemill_cl_data::Cancelled;
 use facemill_interference::Interference;
 use facemill_inverse_kinematics::Machine;
-use facemill_nc_program::WordMap;
+use facemill_nc_program::{MappedHead, WordMap};
 use facemill_tool_model::ToolAssembly;
 use nalgebra::Isometry3;
-
-use crate::control::own_head;
 
 /// The machine as it stands when the program is started: what turns words into motion, and what is in the way.
 ///
@@ -416,4 +414,9 @@ fn check_sections(sections: &[GougeSection]) -> Result<(), VerifyError> {
         }
     }
     Ok(())
+}
+
+/// The head that a setup is of, on a machine of several: the one with its length register.
+pub(crate) fn own_head<'a>(setup: &'a VirtualSetup<'a>) -> Option<&'a MappedHead> {
+    setup.words.heads().iter().find(|head| head.length_register == setup.length_register)
 }

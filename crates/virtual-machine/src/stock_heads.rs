@@ -2,7 +2,9 @@
 
 use facemill_nc_program::ReadProgram;
 
-use crate::{VerifyError, VirtualSetup, control::own_head, moves::Moves};
+use crate::moves::Moves;
+use crate::setup::own_head;
+use crate::{VerifyError, VirtualSetup};
 
 /// Checks that each setup is of another head, and that all have one mounting of the workpiece.
 ///

@@ -359,7 +359,7 @@ impl<'r, 'a> Head<'r, 'a> {
     fn lost(&mut self, index: usize, m: &Move) {
         let work_from_tool = self.view.scene.work_from_table
             * self.view.scene.setup.machine.forward(&m.end, self.view.scene.tool_length);
-        let cl = crate::dead_core::cl_of(&work_from_tool);
+        let cl = crate::scene::cl_of(&work_from_tool);
         let key = Key::of_axis(FindingKind::ReachFailure, None);
         self.out.episodes.record(index, Contact { key, measure: None, place: None, axes: m.end, cl, at: 1.0 });
     }

@@ -2,118 +2,20 @@
 
 mod gauge;
 mod leaf;
+pub(crate) mod place;
 mod tree;
 
-use facemill_cl_data::{Cancelled, ClPoint, Monitor};
+use facemill_cl_data::{Cancelled, Monitor};
 use facemill_tool_model::Cutter;
-use nalgebra::{Point3, Unit, Vector3};
+use nalgebra::Point3;
 use rayon::prelude::*;
 
-use gauge::Gauge;
-use tree::Tree;
-
-/// Part of a cutting motion: the tip goes straight and the axis turns evenly, both from `from` to `to`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CutterMotion {
-    /// Tool at its start, workpiece frame.
-    pub from: ClPoint,
-    /// Tool at its end.
-    pub to: ClPoint,
-    /// Name of the motion for the caller, such as the line of its block.
-    pub id: u32,
-}
-
-/// Place of the surface that a cut is to leave.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SurfacePlace {
-    /// The place, workpiece frame.
-    pub position: Point3<f64>,
-    /// Direction out of the material.
-    pub normal: Unit<Vector3<f64>>,
-    /// Height of the material along the normal before anything is cut, mm, finite and at least 0.
-    pub stock: f64,
-}
-
-/// Material that is left on a place.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LeftHeight {
-    /// Its height along the normal of the place, mm, at least 0; the stock's where nothing is cut.
-    pub height: f64,
-    /// `id` of the motion that cuts the place lowest; `None` where no motion cuts below the stock.
-    pub cut_by: Option<u32>,
-}
-
-/// Everything that one cutter sweeps in its cutting motions, ready to be asked for what it leaves.
-///
-/// The height left on a place p with normal n is the least s ≥ 0 at which p + s·n is in the cutter at some time of a motion, and at
-/// most the stock's. The cutter is the solid of revolution of its flute; where p itself is in it, nothing is left.
-///
-/// Guarantee: every height is that of a pose of the motions, to [`SweptCutter::ENTRY`]; so it is never less than the truth by more than
-/// that. It is more than the truth by at most [`SweptCutter::ACCURACY`] on motions whose axis does not turn, for which the time of
-/// the least height is found by convexity; where the axis turns within a motion, keep motions short (the turn times the cutter's
-/// size small against its radius of curvature), and the same holds as an estimate.
-pub struct SweptCutter {
-    gauge: Gauge,
-    motions: Vec<CutterMotion>,
-    tree: Tree,
-}
+use crate::left::gauge::Gauge;
+use crate::left::place::{CutterMotion, LeftHeight, SurfacePlace};
+use crate::left::tree::Tree;
 
 /// Places that one thread looks at one after the other: a neighbour's motion is a good first guess.
 const PLACES_PER_CHUNK: usize = 128;
-
-impl SweptCutter {
-    /// Depth to which the entry of a line into the cutter is found, mm.
-    pub const ENTRY: f64 = 1e-6;
-
-    /// Largest excess of a height over the least one along a motion, mm.
-    pub const ACCURACY: f64 = 1e-4;
-
-    /// The sweep of a cutter in motions, in any order.
-    pub fn new(cutter: &Cutter, motions: Vec<CutterMotion>) -> Self {
-        let gauge = Gauge::of(cutter);
-        let tree = Tree::over(&gauge, &motions);
-        Self { gauge, motions, tree }
-    }
-
-    /// Number of its motions.
-    pub fn n_motions(&self) -> usize {
-        self.motions.len()
-    }
-
-    /// Height that is left on a place.
-    pub fn left_on(&self, place: &SurfacePlace) -> LeftHeight {
-        self.left_after(place, None).0
-    }
-
-    /// The same, and the index of the motion that cuts lowest; one that may do so is tried first.
-    fn left_after(&self, place: &SurfacePlace, guess: Option<usize>) -> (LeftHeight, Option<usize>) {
-        let mut best = (place.stock, None);
-        let mut visit = |k: usize, best: &mut (f64, Option<usize>)| {
-            let Some(entry) = self.gauge.least_entry(&self.motions[k], place, Self::ACCURACY) else { return };
-            // Of equal ones the first, whatever the order of visits.
-            if entry < best.0 || (entry == best.0 && best.1.is_some_and(|b| k < b)) {
-                *best = (entry, Some(k));
-            }
-        };
-        if let Some(guess) = guess {
-            visit(guess, &mut best);
-        }
-        self.tree.visit(&self.gauge, place, &mut best, &mut visit);
-        let cut_by = best.1.map(|k| self.motions[k].id);
-        (LeftHeight { height: best.0, cut_by }, best.1)
-    }
-
-    /// `id` of the motion whose cutter comes nearest to a place, and how near, mm; `None` without motions. Distances are those at both ends
-    /// and in the middle of motions.
-    pub fn nearest_motion(&self, place: &Point3<f64>) -> Option<(u32, f64)> {
-        let near = |m: &CutterMotion| {
-            let at = |t: f64| self.gauge.beyond(&leaf::pose_at(m, t), place).0;
-            (m.id, at(0.0).min(at(0.5)).min(at(1.0)))
-        };
-        let nearer = |a: (u32, f64), b: (u32, f64)| if b.1 < a.1 { b } else { a };
-        self.motions.iter().map(near).reduce(nearer)
-    }
-}
 
 /// Heights that several cutters together leave on places, in their order: on each the least.
 ///
@@ -147,4 +49,73 @@ pub fn left_heights(
     let chunks: Vec<Vec<LeftHeight>> =
         places.par_chunks(PLACES_PER_CHUNK).map(of_chunk).collect::<Result<_, Cancelled>>()?;
     Ok(chunks.concat())
+}
+
+/// Everything that one cutter sweeps in its cutting motions, ready to be asked for what it leaves.
+///
+/// The height left on a place p with normal n is the least s ≥ 0 at which p + s·n is in the cutter at some time of a motion, and at
+/// most the stock's. The cutter is the solid of revolution of its flute; where p itself is in it, nothing is left.
+///
+/// Guarantee: every height is that of a pose of the motions, to [`SweptCutter::ENTRY`]; so it is never less than the truth by more than
+/// that. It is more than the truth by at most [`SweptCutter::ACCURACY`] on motions whose axis does not turn, for which the time of
+/// the least height is found by convexity; where the axis turns within a motion, keep motions short (the turn times the cutter's
+/// size small against its radius of curvature), and the same holds as an estimate.
+pub struct SweptCutter {
+    gauge: Gauge,
+    motions: Vec<CutterMotion>,
+    tree: Tree,
+}
+
+impl SweptCutter {
+    /// Depth to which the entry of a line into the cutter is found, mm.
+    pub const ENTRY: f64 = gauge::ENTRY;
+
+    /// Largest excess of a height over the least one along a motion, mm.
+    pub const ACCURACY: f64 = 1e-4;
+
+    /// The sweep of a cutter in motions, in any order.
+    pub fn new(cutter: &Cutter, motions: Vec<CutterMotion>) -> Self {
+        let gauge = Gauge::of(cutter);
+        let tree = Tree::over(&gauge, &motions);
+        Self { gauge, motions, tree }
+    }
+
+    /// Number of its motions.
+    pub fn n_motions(&self) -> usize {
+        self.motions.len()
+    }
+
+    /// Height that is left on a place.
+    pub fn left_on(&self, place: &SurfacePlace) -> LeftHeight {
+        self.left_after(place, None).0
+    }
+
+    /// The same, and the index of the motion that cuts lowest; one that may do so is tried first.
+    pub(crate) fn left_after(&self, place: &SurfacePlace, guess: Option<usize>) -> (LeftHeight, Option<usize>) {
+        let mut best = (place.stock, None);
+        let mut visit = |k: usize, best: &mut (f64, Option<usize>)| {
+            let Some(entry) = self.gauge.least_entry(&self.motions[k], place, Self::ACCURACY) else { return };
+            // Of equal ones the first, whatever the order of visits.
+            if entry < best.0 || (entry == best.0 && best.1.is_some_and(|b| k < b)) {
+                *best = (entry, Some(k));
+            }
+        };
+        if let Some(guess) = guess {
+            visit(guess, &mut best);
+        }
+        self.tree.visit(&self.gauge, place, &mut best, &mut visit);
+        let cut_by = best.1.map(|k| self.motions[k].id);
+        (LeftHeight { height: best.0, cut_by }, best.1)
+    }
+
+    /// `id` of the motion whose cutter comes nearest to a place, and how near, mm; `None` without motions. Distances are those at both ends
+    /// and in the middle of motions.
+    pub fn nearest_motion(&self, place: &Point3<f64>) -> Option<(u32, f64)> {
+        let near = |m: &CutterMotion| {
+            let at = |t: f64| self.gauge.beyond(&leaf::pose_at(m, t), place).0;
+            (m.id, at(0.0).min(at(0.5)).min(at(1.0)))
+        };
+        let nearer = |a: (u32, f64), b: (u32, f64)| if b.1 < a.1 { b } else { a };
+        self.motions.iter().map(near).reduce(nearer)
+    }
 }

@@ -68,6 +68,9 @@ mod pyramid;
 mod raster;
 mod separation;
 
+pub use crate::left::SweptCutter;
+pub use crate::left::place::LeftHeight;
+pub use crate::left::place::{CutterMotion, SurfacePlace};
 pub use certain::certainly_free;
 pub use dexel::{
     BodyError, Broken, Cavity, Contact, Cut, Deviation, DeviationError, DexelGrid, DexelMap, GridError, Interval,
@@ -76,5 +79,5 @@ pub use dexel::{
 };
 pub use estimate::{PointClearance, Ring, corners_estimate, gouge_estimate, ring_estimate};
 pub use heights::NodeHeights;
-pub use left::{CutterMotion, LeftHeight, SurfacePlace, SweptCutter, left_heights};
+pub use left::left_heights;
 pub use map::{ZMap, ZMapError, ZMapSettings};

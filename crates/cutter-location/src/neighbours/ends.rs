@@ -4,7 +4,7 @@ use facemill_cl_data::CcPoint;
 use nalgebra::Vector3;
 
 use super::{LEAST_ALONG, Neighbour};
-use crate::cusp::CutPoint;
+use crate::cut_point::CutPoint;
 
 /// A pass that ends beside a point.
 pub(super) struct BesideEnd {

@@ -2,7 +2,7 @@
 
 use super::ends::BesideEnd;
 use super::{Beside, Neighbour};
-use crate::cusp::Strip;
+use crate::cut_point::Strip;
 
 /// The nearest crossings so far, with their distances.
 #[derive(Default)]

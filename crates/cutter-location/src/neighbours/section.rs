@@ -3,7 +3,7 @@
 use facemill_cl_data::CcPoint;
 use nalgebra::{Point3, Vector3};
 
-use crate::cusp::CutPoint;
+use crate::cut_point::CutPoint;
 
 /// Bisections of a segment of 5 mm to 5 nm.
 const CROSSING_STEPS: u32 = 20;

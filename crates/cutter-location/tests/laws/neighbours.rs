@@ -1,7 +1,8 @@
 //! Passes beside a point, against strips of known width and against what a ball leaves on the surface, place by place.
 
 use facemill_cl_data::{CcPoint, Posture};
-use facemill_cutter_location::cusp::{CutPoint, Ridge};
+use facemill_cutter_location::cusp::Ridge;
+use facemill_cutter_location::cut_point::CutPoint;
 use facemill_cutter_location::neighbours::{Beside, CutPass, NeighbourReach, Neighbours, OwnPlace};
 use facemill_tool_model::{Cusp, Cutter};
 use nalgebra::{Point3, Vector3};

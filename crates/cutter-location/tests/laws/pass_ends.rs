@@ -1,7 +1,7 @@
 //! Passes beside a point where passes end, against the nearest of all places of the others on analytic surfaces.
 
 use facemill_cl_data::{CcPoint, Posture};
-use facemill_cutter_location::cusp::CutPoint;
+use facemill_cutter_location::cut_point::CutPoint;
 use facemill_cutter_location::neighbours::{CutPass, Neighbour, NeighbourReach, Neighbours, OwnPlace};
 use nalgebra::{Point3, Vector3};
 

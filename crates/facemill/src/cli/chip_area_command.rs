@@ -8,7 +8,7 @@ use facemill::chip_area::Method;
 use facemill::chip_area::table::{chips_of_table, table_with_areas};
 use facemill::{Failure, files};
 
-use crate::cli::say;
+use crate::cli::output::say;
 
 #[derive(Args)]
 pub(crate) struct ChipAreaArguments {

@@ -11,8 +11,9 @@ use facemill::{
     TipFeed, files, read_machine, refeed_lines,
 };
 
+use crate::cli::dialect_argument::dialect;
+use crate::cli::output::{say, say_bytes};
 use crate::cli::program_arguments::open_nc;
-use crate::cli::{say, say_bytes};
 
 #[derive(Args)]
 pub(crate) struct FeedrateArguments {
@@ -73,11 +74,6 @@ fn blend_tolerance(text: &str) -> Result<f64, String> {
     let [least, most] = BLEND_TOLERANCES;
     let tolerance = text.parse().ok().filter(|t: &f64| *t == 0.0 || (least..=most).contains(t));
     tolerance.ok_or_else(|| format!("must be {least} to {most} mm, or 0: a stop at every corner"))
-}
-
-pub(crate) fn dialect(name: &str) -> Result<Dialect, String> {
-    let known = Dialect::ALL.into_iter().find(|d| d.name() == name);
-    known.ok_or_else(|| format!("none of {}", Dialect::ALL.map(Dialect::name).join(", ")))
 }
 
 /// The control that a file's ending stands for.

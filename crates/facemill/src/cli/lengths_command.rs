@@ -12,9 +12,9 @@ use facemill::z_map::DexelMap;
 use facemill::{CutRequest, Failure, files, read_rest, replan_with_shorter_tools};
 
 use crate::cli::option_lengths::{above_zero, from_zero, stock_tolerance};
+use crate::cli::output::say;
 use crate::cli::program_arguments::{ProgramArguments, ProgramOfJob};
 use crate::cli::progress::Progress;
-use crate::cli::say;
 
 #[derive(Args)]
 #[command(mut_arg("job", |argument| argument.required(true)))]

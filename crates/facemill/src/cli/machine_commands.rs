@@ -7,7 +7,7 @@ use clap::Subcommand;
 use facemill::inverse_kinematics::{Machine, import_autodesk_machine};
 use facemill::{Failure, describe_heads, describe_hulls, files, read_machine};
 
-use crate::cli::say;
+use crate::cli::output::say;
 
 #[derive(Subcommand)]
 pub(crate) enum MachineCommand {

@@ -8,9 +8,9 @@ use facemill::nc_program::Dialect;
 use facemill::new_job::{NewJob, Series};
 use facemill::{Failure, files, new_job_for};
 
-use crate::cli::feedrate_command::dialect;
+use crate::cli::dialect_argument::dialect;
 use crate::cli::option_lengths::{above_zero, rotor_scale};
-use crate::cli::say;
+use crate::cli::output::say;
 
 #[derive(Args)]
 pub(crate) struct NewArguments {

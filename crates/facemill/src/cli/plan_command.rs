@@ -10,8 +10,8 @@ use facemill::{
 };
 
 use crate::cli::option_lengths::above_zero;
+use crate::cli::output::{default_out, say};
 use crate::cli::progress::Progress;
-use crate::cli::{default_out, say};
 
 /// What is said of exit codes behind the options.
 pub(crate) const EXIT_CODES: &str = "\

@@ -8,7 +8,7 @@ use clap::Args;
 use facemill::nc_program::{Dialect, is_cl_file};
 use facemill::{Failure, Job, files, no_program};
 
-use crate::cli::feedrate_command::dialect;
+use crate::cli::dialect_argument::dialect;
 use crate::cli::stand_arguments::StandArguments;
 
 #[derive(Args)]

@@ -14,9 +14,9 @@ use facemill::{
 use crate::cli::deviation_command::{mesh_bytes, painted_mesh, rest_mesh, told_deviation};
 use crate::cli::findings_table::findings_table;
 use crate::cli::option_lengths::{above_zero, from_zero, stock_tolerance};
+use crate::cli::output::say;
 use crate::cli::program_arguments::{ProgramArguments, ProgramOfJob};
 use crate::cli::progress::Progress;
-use crate::cli::say;
 use crate::cli::stand_arguments::StandArguments;
 
 /// Controls whose programs are read, and which one it is where nobody says.

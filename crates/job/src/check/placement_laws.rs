@@ -3,7 +3,7 @@
 
 use crate::check::describe_setup;
 use crate::examples::new_job::{NewJob, new_job};
-use crate::load::Job;
+use crate::load::job::Job;
 
 /// Lines of `check` for the patch job on a wavy sheet of 400 mm with its numbers divided by `unit`, or its message.
 fn verdict(unit: f64, settings: &[&str]) -> Result<String, String> {

@@ -6,10 +6,10 @@ use facemill_surface_model::{Surface, SurfaceSettings};
 use facemill_tool_model::cl_from_cc;
 use facemill_tool_path::pieces::LaidTask;
 
-use crate::check::part_size::unit_advice;
 use crate::format::job_file::OperationFile;
+use crate::load::job::{Job, Setup};
 use crate::load::obstacle_meshes::ObstacleRole;
-use crate::load::{Job, Setup};
+use crate::load::part_size::unit_advice;
 use crate::setup::pattern::places;
 
 /// CC points and directions of tilt that are tried, and steps of tilt, deg. More than any operation searches, so that none

@@ -22,6 +22,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::format::job_file::PostureModeFile;
+use crate::format::job_settings::JobSetting;
 use crate::format::made_from::MadeFrom;
 use crate::format::program_stamp::ProgramStamp;
 use crate::format::program_times::ProgramTimes;
@@ -29,7 +30,6 @@ use crate::format::report::links::LinksReport;
 use crate::format::report::pairs::PairReport;
 use crate::format::report::remaining::RemainingReport;
 use crate::format::report::stock::PlannedStockReport;
-use crate::load::job_settings::JobSetting;
 
 pub use crate::format::report::chips::{ChipsReport, FeedsSetByReport, SpreadReport};
 pub use crate::format::report::cusps::{CuspReasonReport, CuspsKeptReport};

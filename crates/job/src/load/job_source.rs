@@ -6,11 +6,11 @@ use facemill_file_format::{from_json, from_value};
 use facemill_surface_model::MeshFormat;
 use serde_json::Value;
 
-use crate::check::validate::validate;
 use crate::failure::Failure;
 use crate::files;
 use crate::format::job_file::{JOB_FORMAT, JobFile};
-use crate::load::job_settings::JobSetting;
+use crate::format::job_settings::JobSetting;
+use crate::validate::validate;
 
 /// Name of the job file in a job's folder.
 const JOB_NAME: &str = "job.json";

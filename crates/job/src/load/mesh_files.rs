@@ -6,12 +6,12 @@ use std::path::Path;
 use facemill_surface_model::{ImportSettings, Imported, LengthUnit, MeshFormat, UpAxis, import_mesh};
 use nalgebra::Point3;
 
-use crate::check::validate::FARTHEST;
 use crate::failure::Failure;
 use crate::files;
 use crate::format::job_file::{MeshFile, MeshStockFile, UnitFile, UpAxisFile};
 use crate::format::report::MeshReport;
-use crate::load::Job;
+use crate::load::job::Job;
+use crate::validate::FARTHEST;
 
 /// A mesh file with what is said of it.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]

@@ -5,8 +5,8 @@ use facemill_tool_model::ToolAssembly;
 use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
 
 use crate::failure::Failure;
+use crate::load::job::{Job, Setup};
 use crate::load::mesh_files::FileKey;
-use crate::load::{Job, Setup};
 
 /// Part of what a piece closes around that must be out of the tool's reach, so that it is not the wall of a hollow.
 const NO_ROOM: f64 = 0.9;

@@ -9,7 +9,7 @@ use nalgebra::{Isometry3, Point3, Translation3, Vector3};
 
 use crate::failure::Failure;
 use crate::format::job_file::MeshFile;
-use crate::load::Job;
+use crate::load::job::Job;
 use crate::load::mesh_files::{FileKey, MeshFiles};
 
 /// A mesh that must not be cut or hit, workpiece frame.

@@ -6,7 +6,7 @@ use facemill_surface_model::{Edges, Topology, TriMesh};
 use facemill_virtual_machine::Assumption;
 use nalgebra::Point3;
 
-use crate::load::Setup;
+use crate::load::job::Setup;
 use crate::load::obstacle_meshes::ObstacleRole;
 
 /// That stock which is told as an allowance is on both sides of part and check surfaces; `None` where these are closed together, and

@@ -10,7 +10,7 @@ use facemill_nc_program::{
 use crate::failure::Failure;
 use crate::files;
 use crate::format::job_file::JobFile;
-use crate::load::Job;
+use crate::load::job::Job;
 
 /// Reads the files that the job's `post` names, and checks them.
 ///

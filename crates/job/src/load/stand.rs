@@ -7,12 +7,12 @@ use facemill_nc_program::{Dialect, FeedMode};
 use facemill_tool_model::{ToolAssembly, ToolFile};
 use serde_json::{Value, json};
 
-use crate::check::validate::check_setups;
 use crate::failure::Failure;
 use crate::files;
 use crate::format::job_file::{JOB_FORMAT, JobFile, UnitFile, UpAxisFile};
-use crate::load::Job;
+use crate::load::job::Job;
 use crate::load::mesh_files::read_mesh;
+use crate::validate::check_setups;
 
 /// Depth of the cutter below the part beyond which it is a finding, mm, where no operation of a job says what is allowed.
 pub const STAND_GOUGE_LIMIT: f64 = 0.02;
@@ -123,7 +123,7 @@ impl Stand {
                 "meshes": meshes,
                 "stock": self.stock()?,
                 // Everything is inside of it: whether rapids are free is told by the run alone.
-                "clearance": { "plane": { "origin_mm": [0.0, 0.0, crate::check::validate::FARTHEST] } },
+                "clearance": { "plane": { "origin_mm": [0.0, 0.0, crate::validate::FARTHEST] } },
             }],
             "operations": [],
             // No program is written; what the control's own words cannot say does not matter.

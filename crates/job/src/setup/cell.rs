@@ -1,7 +1,7 @@
 //! The workcell of an operation: what its poses are judged by.
 
-use facemill_cl_data::{Aabb, ErrorBudget, Posture};
-use facemill_cutter_location::cusp::Strip;
+use facemill_cl_data::{ErrorBudget, Posture};
+use facemill_cutter_location::cut_point::Strip;
 use facemill_cutter_location::{
     AxisCone, AxisTarget, Obstacle, PassSettings, PostureMode, SearchCurve, SearchOrder, SearchSettings,
     SmoothSettings, Workcell,
@@ -13,8 +13,9 @@ use nalgebra::{Isometry3, Point3};
 
 use crate::failure::Failure;
 use crate::format::job_file::{AxisTargetFile, BranchFile, DirectionFile, OperationFile, OrderFile, PostureModeFile};
+use crate::frames::direction;
+use crate::load::job::{Job, Setup};
 use crate::load::obstacle_meshes::ObstacleRole;
-use crate::load::{Job, Setup, direction};
 
 /// Least step-over as part of the largest that the user allows: a surface that asks for less asks for another tool.
 pub const LEAST_STEP: f64 = 0.01;
@@ -156,9 +157,4 @@ pub fn wanted_uncut_left(job: &Job, direction: DirectionFile) -> Option<bool> {
         DirectionFile::Conventional => Some(clockwise),
         DirectionFile::Either => None,
     }
-}
-
-/// Size of a box's diagonal, mm; 0 for an empty one.
-pub fn diagonal(b: &Aabb) -> f64 {
-    if b.is_empty() { 0.0 } else { (b.max - b.min).norm() }
 }

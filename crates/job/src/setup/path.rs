@@ -8,13 +8,13 @@ use facemill_cl_data::{CcPoint, Pass, Silent};
 use facemill_cutter_location::cusp::expected_strip_width;
 use facemill_tool_path::pieces::LaidTask;
 
-use crate::check::part_size::unit_advice;
 use crate::failure::Failure;
 use crate::files;
 use crate::format::job_file::{
     LevelOrderFile, LinkingFile, OperationFile, PathFile, PathFromFile, PathFromStrategy, UncutSideFile,
 };
-use crate::load::{Job, Setup};
+use crate::load::job::{Job, Setup};
+use crate::load::part_size::unit_advice;
 use crate::setup::cell::{LEAST_STEP, search_curve, wanted_uncut_left};
 
 /// A pass, and whether the uncut stock lies to the left of its feed.
@@ -83,7 +83,7 @@ fn from_file(
     let read = read_path_file(&files::read_named(&path)?).map_err(|e| Failure::input(&path, e))?;
     let settings = ProjectSettings {
         max_distance: file.max_distance_mm,
-        work_from_mesh: crate::load::pose(&setup.file.work_from_part),
+        work_from_mesh: crate::frames::pose(&setup.file.work_from_part),
     };
     let passes = project(&read, &setup.drive, &settings).map_err(|e| Failure::input(&path, e))?;
     let uncut_left = file.uncut_side == UncutSideFile::Left;

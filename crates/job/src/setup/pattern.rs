@@ -3,7 +3,7 @@
 use nalgebra::{Isometry3, Translation3, UnitQuaternion};
 
 use crate::format::job_file::PatternFile;
-use crate::load::direction;
+use crate::frames::direction;
 
 /// Pose of each place of a pattern relative to the first, the first included.
 pub fn places(pattern: Option<&PatternFile>) -> Vec<Isometry3<f64>> {

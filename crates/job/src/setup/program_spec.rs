@@ -8,7 +8,7 @@ use facemill_tool_model::{SpindleRotation, ToolAssembly};
 
 use crate::failure::Failure;
 use crate::format::job_file::{CoolantFile, OperationFile};
-use crate::load::{Job, Setup};
+use crate::load::job::{Job, Setup};
 use crate::setup::rolled::roll;
 use crate::setup::word_map::{rtcp_start_axes, table_from_rtcp_words};
 

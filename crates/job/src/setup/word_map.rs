@@ -3,12 +3,13 @@
 use std::collections::BTreeMap;
 
 use facemill_inverse_kinematics::{Axis, AxisKind, AxisValues, Machine};
-use facemill_nc_program::{AxisLetter, FeedMode, HeadSpec, MappedAxis, SpindleSpec, WordMap};
+use facemill_nc_program::{FeedMode, HeadSpec, MappedAxis, SpindleSpec, WordMap};
 use facemill_tool_model::SpindleRotation;
 use nalgebra::Isometry3;
 
 use crate::failure::Failure;
-use crate::load::{Job, Setup};
+use crate::load::job::{Job, Setup};
+use crate::load::letter;
 use crate::setup::program_spec::tool_spec;
 
 /// How joint values become words in a setup.
@@ -97,15 +98,6 @@ pub fn rtcp_start_axes(job: &Job, words: &WordMap) -> AxisValues {
         }
     }
     at
-}
-
-/// An axis' letter in NC text.
-pub fn letter(text: &str) -> Result<AxisLetter, Failure> {
-    let mut chars = text.chars();
-    let first = chars.next().unwrap_or(' ');
-    let number = chars.next().and_then(|d| d.to_digit(10)).unwrap_or(0);
-    AxisLetter::new(first, u8::try_from(number).unwrap_or(0))
-        .ok_or_else(|| Failure::Internal(format!("axis {text} has no NC address")))
 }
 
 /// How joint values become words: one length for each head, along its spindle's axis.

@@ -7,8 +7,8 @@ use facemill_z_map::{DexelMap, GridError, MeshStockError, TriDexel};
 use nalgebra::Isometry3;
 
 use crate::failure::Failure;
+use crate::load::job::{Job, Setup};
 use crate::load::obstacle_meshes::ObstacleRole;
-use crate::load::{Job, Setup};
 use crate::setup::pattern::places;
 use crate::stock::rest::Origin;
 

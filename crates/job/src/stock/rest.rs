@@ -7,7 +7,7 @@ use facemill_z_map::DexelMap;
 
 use crate::failure::Failure;
 use crate::files;
-use crate::load::{Job, Setup};
+use crate::load::job::{Job, Setup};
 use crate::stock::map::StockMeshes;
 use crate::stock::setup_order::follows;
 

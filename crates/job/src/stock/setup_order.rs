@@ -1,7 +1,7 @@
 //! Whether a setup goes on with the stock of the one before it.
 
 use crate::format::job_file::SetupFile;
-use crate::load::pose;
+use crate::frames::pose;
 
 /// Whether a setup begins with what another one leaves: both in one workpiece frame, with one stock stated for both.
 ///

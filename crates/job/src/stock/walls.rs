@@ -2,7 +2,7 @@
 
 use facemill_surface_model::TriMesh;
 
-use crate::load::Setup;
+use crate::load::job::Setup;
 
 /// Slope of a facet from the lines, as the cosine between its normal and them, up to which it is a wall: within 10 deg. A layer on it is
 /// cut beside upright lines, or all at once, where it is thinner than a cell.

@@ -5,10 +5,11 @@ use super::{
     channel::{Channel, Group, Place, channels, norm},
     statement::{ALARM, CHECK_TOLERANCE, FGREF, LABEL, SAFE_START},
 };
+use crate::writer::clean_fanuc_comment as clean_comment;
+use crate::writer::codes::spindle_speed;
 use crate::{
     AxisKind, AxisLetter, AxisWords, Block, BlockNumbers, Coolant, Decimals, FeedMode, HeadSpec, ProgramSpec,
     WorkOffset, WriteError, heads, number_text,
-    writer::{clean_fanuc_comment as clean_comment, spindle_speed},
 };
 
 /// Decimals of the seconds of a dwell.

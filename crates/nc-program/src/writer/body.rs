@@ -1,9 +1,7 @@
-use super::{
-    lines::LineSink,
-    motion::{Modal, Move},
-    spindle_code, spindle_speed,
-    text::{clean_comment, comment_pieces, push_axis_word},
-};
+use super::lines::LineSink;
+use super::motion::{Modal, Move};
+use super::text::{clean_comment, comment_pieces, push_axis_word};
+use crate::writer::codes::{spindle_code, spindle_speed};
 use crate::{
     AxisKind, AxisLetter, AxisWords, Block, FeedMode, HeadSpec, HomeWords, PostSettings, ProgramSpec, SpindleSpec,
     ToolSpec, WriteError, dialect::fill, number_text,
@@ -60,13 +58,13 @@ impl<'s, 'a> BodyWriter<'s, 'a> {
             }
             Block::SpindleOff => self.spindle_off(),
             Block::Coolant(coolant) => {
-                let code = super::template::coolant_code(*coolant, &self.settings.rules, &self.place())?;
+                let code = super::codes::coolant_code(*coolant, &self.settings.rules, &self.place())?;
                 self.sink.push_block(&code)
             }
             Block::Dwell { seconds } => self.dwell(*seconds),
             Block::WorkOffset(offset) => {
                 self.modal.words.clear();
-                let (_, lines) = super::template::work_offset(*offset, &self.settings.rules, &self.place())?;
+                let (_, lines) = super::codes::work_offset(*offset, &self.settings.rules, &self.place())?;
                 self.lines(&lines, &[])
             }
             Block::LengthCompensation { register, length, words } => self.compensation(*register, *length, words),

@@ -1,18 +1,20 @@
 use facemill_cl_data::RapidLaw;
-use minijinja::{Environment, Error, ErrorKind, UndefinedBehavior, syntax::SyntaxConfig, value::Serde};
+use minijinja::syntax::SyntaxConfig;
+use minijinja::value::Serde;
+use minijinja::{Environment, Error, ErrorKind, UndefinedBehavior};
 
-use super::{
-    context::{
-        AxisContext, CodeContext, Context, FeedContext, HeadContext, JobContext, ProgramContext, RapidContext,
-        RtcpContext, SpindleContext, ToleranceContext, ToolContext, WordsContext,
-    },
-    spindle_code, spindle_speed,
-    template_bounds::{SourceFault, bound, check_source},
-    text::{clean_comment, program_id, push_axis_word},
+use super::context::{
+    AxisContext, CodeContext, Context, FeedContext, HeadContext, JobContext, ProgramContext, RapidContext, RtcpContext,
+    SpindleContext, ToleranceContext, ToolContext, WordsContext,
 };
+use super::template_bounds::{SourceFault, bound, check_source};
+use super::text::{clean_comment, program_id, push_axis_word};
+use crate::dialect::fill;
+use crate::writer::codes::{coolant_code, work_offset};
+use crate::writer::codes::{spindle_code, spindle_speed};
 use crate::{
-    AxisKind, AxisSpec, AxisWords, Coolant, DialectFile, FeedMode, HeadSpec, PostSettings, ProgramSpec, SpindleSpec,
-    ToolSpec, WorkOffset, WriteError, dialect::fill, heads, number_text,
+    AxisKind, AxisSpec, AxisWords, DialectFile, FeedMode, HeadSpec, PostSettings, ProgramSpec, SpindleSpec, ToolSpec,
+    WriteError, heads, number_text,
 };
 
 /// Stands for the motions while the template is rendered, because they can be longer than all the rest together.
@@ -238,34 +240,6 @@ fn tool(tool: &ToolSpec, place: &str, rules: &DialectFile) -> Result<ToolContext
 fn spindle(spindle: &SpindleSpec, place: &str, settings: &PostSettings) -> Result<SpindleContext, WriteError> {
     let (rpm, clockwise) = (spindle.rpm, spindle.clockwise);
     Ok(SpindleContext { rpm: spindle_speed(rpm, place)?, clockwise, code: spindle_code(spindle, settings) })
-}
-
-/// The word of a coolant.
-pub(super) fn coolant_code(coolant: Coolant, rules: &DialectFile, place: &str) -> Result<String, WriteError> {
-    let words = &rules.words.coolant;
-    let (code, what) = match coolant {
-        Coolant::Off => (Some(&words.off), "no coolant"),
-        Coolant::Flood => (words.flood.as_ref(), "flood coolant"),
-        Coolant::Mist => (words.mist.as_ref(), "mist coolant"),
-    };
-    let (what, name) = (what.to_owned(), rules.name.clone());
-    code.cloned().ok_or_else(|| WriteError::NotInDialect { place: place.to_owned(), what, name })
-}
-
-/// The word of a work offset, and the lines that select it.
-pub(super) fn work_offset(
-    offset: WorkOffset,
-    rules: &DialectFile,
-    place: &str,
-) -> Result<(String, Vec<String>), WriteError> {
-    let number = offset.number();
-    let rule = rules.words.work_offsets.iter().find(|r| (r.first..=r.last).contains(&number));
-    let (what, name) = (format!("work offset {number}"), rules.name.clone());
-    let rule = rule.ok_or_else(|| WriteError::NotInDialect { place: place.to_owned(), what, name })?;
-    let n = (i32::from(number) + rule.plus).to_string();
-    let word = fill(&rule.word, &[("n", &n)]);
-    let lines: Vec<String> = rule.lines.iter().map(|line| fill(line, &[("n", &n)])).collect();
-    Ok(if lines.is_empty() { (word.clone(), vec![word]) } else { (word, lines) })
 }
 
 fn axis_context(axis: &AxisSpec, settings: &PostSettings) -> AxisContext {

@@ -8,7 +8,7 @@ use std::path::Path;
 
 use facemill_job::failure::Failure;
 use facemill_job::format::program_stamp::ProgramStamp;
-use facemill_job::load::{Job, Setup};
+use facemill_job::load::job::{Job, Setup};
 use facemill_job::stages::Stages;
 use facemill_nc_program::{Dialect, ReadProgram};
 use facemill_tool_model::{HolderLibrary, OpenAssembly, ToolFile};

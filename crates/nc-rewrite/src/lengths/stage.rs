@@ -3,7 +3,7 @@
 use facemill_job::failure::Failure;
 use facemill_job::format::lengths_file::{LENGTHS_FORMAT, LengthName, LengthReport, LengthsFile, NoLength, Posting};
 use facemill_job::format::program_stamp::ProgramStamp;
-use facemill_job::load::{Job, Setup};
+use facemill_job::load::job::{Job, Setup};
 use facemill_job::setup::cell::budget;
 use facemill_job::setup::word_map::{rtcp_frame, word_map};
 use facemill_job::stages::Stages;

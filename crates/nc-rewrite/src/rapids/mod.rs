@@ -8,7 +8,7 @@ use std::path::Path;
 use facemill_inverse_kinematics::{Axis, AxisValues};
 use facemill_job::failure::Failure;
 use facemill_job::format::verification_file::VerificationFile;
-use facemill_job::load::{Job, Setup};
+use facemill_job::load::job::{Job, Setup};
 use facemill_job::setup::word_map::{rtcp_frame, word_map};
 use facemill_job::stages::{SHORTEN, Stages};
 use facemill_job::stock::map::StockMeshes;

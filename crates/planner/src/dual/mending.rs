@@ -9,7 +9,7 @@ use facemill_virtual_machine::{Certificates, Verification};
 use super::moves::{DualMove, DualMover};
 use super::output::{BlockPlace, DualTexts};
 use super::pair::run_planner;
-use super::plan::{DualGround, Part};
+use crate::dual::parts::{DualGround, Part};
 use crate::mending::lines_to_mend;
 use crate::move_settings::move_settings;
 

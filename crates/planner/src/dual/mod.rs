@@ -11,6 +11,7 @@ pub(crate) mod moves;
 pub(crate) mod output;
 pub(crate) mod pair;
 pub(crate) mod pairing;
+pub(crate) mod parts;
 pub(crate) mod plan;
 pub(crate) mod program;
 pub(crate) mod remains;

@@ -5,8 +5,8 @@ use facemill_job::failure::Failure;
 use facemill_job::format::job_file::OperationFile;
 use facemill_job::format::report::remaining::RemainingReport;
 use facemill_job::setup::cell::budget;
-use facemill_job::setup::tip_feed::programmed_feed;
 use facemill_job::stages::Stages;
+use facemill_job::validate::tip_feed::programmed_feed;
 use facemill_nc_program::{
     AptCutter, AptMove, AptSpec, HeadSpec, PostSettings, ProgramSpec, ReadProgram, RtcpRapids, WordMap, read_program,
     write_apt, write_program_of_heads,
@@ -25,11 +25,11 @@ use facemill_virtual_machine::{
 
 use super::channels::channel_files;
 use super::moves::DualMove;
-use super::plan::{DualGround, Part};
 use super::program::{DualTimes, DualWriter, PartFeeds, dual_spec};
+use crate::dual::parts::{DualGround, Part};
 use crate::operation::PlannedOperation;
 use crate::output::NOT_VERIFIED;
-use crate::program::Timed;
+use crate::timed::Timed;
 use crate::timing::text::time_text;
 use crate::timing::{Written, time_program};
 

@@ -1,89 +1,36 @@
 //! The whole way through one setup of a machine with two heads.
 
-use facemill_cutter_location::{PairTest, PoseTest, Workcell};
-use facemill_inverse_kinematics::{AxisValues, Machine};
+use facemill_cutter_location::PoseTest;
+use facemill_inverse_kinematics::AxisValues;
 use facemill_job::failure::Failure;
-use facemill_job::format::job_file::{OperationFile, PairFile};
 use facemill_job::format::made_from::MadeFrom;
 use facemill_job::format::report::links::LinksReport;
-use facemill_job::format::report::pairs::PairSplit;
+use facemill_job::load::HEADS_APART;
+use facemill_job::load::job::{Job, Setup};
 use facemill_job::load::mesh_winding::check_winding;
 use facemill_job::load::open_meshes::open_stock;
-use facemill_job::load::{HEADS_APART, Job, Setup};
-use facemill_job::setup::cell::{workcell, z_map};
+use facemill_job::setup::cell::z_map;
 use facemill_job::setup::word_map::dual_word_map;
 use facemill_job::stages::{READ, Stages, TIMES, WRITE};
-use facemill_tool_path::moves::{Move, MoveSettings, PieceMoves};
 use facemill_verification::heads_merged::proven_for_both;
 use facemill_virtual_machine::{Assumption, joined, rapid_lines};
-use facemill_z_map::ZMap;
 use nalgebra::Point3;
 
 use super::mending::{lines, mend};
-use super::moves::{DualMove, DualMover};
 use super::output::{DualProgram, merged, write_dual_texts};
 use super::pair::{PairPlanner, as_piece};
-use super::runs::Run;
 use crate::chip_files::ChipFiles;
+use crate::dual::parts::{DualGround, Part, alone_sections, cells, mover, section};
 use crate::mending::ROUNDS;
 use crate::move_settings::move_settings;
 use crate::operation::{Ground, PlannedOperation};
 use crate::output::check_feeds;
-use crate::plan::{Clock, PlanSettings, Planned, name_parts, planned_files};
 use crate::plan_stages::stages_of_heads;
 use crate::plan_stock::StockToCut;
+use crate::planned::{PlanSettings, Planned, name_parts, planned_files};
 use crate::reporting::report;
+use crate::stage_clock::Clock;
 use crate::timing::control_assumption;
-
-/// What both heads stand on.
-pub(crate) struct DualGround<'a> {
-    /// The job as each head sees it while it is planned: tool and cutter of the other one are larger than they are.
-    pub jobs: [&'a Job; 2],
-    /// The machine as each head sees it, with the other one's tool as it is.
-    pub machines: [&'a Machine; 2],
-    pub setups: [&'a Setup<'a>; 2],
-    pub maps: [&'a ZMap; 2],
-    /// Index of the axis that both share.
-    pub shared: usize,
-}
-
-impl<'a> DualGround<'a> {
-    pub(crate) fn ground(&self, head: usize) -> Ground<'a> {
-        Ground { job: self.jobs[head], setup: self.setups[head], map: self.maps[head], adds_passes: false }
-    }
-
-    pub(crate) fn cell(&self, head: usize, operation: &OperationFile) -> Workcell<'a> {
-        workcell(self.jobs[head], self.setups[head], operation, self.maps[head])
-    }
-}
-
-/// A part of the program: one operation, or two at once.
-pub(crate) struct Part<'a> {
-    /// Operation of each head, where it has one.
-    pub files: [Option<&'a OperationFile>; 2],
-    /// Moves with what a comment says of them.
-    pub sections: Vec<Section>,
-    /// What the report says of a pair, but for its times.
-    pub pair: Option<PairOutline>,
-}
-
-/// Moves under one comment.
-pub(crate) struct Section {
-    pub comment: String,
-    pub moves: Vec<DualMove>,
-    /// The run whose stops its moves go to, where both heads cut.
-    pub run: Option<Run>,
-    /// Whether its moves go on where a part of a pass was ended for an axis to turn back.
-    pub goes_on: bool,
-}
-
-/// What is known of a pair before it is timed.
-pub(crate) struct PairOutline {
-    pub file: PairFile,
-    pub runs: usize,
-    pub separate_time: f64,
-    pub splits: Vec<PairSplit>,
-}
 
 /// Plans one setup of a job on a machine with two heads.
 ///
@@ -228,40 +175,6 @@ fn alone<'a>(
     let mut files = [None; 2];
     files[head] = Some(operation);
     Ok((planned, Part { files, sections, pair: None }))
-}
-
-/// The moves of one head's pieces, piece by piece, and those from the last one back.
-pub(crate) fn alone_sections(head: usize, pieces: &[PieceMoves], retract: &[Move]) -> Vec<Section> {
-    let mut working = [false; 2];
-    working[head] = true;
-    let dual = |m: &Move| {
-        let mut chips = [None; 2];
-        chips[head] = m.chip;
-        DualMove { kind: m.kind, axes: m.axes, working, chips }
-    };
-    let of_pieces = pieces.iter().map(|p| {
-        let comment = format!("HEAD {} PASS {} PLACE {}", head + 1, p.piece.pass + 1, p.piece.copy + 1);
-        let goes_on = p.piece.part.is_some_and(|part| part > 0);
-        Section { goes_on, ..section(comment, p.moves.iter().map(dual).collect()) }
-    });
-    let retract = section(String::new(), retract.iter().map(dual).collect());
-    of_pieces.chain([retract]).collect()
-}
-
-pub(crate) fn section(comment: String, moves: Vec<DualMove>) -> Section {
-    Section { comment, moves, run: None, goes_on: false }
-}
-
-pub(crate) fn cells<'a>(ground: &DualGround<'a>, first: &OperationFile, second: &OperationFile) -> [Workcell<'a>; 2] {
-    [ground.cell(0, first), ground.cell(1, second)]
-}
-
-pub(crate) fn mover<'r, 'c>(
-    ground: &DualGround<'_>,
-    tests: &'r [PoseTest<'c>; 2],
-    settings: [&'r MoveSettings; 2],
-) -> DualMover<'r, 'c> {
-    DualMover { test: PairTest { tests: [&tests[0], &tests[1]], shared: ground.shared }, settings }
 }
 
 /// Gives the pieces of pairs the stops that mending has put into their runs.

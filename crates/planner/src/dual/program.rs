@@ -4,16 +4,16 @@ use facemill_feedrate::{FeedLimit, PairFeed, PairLimit, feed_for_pair, rapid_tim
 use facemill_inverse_kinematics::AxisValues;
 use facemill_job::failure::Failure;
 use facemill_job::format::job_file::FeedsFile;
-use facemill_job::load::{Job, Setup};
-use facemill_job::setup::tip_feed::{CutFeed, FeedLaw, programmed_feed};
+use facemill_job::load::job::{Job, Setup};
 use facemill_job::setup::word_map::head_spec;
+use facemill_job::validate::tip_feed::{CutFeed, FeedLaw, programmed_feed};
 use facemill_nc_program::{Block, FeedMode, HeadSpec, NcProgram, ProgramSpec, WordMap};
 use facemill_tool_model::SpindleRotation;
 use facemill_tool_path::moves::MoveKind;
 
 use super::moves::DualMove;
-use crate::program::Timed;
-use crate::timing::TimedMove;
+use crate::timed::Timed;
+use crate::timed::TimedMove;
 
 /// What a part of a program is timed by.
 #[derive(Clone, Copy)]

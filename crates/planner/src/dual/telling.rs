@@ -7,10 +7,11 @@ use facemill_tool_path::moves::{Move, MoveKind};
 use nalgebra::Vector3;
 
 use super::output::DualTexts;
-use super::plan::{DualGround, Part};
 use super::program::DualTimes;
 use super::runs::Stop;
-use crate::turning::{Driven, Turning, rewinds_report, singular_blocks};
+use crate::dual::parts::{DualGround, Part};
+use crate::lost_time::Driven;
+use crate::turning::{Turning, rewinds_report, singular_blocks};
 
 impl DualTexts {
     /// Axes that turn back or race at the pole, of either head.

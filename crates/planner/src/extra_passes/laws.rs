@@ -1,5 +1,5 @@
 use facemill_job::examples::new_job::{NewJob, new_job};
-use facemill_job::load::{Job, Setup};
+use facemill_job::load::job::{Job, Setup};
 use facemill_job::setup::cell::z_map;
 use facemill_job::stages::SilentStages;
 use facemill_surface_model::{NamedNode, TriMesh, write_obj};
@@ -7,7 +7,9 @@ use nalgebra::{Isometry3, Point3};
 use serde_json::{Value, json};
 
 use crate::operation::{Ground, PlannedOperation};
-use crate::plan::{Clock, PlanSettings, Planned, plan_setup};
+use crate::plan::plan_setup;
+use crate::planned::{PlanSettings, Planned};
+use crate::stage_clock::Clock;
 
 /// A plan of a job on a surface of heights `z(x)`, with values of the operation.
 pub(crate) fn planned(z: fn(f64) -> f64, values: &[(&str, Value)]) -> Planned {

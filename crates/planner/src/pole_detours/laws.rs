@@ -1,16 +1,18 @@
 use facemill_cutter_location::neighbours::{Neighbours, OwnPlace};
 use facemill_job::format::report::lost_time::LostTimeCause;
-use facemill_job::load::Setup;
+use facemill_job::load::job::Setup;
 use facemill_job::setup::cell::{pass_settings, workcell, z_map};
 use facemill_job::setup::path::lay;
 use facemill_job::stages::SilentStages;
 use serde_json::{Value, json};
 
 use super::*;
+use crate::along::neighbour_reach;
 use crate::extra_passes::as_laid;
 use crate::extra_passes::laws::{job, planned};
-use crate::operation::{neighbour_reach, pass_tasks, settle_branch};
-use crate::plan::Planned;
+use crate::extra_passes::pass_tasks;
+use crate::operation::settle_branch;
+use crate::planned::Planned;
 
 /// A ridge of 24 mm radius along y: cut across, the normals pass the pole at its top.
 fn ridge(x: f64) -> f64 {

@@ -10,8 +10,8 @@ use facemill_inverse_kinematics::{AxisValues, Machine};
 use facemill_job::failure::Failure;
 use facemill_job::format::job_file::FeedsWithin;
 use facemill_job::format::report::{HeldBackReport, TimeLawReport, VectorTimeReport};
-use facemill_job::load::Job;
-use facemill_job::setup::tip_feed::FeedLaw;
+use facemill_job::load::job::Job;
+use facemill_job::validate::tip_feed::FeedLaw;
 use facemill_nc_program::{AxisWords, Block, FeedMode, WordMap};
 use facemill_tool_path::moves::MoveKind;
 use facemill_virtual_machine::Assumption;
@@ -22,29 +22,12 @@ use facemill_virtual_machine::program_time::vectors::{VectorDecimals, VectorRoun
 use nalgebra::{Isometry3, Unit, Vector3};
 use rayon::prelude::*;
 
-use crate::program::Timed;
+use crate::timed::{Timed, TimedMove};
 
 /// What the times of a program by the law rest on where nobody has checked it against the control.
 pub(crate) fn control_assumption(job: &Job, timed: &Timed) -> Option<Assumption> {
     let text = timed.time_law.as_ref().and_then(|_| job.post.rules().control_motion.assumption())?;
     Some(Assumption { line: None, text })
-}
-
-/// A motion block with its time at constant speeds.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct TimedMove {
-    /// Its index among the program's blocks.
-    pub block: usize,
-    /// Axis values at its end, as planned.
-    pub axes: AxisValues,
-    /// What kind of move it is.
-    pub kind: MoveKind,
-    /// Time, s.
-    pub time: f64,
-    /// Time at the job's own feeds, whatever chips make of them, s.
-    pub given_time: f64,
-    /// What sets it; `None` for rapids.
-    pub limit: Option<FeedLimit>,
 }
 
 /// How the text of a block turns the tool.

@@ -8,8 +8,9 @@ use facemill_verification::text_times::{Meant, TimedText, motions};
 use facemill_virtual_machine::follow::Surroundings;
 use facemill_virtual_machine::program_time::tolerance::View;
 
-use super::{Tally, TimedMove};
-use crate::program::Timed;
+use super::Tally;
+use crate::timed::Timed;
+use crate::timed::TimedMove;
 
 /// Takes the time of rapids and the times by the law from the text as it is read back: the same as anyone finds who reads it.
 /// Where the axes are at the start, at home, it is known.

@@ -1,4 +1,5 @@
-use super::{ImportFault, uri};
+use super::uri;
+use crate::import::settings::ImportFault;
 use gltf::json;
 use json::{
     accessor::{ComponentType, IndexComponentType, Type},

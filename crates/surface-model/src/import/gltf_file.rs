@@ -1,7 +1,6 @@
-use super::{
-    ImportFault, RawMesh,
-    accessor::{Accessors, fault},
-};
+use super::RawMesh;
+use super::accessor::{Accessors, fault};
+use crate::import::settings::ImportFault;
 use gltf::json;
 use json::{
     mesh::{Mode, Semantic},

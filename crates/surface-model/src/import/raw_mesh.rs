@@ -1,5 +1,5 @@
-use super::ImportFault;
 use crate::Group;
+use crate::import::settings::ImportFault;
 use nalgebra::Point3;
 
 /// Triangles as a file gives them: in its unit and frame, neither welded nor checked.

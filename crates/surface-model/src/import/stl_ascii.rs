@@ -1,4 +1,5 @@
-use super::{ImportFault, RawMesh};
+use super::RawMesh;
+use crate::import::settings::ImportFault;
 use nalgebra::Point3;
 
 /// Reads an ASCII STL: keywords in any case, solids with or without a name, several solids in a file.

@@ -1,4 +1,5 @@
-use super::{ImportFault, RawMesh};
+use super::RawMesh;
+use crate::import::settings::ImportFault;
 use nalgebra::Point3;
 
 const HEADER: usize = 80;

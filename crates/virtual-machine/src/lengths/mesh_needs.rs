@@ -8,14 +8,11 @@ use nalgebra::{Isometry3, Point3, Unit, Vector3};
 use rayon::prelude::*;
 
 use super::needs::{Needs, Raise};
-use crate::{
-    between::{CUTTER_BULGE, cutter_step},
-    dead_core::cl_of,
-    moves::Move,
-    scene::{Frame, Mount, Scene, SceneBody, SceneObstacle},
-    stepping::{Spacing, positions},
-    track::{Shape, Track},
-};
+use crate::between::{CUTTER_BULGE, cutter_step};
+use crate::moves::Move;
+use crate::scene::{Frame, Mount, Scene, SceneBody, SceneObstacle, cl_of};
+use crate::stepping::{Spacing, positions};
+use crate::track::{Shape, Track};
 
 /// Moves that begin with the lengths of the run, and take up their own from there.
 const MOVES_PER_CHUNK: usize = 128;

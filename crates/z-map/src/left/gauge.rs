@@ -4,7 +4,7 @@ use facemill_cl_data::{Aabb, ClPoint};
 use facemill_tool_model::Cutter;
 use nalgebra::{Point3, Vector3};
 
-use super::{SurfacePlace, SweptCutter};
+use crate::left::place::SurfacePlace;
 
 /// A cutter as a convex solid of revolution.
 pub(super) struct Gauge {
@@ -16,6 +16,9 @@ pub(super) struct Gauge {
 
 /// Newton steps to the entry of a line, after which it counts as missing the cutter: near a tangent they halve the rest only.
 const MAX_STEPS: usize = 60;
+
+/// Depth to which the entry of a line into the cutter is found, mm.
+pub(super) const ENTRY: f64 = 1e-6;
 
 /// Halvings of the way to where a line is nearest: from a meter to a millionth of a millimetre.
 const HALVINGS: usize = 32;
@@ -79,7 +82,7 @@ impl Gauge {
             // A step that lands on the outline of a sharp cutter is on its inside, where the direction is that of another side.
             let outward = before.filter(|_| distance == 0.0).map_or(direction, |(_, outward)| outward);
             let slope = outward.dot(&place.normal);
-            if distance <= SweptCutter::ENTRY {
+            if distance <= ENTRY {
                 return Approach { entry: Some(way), nearest: at - outward * distance, outward, slope };
             }
             if slope >= 0.0 {
@@ -102,7 +105,7 @@ impl Gauge {
             Approach { entry: None, nearest: at - outward * distance, outward, slope }
         };
         for _ in 0..HALVINGS {
-            if high - low <= SweptCutter::ENTRY {
+            if high - low <= ENTRY {
                 break;
             }
             let middle = 0.5 * (low + high);

@@ -4,7 +4,7 @@ use facemill_cl_data::ClPoint;
 use nalgebra::{Point3, Unit, Vector3};
 
 use super::gauge::{Approach, Gauge};
-use super::{CutterMotion, SurfacePlace};
+use crate::left::place::{CutterMotion, SurfacePlace};
 
 /// Poses of a motion that are looked at, at most.
 const MAX_POSES: usize = 48;

@@ -4,7 +4,7 @@ use facemill_cl_data::{Aabb, ClPoint};
 use nalgebra::{Point3, Unit, Vector3};
 
 use super::gauge::Gauge;
-use super::{CutterMotion, SurfacePlace};
+use crate::left::place::{CutterMotion, SurfacePlace};
 
 /// A run of motions. At every time of it the cutter lies within the one at `middle`, moved by λ·`half` with λ from −1 to 1, and dilated by
 /// `slack`.

@@ -1,13 +1,10 @@
 //! What the words of a block do to the state of the control.
 
-use super::{
-    SiemensReader, State,
-    items::{Item, Value},
-    line_macro,
-    motion::is_vector,
-    names::{self, Name},
-    statements::is_assignment,
-};
+use super::items::{Item, Value};
+use super::names::Name;
+use super::{SiemensReader, State, line_macro, names};
+use crate::readers::siemens::items::is_assignment;
+use crate::readers::siemens::items::is_vector;
 use crate::{
     AxisLetter, Coolant, MacroKind, ReadBlock, ReadCommand, ReadError, ReadFault, StateWord,
     readers::{source::Source, unfollowed::Cause},

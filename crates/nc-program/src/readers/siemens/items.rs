@@ -2,15 +2,12 @@
 
 use std::ops::Range;
 
-use crate::{
-    ReadError, ReadFault,
-    readers::{
-        expression::{self, Syntax, is_name_byte},
-        number,
-        source::Source,
-        variables::Variables,
-    },
-};
+use crate::readers::expression::{Syntax, is_name_byte};
+use crate::readers::siemens::names;
+use crate::readers::source::Source;
+use crate::readers::variables::Variables;
+use crate::readers::{expression, number};
+use crate::{AxisLetter, ReadError, ReadFault};
 
 /// A word of a block: `X10`, `X1=AC(5)`, `TRAORI`, `CYCLE832(…)`, `R1=R2+5`.
 #[derive(Clone, Debug)]
@@ -289,4 +286,26 @@ impl Code<'_> {
     pub(super) fn string(&self, bytes: Range<usize>) -> String {
         String::from_utf8_lossy(&self.text[bytes]).into_owned()
     }
+}
+
+/// A component of a vector: `A3` to `C5`.
+pub(super) fn is_vector(item: &Item) -> bool {
+    matches!(item.letter, b'A' | b'B' | b'C') && matches!(item.index, 3..=5)
+}
+
+/// Whether an item sets a variable: an R parameter, a system variable, or a name that is none of the control's.
+pub(super) fn is_assignment(item: &Item, code: &[u8]) -> bool {
+    if item.letter > 0 && item.letter != b'R' {
+        return false;
+    }
+    let name = &code[item.name.clone()];
+    let has_value = !matches!(item.value, super::items::Value::None | super::items::Value::Arguments(_));
+    let is_r = name.first() == Some(&b'R') && name[1..].iter().all(u8::is_ascii_digit) && name.len() > 1;
+    let is_field = name.starts_with(b"R[");
+    let text = str::from_utf8(name).unwrap_or_default();
+    // Names begin with two letters, so that no address is one.
+    let is_long = name.get(1).is_some_and(|b| b.is_ascii_alphabetic() || matches!(b, b'_' | b'$')) || name[0] == b'$';
+    let is_of_control = names::meaning(text).is_some() || names::is_not_followed(text);
+    let is_word = item.letter == 0 && is_long && !is_of_control && text.parse::<AxisLetter>().is_err();
+    has_value && name.len() > 1 && (is_r && item.value_start > item.name.end || is_field || is_word)
 }

@@ -1,14 +1,12 @@
 //! Where a block moves the axes.
 
-use super::{
-    block::{BlockReading, INCH, Role},
-    items::{Count, Item, Value},
-    line_macro,
-};
-use crate::{
-    ArcWords, AxisAt, AxisKind, AxisLetter, MacroKind, MotionKind, ReadError, ToolVectors,
-    readers::{modal::MotionCode, unfollowed::Cause},
-};
+use super::block::{BlockReading, INCH, Role};
+use super::items::{Count, Item, Value};
+use super::line_macro;
+use crate::readers::modal::MotionCode;
+use crate::readers::siemens::items::is_vector;
+use crate::readers::unfollowed::Cause;
+use crate::{ArcWords, AxisAt, AxisKind, AxisLetter, MacroKind, MotionKind, ReadError, ToolVectors};
 
 impl BlockReading<'_> {
     /// Moves the axes that the block names, if they are targets.
@@ -205,9 +203,4 @@ impl BlockReading<'_> {
             self.block.feed_place.set_insert(end);
         }
     }
-}
-
-/// A component of a vector: `A3` to `C5`.
-pub(super) fn is_vector(item: &Item) -> bool {
-    matches!(item.letter, b'A' | b'B' | b'C') && matches!(item.index, 3..=5)
 }

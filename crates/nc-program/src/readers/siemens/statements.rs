@@ -1,18 +1,13 @@
 //! Statements that are read as a whole, and assignments.
 
-use super::{
-    Guard, SiemensReader,
-    items::{Code, Item},
-    line_macro,
-    names::{self, Statement},
-};
-use crate::{
-    AxisLetter, CallKind, MacroKind, NoteKind, ReadBlock, ReadCall, ReadCommand, ReadError, ReadFault,
-    readers::{
-        expression::{self, Syntax},
-        length_check::LengthVariables,
-    },
-};
+use super::items::Code;
+use super::names::Statement;
+use super::{Guard, SiemensReader, line_macro};
+use crate::readers::expression;
+use crate::readers::expression::Syntax;
+use crate::readers::length_check::LengthVariables;
+use crate::readers::siemens::items::is_assignment;
+use crate::{CallKind, MacroKind, NoteKind, ReadBlock, ReadCall, ReadCommand, ReadError, ReadFault};
 
 impl SiemensReader {
     pub(super) fn statement(
@@ -177,21 +172,4 @@ impl SiemensReader {
         }
         Ok(())
     }
-}
-
-/// Whether an item sets a variable: an R parameter, a system variable, or a name that is none of the control's.
-pub(super) fn is_assignment(item: &Item, code: &[u8]) -> bool {
-    if item.letter > 0 && item.letter != b'R' {
-        return false;
-    }
-    let name = &code[item.name.clone()];
-    let has_value = !matches!(item.value, super::items::Value::None | super::items::Value::Arguments(_));
-    let is_r = name.first() == Some(&b'R') && name[1..].iter().all(u8::is_ascii_digit) && name.len() > 1;
-    let is_field = name.starts_with(b"R[");
-    let text = str::from_utf8(name).unwrap_or_default();
-    // Names begin with two letters, so that no address is one.
-    let is_long = name.get(1).is_some_and(|b| b.is_ascii_alphabetic() || matches!(b, b'_' | b'$')) || name[0] == b'$';
-    let is_of_control = names::meaning(text).is_some() || names::is_not_followed(text);
-    let is_word = item.letter == 0 && is_long && !is_of_control && text.parse::<AxisLetter>().is_err();
-    has_value && name.len() > 1 && (is_r && item.value_start > item.name.end || is_field || is_word)
 }

@@ -8,7 +8,7 @@ use facemill_nc_program::{
 };
 
 use crate::failure::Failure;
-use crate::load::Job;
+use crate::load::job::Job;
 
 /// Keys whose text stands in the first motion alone: modes that hold from there on belong there.
 const FIRST_KEYS: [&str; 4] = ["words.absolute", "feeds.g94", "feeds.g93", "feeds.rtcp"];

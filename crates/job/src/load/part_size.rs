@@ -6,9 +6,8 @@ use facemill_inverse_kinematics::AxisKind;
 use facemill_surface_model::LengthUnit;
 use nalgebra::{Isometry3, Point3};
 
-use crate::check::units;
+use crate::load::job::{Job, Setup};
 use crate::load::obstacle_meshes::{ObstacleMesh, ObstacleRole};
-use crate::load::{Job, Setup};
 
 /// A part shorter than this part of the cutter's diameter is not meant.
 const SHORTEST: f64 = 0.5;
@@ -66,7 +65,7 @@ fn length(b: &Aabb) -> f64 {
 /// Names the units in which a part would have a likely size, where as it is read it has none that tool and machine suit.
 pub fn unit_advice(job: &Job, setup: &Setup<'_>) -> Option<String> {
     let suitable = Suitable::of(job);
-    let length = length(&part_box(&setup.obstacles, &crate::load::pose(&setup.file.work_from_part)));
+    let length = length(&part_box(&setup.obstacles, &crate::frames::pose(&setup.file.work_from_part)));
     if suitable.may_be(length) {
         return None;
     }
@@ -116,4 +115,14 @@ fn advice(
         suitable.travel,
         likely.join(", ")
     ))
+}
+
+/// Name of a unit.
+pub fn units(unit: LengthUnit) -> &'static str {
+    match unit {
+        LengthUnit::Metre => "metres",
+        LengthUnit::Centimetre => "centimetres",
+        LengthUnit::Millimetre => "millimetres",
+        LengthUnit::Inch => "inches",
+    }
 }

@@ -1,15 +1,18 @@
 //! Checks of a job file's numbers that its types cannot express. Every message names the field and what it must be.
 
+pub mod feeds;
+pub mod limits;
+pub mod tip_feed;
 use facemill_inverse_kinematics::FeedRange;
 use facemill_nc_program::{FeedMode, RoundingBound};
 
-use crate::check::limits::{JOB_LIMITS, OPERATION_LIMITS, SETUP_LIMITS, SMALLEST_TOLERANCE, check_limits};
-use crate::check::validate_feeds::{check_feed_laws, check_stock_to_cut, feeds_of_chips};
 use crate::format::job_file::{
     AxisTargetFile, ClearanceFile, DirectionFile, InfeasibleFile, JOB_FORMAT, JobFile, LinkStockFile, LinkingFile,
     OperationFile, PairFile, PassOrderFile, PathFile, PatternFile, PoseFile, PostureModeFile, RoleFile, SetupFile,
     StockFile,
 };
+use crate::validate::feeds::{check_feed_laws, check_stock_to_cut, feeds_of_chips};
+use crate::validate::limits::{JOB_LIMITS, OPERATION_LIMITS, SETUP_LIMITS, SMALLEST_TOLERANCE, check_limits};
 
 /// First thing wrong with a job, as `field: what it must be`.
 ///

@@ -4,7 +4,7 @@ use facemill_cutter_location::link::ClearanceSurface;
 use nalgebra::Point3;
 
 use crate::format::job_file::ClearanceFile;
-use crate::load::direction;
+use crate::frames::direction;
 
 /// The clearance surface that a job names.
 pub fn clearance_surface(file: &ClearanceFile) -> ClearanceSurface {

@@ -2,9 +2,9 @@
 
 use facemill_inverse_kinematics::FeedRange;
 
-use crate::check::validate::{Field, belongs};
 use crate::format::job_file::{FeedsFile, JobFile, OperationFile, RoleFile, StockFile};
-use crate::setup::tip_feed::{depends_on_chips, teeth_per_minute};
+use crate::validate::tip_feed::{depends_on_chips, teeth_per_minute};
+use crate::validate::{Field, belongs};
 
 /// Feeds of an operation that chips lead to, against each other.
 ///

@@ -110,7 +110,7 @@ fn dotted(steps: &[String]) -> String {
 
 #[cfg(test)]
 mod tests {
-    use crate::load::job_settings::*;
+    use crate::format::job_settings::*;
     use serde_json::json;
 
     fn set(text: &str) -> Result<Value, String> {

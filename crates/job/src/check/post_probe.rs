@@ -6,9 +6,9 @@ use facemill_nc_program::{
 };
 use nalgebra::{Unit, Vector3};
 
+use crate::check::post_block_words::nothing_added;
 use crate::failure::Failure;
-use crate::load::post_block_words::nothing_added;
-use crate::load::{Job, Setup};
+use crate::load::job::{Job, Setup};
 use crate::setup::program_spec::program_spec;
 
 /// A key of dialect files that says what stands around the motions, which is the template's.

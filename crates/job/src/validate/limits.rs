@@ -5,11 +5,11 @@ use std::ops::RangeInclusive;
 use facemill_inverse_kinematics::{Carrier, Machine};
 use facemill_tool_model::ToolAssembly;
 
-use crate::check::validate::{FARTHEST, Field};
 use crate::format::job_file::{
     ApproachFile, ArcFile, JobFile, OperationFile, PathFile, PathFromFile, PathFromStrategy, SetupFile,
 };
-use crate::setup::cell::diagonal;
+use crate::frames::diagonal;
+use crate::validate::{FARTHEST, Field};
 
 /// Range of a key's value, in the key's own unit.
 pub struct JobLimit<T> {
@@ -165,9 +165,9 @@ mod tests {
     use facemill_file_format::from_json;
     use serde_json::{Value, json};
 
-    use crate::check::limits::*;
-    use crate::check::validate::validate;
     use crate::examples::new_job::{NewJob, new_job};
+    use crate::validate::limits::*;
+    use crate::validate::validate;
 
     /// Example jobs with all keys that have limits between them.
     fn jobs() -> [Value; 2] {

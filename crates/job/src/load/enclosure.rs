@@ -5,9 +5,9 @@ use facemill_surface_model::TriMesh;
 use nalgebra::Point3;
 
 use crate::format::job_file::{SetupFile, StockFile};
-use crate::load::direction;
+use crate::frames::direction;
+use crate::load::clearance_surface::clearance_surface;
 use crate::load::obstacle_meshes::{ObstacleMesh, ObstacleRole};
-use crate::setup::clearance_surface::clearance_surface;
 
 /// How far a part may stand out of its stock by rounding, mm: mesh files have single precision.
 const STOCK_ROUNDING: f64 = 1e-3;
@@ -103,7 +103,7 @@ mod tests {
     use facemill_interference::MeshTree;
     use facemill_surface_model::TriMesh;
 
-    use crate::check::enclosure::*;
+    use crate::load::enclosure::*;
 
     /// A setup whose part is a triangle with corners 10 mm along each axis.
     fn obstacles() -> Vec<ObstacleMesh> {

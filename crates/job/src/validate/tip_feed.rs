@@ -95,7 +95,7 @@ pub struct CutFeed {
 
 #[cfg(test)]
 mod tests {
-    use crate::setup::tip_feed::*;
+    use crate::validate::tip_feed::*;
     use serde_json::json;
 
     fn feeds(more: &serde_json::Value) -> FeedsFile {

@@ -1,0 +1,35 @@
+//! Angles by which a body grew until a posture was certain.
+
+use std::collections::BTreeMap;
+use std::sync::{Mutex, PoisonError};
+
+use facemill_cl_data::CcPoint;
+
+/// Points at which the width of a proof had to be larger than asked for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Widened {
+    /// How many.
+    pub points: usize,
+    /// The largest width that was reached at one of them.
+    pub largest: f64,
+}
+
+/// The largest width of each point at which more than the asked one was needed, by the bits of its place: a sum that does not
+/// hang on the order of the searches.
+#[derive(Debug, Default)]
+pub(crate) struct Widths(Mutex<BTreeMap<[u64; 3], f64>>);
+
+impl Widths {
+    pub(crate) fn note(&self, cc: &CcPoint, width: f64) {
+        let place = [cc.position.x, cc.position.y, cc.position.z].map(f64::to_bits);
+        let mut all = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let largest = all.entry(place).or_insert(width);
+        *largest = largest.max(width);
+    }
+
+    pub(crate) fn widened(&self) -> Option<Widened> {
+        let all = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let largest = all.values().copied().reduce(f64::max)?;
+        Some(Widened { points: all.len(), largest })
+    }
+}

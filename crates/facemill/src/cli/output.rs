@@ -1,0 +1,31 @@
+//! Standard output, and the folder that a plan is written to.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use facemill::Failure;
+
+/// Writes to standard output. A reader that has had enough and closed it (`| head`) is no failure.
+pub(crate) fn say(text: &str) -> Result<(), Failure> {
+    say_bytes(text.as_bytes())
+}
+
+/// [`say`] of a file that need not be UTF-8.
+pub(crate) fn say_bytes(text: &[u8]) -> Result<(), Failure> {
+    let mut out = std::io::stdout().lock();
+    match out.write_all(text).and_then(|()| out.flush()) {
+        Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => {
+            Err(Failure::Write { file: PathBuf::from("standard output"), source: e })
+        }
+        _ => Ok(()),
+    }
+}
+
+/// `out/` and the name of the folder that the job is in.
+pub(crate) fn default_out(job: &Path) -> PathBuf {
+    let folder = facemill::job_path(job)
+        .canonicalize()
+        .ok()
+        .and_then(|p| p.parent().and_then(|f| f.file_name()).map(PathBuf::from));
+    Path::new("out").join(folder.unwrap_or_else(|| PathBuf::from("job")))
+}

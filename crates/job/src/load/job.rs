@@ -1,0 +1,187 @@
+//! A job that has been read, and its setups.
+
+use std::path::{Path, PathBuf};
+
+use facemill_cl_data::{Aabb, CcPoint, PlacedSolid};
+use facemill_inverse_kinematics::{AxisKind, BlockLaw, BodyPose, Carrier, Machine};
+use facemill_nc_program::{PostSettings, ReadError, RtcpRapids, WorkOffset};
+use facemill_surface_model::Surface;
+use facemill_tool_model::ToolAssembly;
+use facemill_tool_path::links::LinkScene;
+use nalgebra::Isometry3;
+
+use crate::failure::Failure;
+use crate::format::job_file::{JobFile, OperationFile, SetupFile};
+use crate::format::job_settings::JobSetting;
+use crate::format::report::MeshReport;
+use crate::load::clearance_surface::clearance_surface;
+use crate::load::mesh_files::FileKey;
+use crate::load::obstacle_meshes::ObstacleMesh;
+use crate::validate::belongs;
+
+/// A job with its tool, machine and post read.
+#[derive(Clone)]
+pub struct Job {
+    /// The job file.
+    pub path: PathBuf,
+    /// What it says.
+    pub file: JobFile,
+    /// Its tool.
+    pub tool: ToolAssembly,
+    /// Its machine; of one with two heads, as the first head sees it.
+    pub machine: Machine,
+    /// Its post.
+    pub post: PostSettings,
+    /// The second head of its machine, where it has one.
+    pub second: Option<SecondHead>,
+    /// Values that were put in place of those of the file.
+    pub settings: Vec<JobSetting>,
+}
+
+/// What the second head of a machine has of its own.
+#[derive(Clone)]
+pub struct SecondHead {
+    /// Its tool.
+    pub tool: ToolAssembly,
+    /// The machine as it sees it.
+    pub machine: Machine,
+}
+
+impl Job {
+    /// What the control does in the rapids of a program, between the first position and the way home: under RTCP with a control
+    /// that keeps the tip straight at rapid rate, too, the law of its cuts, else the machine's law of rapids.
+    pub fn rapid_law(&self) -> BlockLaw {
+        match self.post.rtcp_rapids() {
+            Some(RtcpRapids::TipLinear) => self.post.cutting_law().into(),
+            Some(RtcpRapids::BySetting) | None => self.machine.motion_law().rapid.into(),
+        }
+    }
+
+    /// A file named in the job, relative to the job file.
+    pub fn beside(&self, name: &str) -> PathBuf {
+        self.path.parent().unwrap_or(Path::new("")).join(name)
+    }
+
+    /// The job as one of the machine's two heads sees it (0 or 1): its tool, its clearance surfaces, and its view of the machine
+    /// with the other one's tool, thicker by `apart` mm, where that is above 0 with what the control may stray added to the
+    /// clearances of the head. With one head it is the job itself.
+    pub fn seen_by(&self, head: usize, apart: f64) -> Self {
+        let mut file = self.file.clone();
+        let Some(second) = &self.second else { return self.clone() };
+        let first = (&self.tool, &self.machine);
+        let second = (&second.tool, &second.machine);
+        let ((tool, machine), (other, _)) = if head == 0 { (first, second) } else { (second, first) };
+        if head == 1 {
+            for setup in &mut file.setups {
+                setup.clearance = setup.second_clearance.clone().unwrap_or_else(|| setup.clearance.clone());
+            }
+        }
+        let thicker = |body: PlacedSolid| PlacedSolid { solid: body.solid.dilated(apart), ..body };
+        let other_tool: Vec<PlacedSolid> = other.whole().into_iter().map(thicker).collect();
+        let straying = if apart > 0.0 { straying(machine, tool.gauge_length()) } else { 0.0 };
+        let machine = machine
+            .with_more_clearance(|body| if body.carrier() == Some(Carrier::Head) { straying } else { 0.0 })
+            .with_tool_in_other_head(&other_tool, other.gauge_length());
+        Self { file, tool: tool.clone(), machine, ..self.clone() }
+    }
+
+    /// An error about the job file.
+    pub fn wrong(&self, message: impl ToString) -> Failure {
+        Failure::input(&self.path, message)
+    }
+
+    /// Its own program could not be read back: the fault of the job's own template or dialect file, where it has one.
+    pub fn unread(&self, why: &ReadError) -> Failure {
+        let (post, reader) = (&self.file.post, self.post.dialect().name());
+        match post.template.as_ref().or(post.dialect_file.as_ref()) {
+            Some(name) => self.wrong(format!(
+                "post: what is written with {name} the reader of `{reader}` does not understand, so it cannot be verified: {why}"
+            )),
+            None => Failure::Internal(format!("own program: {why}")),
+        }
+    }
+
+    /// The operations of a setup, with their index in the job.
+    pub fn operations_of<'a>(&'a self, setup: &'a SetupFile) -> impl Iterator<Item = (usize, &'a OperationFile)> {
+        self.file.operations.iter().enumerate().filter(|(_, o)| belongs(o, setup, &self.file))
+    }
+}
+
+/// A setup with its meshes read, in the workpiece frame.
+pub struct Setup<'a> {
+    /// What the job says.
+    pub file: &'a SetupFile,
+    /// What the passes cut, alone: for paths that are projected on it.
+    pub drive: Surface,
+    /// The whole files that the drive surface is in: normals and curvatures at its border know what lies beyond.
+    pub around_drive: Surface,
+    /// Groups of `around_drive` that are the drive surface.
+    pub drive_groups: Vec<String>,
+    /// Files of `around_drive` in their order, with their number of triangles.
+    pub drive_files: Vec<(FileKey, usize)>,
+    /// Everything that must not be cut or hit.
+    pub obstacles: Vec<ObstacleMesh>,
+    /// Thickness of the stock on part and check surfaces, mm; 0 where the stock is a solid of its own.
+    pub stock_thickness: f64,
+    /// The stock, where it is a solid of its own.
+    pub stock_solid: Option<Surface>,
+    /// Material that is left on the drive surface, mm.
+    pub drive_allowance: f64,
+    /// Pose of the workpiece frame on the table.
+    pub table_from_work: Isometry3<f64>,
+    /// Work offset register.
+    pub work_offset: WorkOffset,
+    /// What was found in the files.
+    pub reports: Vec<MeshReport>,
+}
+
+impl<'a> Setup<'a> {
+    /// How the setup's program is written: numbered on from the job's number, setup by setup.
+    pub fn post(&self, job: &Job) -> PostSettings {
+        let before = job.file.setups.iter().take_while(|s| s.name != self.file.name).count();
+        job.post.with_number_after(before as u32)
+    }
+
+    /// Thickness of the stock along the normal at a CC point, mm, before anything is cut; 0 where there is none.
+    pub fn stock_above(&self, cc: &CcPoint) -> f64 {
+        match &self.stock_solid {
+            None => (self.stock_thickness - self.drive_allowance).max(0.0),
+            Some(solid) => solid
+                .ray_all(&cc.position, &cc.normal, f64::INFINITY)
+                .iter()
+                .find(|hit| !hit.from_outside)
+                .map_or(0.0, |hit| hit.point.distance),
+        }
+    }
+
+    /// Machine, tool and workpiece for links.
+    pub fn link_scene<'j>(&self, job: &'j Job) -> LinkScene<'j> {
+        LinkScene {
+            machine: &job.machine,
+            tool_length: job.tool.gauge_length(),
+            table_from_work: self.table_from_work,
+            clearance: clearance_surface(&self.file.clearance),
+        }
+    }
+
+    /// Smallest box around everything that stands on the table.
+    pub fn aabb(&self) -> Aabb {
+        self.obstacles.iter().fold(Aabb::EMPTY, |b, o| b.union(&o.mesh.aabb()))
+    }
+}
+
+/// By how much the bodies of a head may be beside their planned way, mm: a certificate counts the control's
+/// tolerance in, so stands at the very clearance could not be proven.
+pub(crate) fn straying(machine: &Machine, gauge_length: f64) -> f64 {
+    let home = machine.home();
+    let tip = machine.cl_point(&home, gauge_length).tip;
+    let farthest = |at: BodyPose<'_>| {
+        let around = at.body.body.solid.aabb();
+        let to_tip = (at.table_from_solid * around.center() - tip).norm() + around.half_extents().norm();
+        if at.body.carrier() == Some(Carrier::Head) { to_tip } else { 0.0 }
+    };
+    let reach = machine.body_poses(&home).map(farthest).fold(0.0, f64::max);
+    let rotaries = machine.axes().iter().filter(|a| a.kind == AxisKind::Rotary).count();
+    let tolerance = machine.motion_law().control_tolerance;
+    tolerance.path + rotaries as f64 * tolerance.orientation * reach
+}

@@ -1,0 +1,98 @@
+//! Parts of a program for two heads, and the setups that they are planned in.
+
+use facemill_cutter_location::{PairTest, PoseTest, Workcell};
+use facemill_inverse_kinematics::Machine;
+use facemill_job::format::job_file::{OperationFile, PairFile};
+use facemill_job::format::report::pairs::PairSplit;
+use facemill_job::load::job::{Job, Setup};
+use facemill_job::setup::cell::workcell;
+use facemill_tool_path::moves::{Move, MoveSettings, PieceMoves};
+use facemill_z_map::ZMap;
+
+use crate::dual::moves::{DualMove, DualMover};
+use crate::dual::runs::Run;
+use crate::operation::Ground;
+
+/// What both heads stand on.
+pub(crate) struct DualGround<'a> {
+    /// The job as each head sees it while it is planned: tool and cutter of the other one are larger than they are.
+    pub jobs: [&'a Job; 2],
+    /// The machine as each head sees it, with the other one's tool as it is.
+    pub machines: [&'a Machine; 2],
+    pub setups: [&'a Setup<'a>; 2],
+    pub maps: [&'a ZMap; 2],
+    /// Index of the axis that both share.
+    pub shared: usize,
+}
+
+impl<'a> DualGround<'a> {
+    pub(crate) fn ground(&self, head: usize) -> Ground<'a> {
+        Ground { job: self.jobs[head], setup: self.setups[head], map: self.maps[head], adds_passes: false }
+    }
+
+    pub(crate) fn cell(&self, head: usize, operation: &OperationFile) -> Workcell<'a> {
+        workcell(self.jobs[head], self.setups[head], operation, self.maps[head])
+    }
+}
+
+/// A part of the program: one operation, or two at once.
+pub(crate) struct Part<'a> {
+    /// Operation of each head, where it has one.
+    pub files: [Option<&'a OperationFile>; 2],
+    /// Moves with what a comment says of them.
+    pub sections: Vec<Section>,
+    /// What the report says of a pair, but for its times.
+    pub pair: Option<PairOutline>,
+}
+
+/// Moves under one comment.
+pub(crate) struct Section {
+    pub comment: String,
+    pub moves: Vec<DualMove>,
+    /// The run whose stops its moves go to, where both heads cut.
+    pub run: Option<Run>,
+    /// Whether its moves go on where a part of a pass was ended for an axis to turn back.
+    pub goes_on: bool,
+}
+
+/// What is known of a pair before it is timed.
+pub(crate) struct PairOutline {
+    pub file: PairFile,
+    pub runs: usize,
+    pub separate_time: f64,
+    pub splits: Vec<PairSplit>,
+}
+
+/// The moves of one head's pieces, piece by piece, and those from the last one back.
+pub(crate) fn alone_sections(head: usize, pieces: &[PieceMoves], retract: &[Move]) -> Vec<Section> {
+    let mut working = [false; 2];
+    working[head] = true;
+    let dual = |m: &Move| {
+        let mut chips = [None; 2];
+        chips[head] = m.chip;
+        DualMove { kind: m.kind, axes: m.axes, working, chips }
+    };
+    let of_pieces = pieces.iter().map(|p| {
+        let comment = format!("HEAD {} PASS {} PLACE {}", head + 1, p.piece.pass + 1, p.piece.copy + 1);
+        let goes_on = p.piece.part.is_some_and(|part| part > 0);
+        Section { goes_on, ..section(comment, p.moves.iter().map(dual).collect()) }
+    });
+    let retract = section(String::new(), retract.iter().map(dual).collect());
+    of_pieces.chain([retract]).collect()
+}
+
+pub(crate) fn section(comment: String, moves: Vec<DualMove>) -> Section {
+    Section { comment, moves, run: None, goes_on: false }
+}
+
+pub(crate) fn cells<'a>(ground: &DualGround<'a>, first: &OperationFile, second: &OperationFile) -> [Workcell<'a>; 2] {
+    [ground.cell(0, first), ground.cell(1, second)]
+}
+
+pub(crate) fn mover<'r, 'c>(
+    ground: &DualGround<'_>,
+    tests: &'r [PoseTest<'c>; 2],
+    settings: [&'r MoveSettings; 2],
+) -> DualMover<'r, 'c> {
+    DualMover { test: PairTest { tests: [&tests[0], &tests[1]], shared: ground.shared }, settings }
+}

@@ -1,0 +1,36 @@
+//! All setups of a job, each on the stock that those before it leave.
+
+use facemill_job::failure::Failure;
+use facemill_job::load::job::Job;
+use facemill_job::stages::Stages;
+
+use crate::plan::planned_setup;
+use crate::plan_stock::StockToCut;
+use crate::planned::{PlanSettings, Planned};
+
+/// Plans all setups of a job in their order, and cuts the stock of each by its own verified program: on lines `cell` mm apart, or as
+/// the job's `verification` says. What one program leaves is what the next one begins with, where both setups have the same
+/// workpiece frame and state the same stock; each report says what its stock began as, or why none was cut.
+///
+/// What it guarantees besides what [`plan_setup`](crate::plan::plan_setup) does: on every line of the stock, nothing that must not
+/// meets the material that is left at that moment by more than twice the tolerance.
+///
+/// # Errors
+/// As [`plan_setup`](crate::plan::plan_setup); when the stock cannot be made lines of that are as far apart as asked.
+pub fn plan_job(
+    job: &Job,
+    settings: PlanSettings,
+    cell: Option<f64>,
+    stages: &dyn Stages,
+) -> Result<Vec<Planned>, Failure> {
+    if cell.is_some_and(|c| !(c > 0.0 && c.is_finite())) {
+        return Err(job.wrong("the distance of the stock's lines must be a length above 0 mm"));
+    }
+    let mut all: Vec<Planned> = Vec::new();
+    for index in 0..job.file.setups.len() {
+        let before = all.last().and_then(|planned| planned.rest.as_ref());
+        let stock = StockToCut { cell: cell.or(job.file.verification.stock_cell_mm), index, before };
+        all.push(planned_setup(job, index, settings, Some(&stock), stages)?);
+    }
+    Ok(all)
+}

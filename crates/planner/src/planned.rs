@@ -1,0 +1,86 @@
+//! Options and result of a planning run.
+
+use facemill_job::files::REJECTED;
+use facemill_job::format::incomplete::incomplete_because;
+use facemill_job::format::program_stamp::{programs_among, stamp_apt, stamped_svg};
+use facemill_job::format::report::Report;
+use facemill_job::format::report::outcome::Outcome;
+use facemill_job::load::job::{Job, Setup};
+use facemill_job::validate::file_stem;
+use facemill_virtual_machine::Certificates;
+use facemill_z_map::DexelMap;
+
+use crate::chip_files::ChipFiles;
+use crate::output::certificates_json;
+use crate::stage_clock::Clock;
+
+/// What is wanted of a plan.
+#[derive(Clone, Copy, Debug)]
+pub struct PlanSettings {
+    /// Run the written program on the virtual machine.
+    pub verify: bool,
+    /// Prove what every block does between its ends, and write that, too.
+    pub certificates: bool,
+}
+
+/// A planned setup: files to be written and the report on them.
+pub struct Planned {
+    /// Names and contents.
+    pub files: Vec<(String, Vec<u8>)>,
+    /// Name and content of a table of the chips at all CC points, for who wants it.
+    pub chip_table: (String, Vec<u8>),
+    /// The report; it is one of the files, too.
+    pub report: Report,
+    /// What the program leaves of the stock, where it was cut.
+    pub rest: Option<DexelMap>,
+    /// Wall time of each stage, s; not deterministic.
+    pub timings: Vec<(&'static str, f64)>,
+}
+
+impl Planned {
+    /// What became of the plan.
+    pub fn outcome(&self) -> Outcome {
+        if self.report.findings.iter().any(|f| f.kind.is_fault()) {
+            Outcome::Faulty
+        } else if !incomplete_because(&self.report).is_empty() {
+            Outcome::Incomplete
+        } else {
+            Outcome::Done
+        }
+    }
+
+    /// Whether the program can be run as it is and does what the job asks for.
+    pub fn is_clean(&self) -> bool {
+        self.outcome() == Outcome::Done
+    }
+}
+
+/// What stands in the names of a setup's files: of all of them its name, where there are several setups, and of programs
+/// whether they have faults, so that no one takes them for programs to be run.
+pub(crate) fn name_parts(job: &Job, setup: &Setup<'_>, report: &Report) -> (String, &'static str) {
+    let suffix = if job.file.setups.len() > 1 { format!("-{}", file_stem(&setup.file.name)) } else { String::new() };
+    let state = if report.findings.iter().any(|f| f.kind.is_fault()) { REJECTED } else { "" };
+    (suffix, state)
+}
+
+/// A planned setup: its programs with what speaks of them: certificates, report and pictures.
+pub(crate) fn planned_files(
+    suffix: &str,
+    (mut report, certificates): (Report, Option<Certificates>),
+    mut files: Vec<(String, Vec<u8>)>,
+    picture: Option<String>,
+    chips: ChipFiles,
+    clock: Clock,
+) -> Planned {
+    let programs = programs_among(&files);
+    stamp_apt(&mut files, &programs);
+    let certificates = certificates.map(|c| certificates_json(programs.clone(), c));
+    files.extend(certificates.map(|json| (format!("certificates{suffix}.json"), json)));
+    let chips = chips.of(&programs);
+    report.programs.clone_from(&programs);
+    files.push((format!("report{suffix}.json"), facemill_file_format::to_json(&report).into_bytes()));
+    files.extend(picture.map(|svg| (format!("solution-space{suffix}.svg"), stamped_svg(svg, &programs).into_bytes())));
+    files.push((format!("chips{suffix}.svg"), chips.svg.into_bytes()));
+    let chip_table = (format!("chips{suffix}.csv"), chips.csv.into_bytes());
+    Planned { files, chip_table, report, rest: None, timings: clock.laps }
+}

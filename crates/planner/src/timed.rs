@@ -1,0 +1,98 @@
+//! Blocks with their times.
+
+use std::collections::BTreeMap;
+
+use facemill_feedrate::FeedLimit;
+use facemill_inverse_kinematics::AxisValues;
+use facemill_job::format::report::TimeLawReport;
+use facemill_job::validate::tip_feed::CutFeed;
+use facemill_nc_program::NcProgram;
+use facemill_tool_path::moves::MoveKind;
+
+/// A program before it has a dialect, with its times.
+#[derive(Default)]
+pub(crate) struct Timed {
+    /// Blocks.
+    pub program: NcProgram,
+    /// Time in passes, s.
+    pub cutting_time: f64,
+    /// Time in entries and exits, s.
+    pub approach_time: f64,
+    /// Time in rapids, s.
+    pub rapid_time: f64,
+    /// Length of the tip's way in passes, mm.
+    pub cutting_length: f64,
+    /// Motion blocks.
+    pub n_blocks: usize,
+    /// Tip feed reached at every cutting move, mm/min, in program order.
+    pub tip_feeds: Vec<f64>,
+    /// What set it, of every cutting move.
+    pub cut_feeds: Vec<CutFeed>,
+    /// Index among the program's blocks of the first one of each operation.
+    pub operation_starts: Vec<usize>,
+    /// Blocks along passes.
+    pub cut_blocks: Vec<CutBlock>,
+    /// Index among the program's blocks of every move.
+    pub move_blocks: Vec<usize>,
+    /// Every move with its time at constant speeds.
+    pub moves: Vec<TimedMove>,
+    /// Times by the law of motion, where the machine has one.
+    pub time_law: Option<TimeLawReport>,
+    /// Whether what chips make of feeds is told by the law.
+    pub chips_by_law: bool,
+    /// Time of cutting blocks by the law, s, by their lines in the text; empty where there is no law.
+    pub cut_times: BTreeMap<u32, f64>,
+    /// Limits that it lacks.
+    pub no_time_law: Vec<String>,
+}
+
+impl Timed {
+    /// Takes the times of moves at constant speeds so much longer, and tip feeds so much slower.
+    pub(crate) fn slow_down(&mut self, factors: &[f64]) {
+        let mut tip_feeds = self.tip_feeds.iter_mut();
+        for (m, factor) in self.moves.iter_mut().zip(factors) {
+            let longer = m.time * (factor - 1.0);
+            m.time += longer;
+            match m.kind {
+                MoveKind::Cut => {
+                    self.cutting_time += longer;
+                    tip_feeds.by_ref().take(1).for_each(|feed| *feed /= factor);
+                }
+                MoveKind::Approach | MoveKind::Engage => self.approach_time += longer,
+                MoveKind::Rapid => self.rapid_time += longer,
+            }
+        }
+    }
+}
+
+/// A motion block with its time at constant speeds.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct TimedMove {
+    /// Its index among the program's blocks.
+    pub block: usize,
+    /// Axis values at its end, as planned.
+    pub axes: AxisValues,
+    /// What kind of move it is.
+    pub kind: MoveKind,
+    /// Time, s.
+    pub time: f64,
+    /// Time at the job's own feeds, whatever chips make of them, s.
+    pub given_time: f64,
+    /// What sets it; `None` for rapids.
+    pub limit: Option<FeedLimit>,
+}
+
+/// A block of the program that ends at a cut.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct CutBlock {
+    /// Index of the operation.
+    pub operation: usize,
+    /// Index of its piece.
+    pub piece: usize,
+    /// Index of the piece's cut that the block ends at; at least 1.
+    pub cut: usize,
+    /// Index of the piece's move.
+    pub at: usize,
+    /// Index among the program's blocks.
+    pub block: usize,
+}
