@@ -9,7 +9,8 @@ use facemill::{Job, PlanSettings, Planned, SilentStages, plan_setup};
 use facemill_benches::{machine, table_poses};
 use facemill_feedrate::{FeedBlock, plan_feeds};
 use facemill_inverse_kinematics::BranchPreference;
-use facemill_nc_program::{Dialect, read_program};
+use facemill_nc_program::Dialect;
+use facemill_nc_program::read_program;
 
 const TOOL_LENGTH: f64 = 300.0;
 

@@ -7,7 +7,7 @@ use facemill_benches::{
     Scene, blade_passes, blade_scene, machine, patch_passes, patch_scene, search_curve, tool, work_cell,
 };
 use facemill_cl_data::{CcPoint, Pass, Silent};
-use facemill_cutter_location::cut_point::Strip;
+use facemill_cutter_location::cusp::cut_point::Strip;
 use facemill_cutter_location::{
     Hints, PassSettings, PassTask, PoseTest, PostureMode, SearchSettings, SmoothSettings, plan_passes, search,
 };

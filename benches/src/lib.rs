@@ -6,7 +6,8 @@ use facemill_cl_data::{CcPoint, ClPoint, Posture, RoundBox, RoundFrustum, Solid}
 use facemill_cutter_location::{Obstacle, SearchCurve, SearchOrder, Workcell};
 use facemill_interference::MeshTree;
 use facemill_inverse_kinematics::{BranchPreference, Machine};
-use facemill_sample_parts::{BladeResolution, PatchSpec, PropellerSeries, PropellerSpec, blade, blade_pose, patch};
+use facemill_sample_parts::blade;
+use facemill_sample_parts::{BladeResolution, PatchSpec, PropellerSeries, PropellerSpec, blade_pose, patch};
 use facemill_surface_model::{Surface, SurfaceSettings, TriMesh};
 use facemill_tool_model::{Cutter, Section, SpindleRotation, Stack, ToolAssembly, ToolFile, cl_from_cc};
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};

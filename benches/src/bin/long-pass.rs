@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use facemill_benches::{machine, search_curve, tool, work_cell};
 use facemill_cl_data::{CcPoint, Pass, Silent};
-use facemill_cutter_location::cut_point::Strip;
+use facemill_cutter_location::cusp::cut_point::Strip;
 use facemill_cutter_location::{
     PassSettings, PassTask, PoseTest, PostureMode, SearchSettings, SmoothSettings, plan_passes,
 };

@@ -6,7 +6,7 @@
 use facemill_benches::peer::{cpu_time, load_cc, load_mesh};
 use facemill_benches::{search_curve, work_cell};
 use facemill_cl_data::{CcPoint, Pass, Silent};
-use facemill_cutter_location::cut_point::Strip;
+use facemill_cutter_location::cusp::cut_point::Strip;
 use facemill_cutter_location::{
     Hints, PassSettings, PassTask, PoseTest, PostureMode, SearchSettings, SmoothSettings, plan_passes, search,
 };

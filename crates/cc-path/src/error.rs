@@ -54,7 +54,7 @@ pub enum PathError {
     },
     /// A path made in memory is not one that could be read.
     #[error(transparent)]
-    File(#[from] crate::PathFileError),
+    File(#[from] crate::path_file::PathFileError),
     /// A setting is not in its range.
     #[error("{setting} is {value}, but has to be {range}")]
     Setting {
@@ -139,16 +139,16 @@ pub enum PathError {
 /// Setting that makes a path small enough, with the least value that does, rounded up to two digits.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum Remedy {
-    /// [`LaySettings::max_step_over`](crate::LaySettings::max_step_over), mm.
+    /// [`LaySettings::max_step_over`](crate::strategy::settings::LaySettings::max_step_over), mm.
     #[error("take a largest step-over of {0} mm or more")]
     LargestStepOver(f64),
     /// The strip widths that the caller allows: how many times as wide they have to be.
     #[error("allow strips {0} times as wide, with a higher cusp")]
     StripWidth(f64),
-    /// [`LaySettings::max_step`](crate::LaySettings::max_step), mm.
+    /// [`LaySettings::max_step`](crate::strategy::settings::LaySettings::max_step), mm.
     #[error("take a largest step of {0} mm or more")]
     LargestStep(f64),
-    /// [`LaySettings::chord_tolerance`](crate::LaySettings::chord_tolerance), mm.
+    /// [`LaySettings::chord_tolerance`](crate::strategy::settings::LaySettings::chord_tolerance), mm.
     #[error("take a chord tolerance of {0} mm or more")]
     ChordTolerance(f64),
 }

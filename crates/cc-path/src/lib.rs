@@ -39,36 +39,26 @@
 //! points over a region, one in each cell of a `lattice`, whatever is laid on it; `size` bounds all of them.
 
 mod error;
-mod lattice;
 #[cfg(test)]
 mod laws;
-mod lay;
-mod levels;
-mod order;
-mod patch;
+mod layout;
 mod path_file;
 mod project;
 mod region;
-mod resample;
 mod samples;
-mod settings;
-mod size;
 mod strategy;
-mod strategy_file;
 #[cfg(test)]
 mod test_kit;
-mod trace;
-mod widths;
 
+pub use crate::layout::lay::{Laid, LaidPass, lay_passes};
+pub use crate::strategy::file::{
+    BoxFile, CylindricalSectionsFile, NormalConeFile, ParallelPlanesFile, RegionFile, StrategyFile,
+};
+pub use crate::strategy::settings::{Direction, LaySettings, LevelOrder, Pattern, UncutSide};
+pub use crate::strategy::size::MAX_POINTS;
 pub use error::{PathError, Remedy};
-pub use lay::{Laid, LaidPass, lay_passes};
 pub use path_file::{PassFile, PathFile, PathFileError, PathFormat, PathFrame, read_path_file, write_path_file};
 pub use project::{ProjectSettings, project};
 pub use region::{NormalCone, Region};
 pub use samples::{AskedRegion, RegionSample};
-pub use settings::{Direction, LaySettings, LevelOrder, Pattern, UncutSide};
-pub use size::MAX_POINTS;
 pub use strategy::{CylindricalSections, ParallelPlanes, Strategy};
-pub use strategy_file::{
-    BoxFile, CylindricalSectionsFile, NormalConeFile, ParallelPlanesFile, RegionFile, StrategyFile,
-};

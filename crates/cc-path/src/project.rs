@@ -2,7 +2,9 @@ use facemill_cl_data::{CcPoint, Pass};
 use facemill_surface_model::{Surface, SurfacePoint};
 use nalgebra::{Isometry3, Point3, Unit, Vector3};
 
-use crate::{PassFile, PathError, PathFile, PathFrame, settings::require};
+use crate::error::PathError;
+use crate::path_file::{PassFile, PathFile, PathFrame};
+use crate::strategy::settings::require;
 
 /// How a path file is put on a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -124,8 +126,8 @@ fn at_end(chord: Vector3<f64>, next: Option<Vector3<f64>>) -> Vector3<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::path_file::{PathFileError, PathFormat};
     use crate::test_kit::{Lcg, cylinder, plane, surface};
-    use crate::{PathFileError, PathFormat};
     use facemill_cl_data::CcPointError;
 
     fn path(points_mm: Vec<[f64; 3]>, normals: Option<Vec<[f64; 3]>>) -> PathFile {

@@ -2,7 +2,7 @@ use facemill_cl_data::Aabb;
 use facemill_surface_model::Surface;
 use nalgebra::{Unit, Vector3};
 
-use crate::PathError;
+use crate::error::PathError;
 
 /// The part of the drive surface that passes are laid on: all conditions must hold. The default is all of it.
 ///

@@ -1,11 +1,14 @@
 //! Points spread evenly over a region of the drive surface: where it is measured what a program leaves.
 
+pub(crate) mod lattice;
+
 use facemill_surface_model::Surface;
 use nalgebra::{Point3, Unit, Vector3};
 
-use crate::lattice::{Lattice, LatticePoint, side_of};
-use crate::region::triangles_of;
-use crate::{PathError, Region, Strategy};
+use crate::error::PathError;
+use crate::region::{Region, triangles_of};
+use crate::samples::lattice::{Lattice, LatticePoint, side_of};
+use crate::strategy::Strategy;
 
 /// Point of a region.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -104,8 +107,8 @@ impl<'a> AskedRegion<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::strategy::{CylindricalSections, ParallelPlanes};
     use crate::test_kit::{cylinder, grid, plane, surface};
-    use crate::{CylindricalSections, ParallelPlanes};
     use facemill_cl_data::Aabb;
     use facemill_surface_model::TriMesh;
 

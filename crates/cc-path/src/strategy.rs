@@ -1,3 +1,10 @@
+//! Strategies: settings of the passes on a surface, and their limits.
+
+pub(crate) mod file;
+pub(crate) mod patch;
+pub(crate) mod settings;
+pub(crate) mod size;
+
 use nalgebra::{Point3, Unit, Vector3};
 
 /// How passes are laid: along the level curves of a function of the place.

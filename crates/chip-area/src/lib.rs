@@ -2,7 +2,7 @@
 //!
 //! [`chip_of_pass`] answers for a pass of a flat, ball or bull-nose cutter on a plane, a convex or a concave surface, its
 //! axis tilted across the feed, along it or both, between stock, borders and neighbouring passes. It says how it found the
-//! area, in closed form or not, and how far it may be off. [`table`] does the same for many cases as comma-separated values.
+//! area, in closed form or not, and how far it may be off. [`pass::table`] does the same for many cases as comma-separated values.
 //!
 //! [`largest_thickness`] tells how thick the chip of one tooth is, of any cutter in any orientation.
 //!
@@ -31,34 +31,20 @@
 //! let chip = chip_of_pass(&section)?;
 //! assert_eq!(chip.method, Method::ClosedForm);
 //! assert!((chip.area - 2.0774).abs() < 1e-4);
-//! # Ok::<(), facemill_chip_area::PassError>(())
+//! # Ok::<(), crate::PassError>(())
 //! ```
 //!
 //! Lengths are mm, angles rad, areas mm². `docs/chip-area.md` derives every case. It must not know machines or meshes.
 
-mod elliptic;
-mod error;
-mod level_curve;
 mod outline;
-mod pass;
-mod pass_check;
-mod pass_error;
-mod placed;
-mod quadrature;
-mod rim;
+pub mod pass;
 mod section;
-mod slab;
-pub mod table;
-mod table_error;
-mod thickness;
-mod tool_section;
-mod turned;
 
-pub use error::{ChipAreaError, Position};
+pub use crate::pass::error::{PassError, Pose};
+pub use crate::pass::thickness::{CutterPose, largest_thickness};
+pub use crate::section::error::{ChipAreaError, Position};
 pub use outline::{OutlineError, chip_area_between_outlines};
 pub use pass::{
     Beside, ChipArea, CutterEnd, Engagement, Method, NeighbourAxis, Orientation, PassSection, chip_of_pass,
 };
-pub use pass_error::{PassError, Pose};
 pub use section::{ChipSection, SectionCutter, SectionSurface, StepSign, chip_area};
-pub use thickness::{CutterPose, largest_thickness};

@@ -1,10 +1,19 @@
+//! Passes of a cutter over a surface: area and thickness of the chip, and tables of them.
+
+pub(crate) mod check;
+pub(crate) mod error;
+pub(crate) mod placed;
+pub mod table;
+pub(crate) mod table_error;
+pub(crate) mod thickness;
+
 use nalgebra::Point2;
 
-use crate::pass_check::check_values;
-use crate::pass_error::PassError;
-use crate::placed::Placed;
+use crate::pass::check::check_values;
+use crate::pass::error::PassError;
+use crate::pass::placed::Placed;
 use crate::section::SectionSurface;
-use crate::slab::Cut;
+use crate::section::slab::Cut;
 
 /// End of a cutter; above it the flute goes on along the axis without end.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,9 +1,20 @@
+//! Sections of a cutter: area of the chip in them.
+
+pub(crate) mod elliptic;
+pub(crate) mod error;
+pub(crate) mod level_curve;
+pub(crate) mod quadrature;
+pub(crate) mod rim;
+pub(crate) mod slab;
+pub(crate) mod tool_section;
+pub(crate) mod turned;
+
 use nalgebra::{Point2, Vector2};
 
-use crate::error::{ChipAreaError, Position};
-use crate::rim::Rim;
-use crate::slab::{Cut, Layer};
-use crate::tool_section::{Contact, PARALLEL, ToolSection};
+use crate::section::error::{ChipAreaError, Position};
+use crate::section::rim::Rim;
+use crate::section::slab::{Cut, Layer};
+use crate::section::tool_section::{Contact, PARALLEL, ToolSection};
 
 /// The cutter in the section: what lies above its bottom runs on without end along the axis as flute.
 #[derive(Clone, Copy, Debug, PartialEq)]

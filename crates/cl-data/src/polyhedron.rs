@@ -1,6 +1,6 @@
 use nalgebra::{Point3, Vector3};
 
-use crate::Aabb;
+use crate::aabb::Aabb;
 
 /// Convex polyhedron with an interior, in its own frame, mm: at most [`ConvexPolyhedron::MOST_VERTICES`] vertices.
 ///

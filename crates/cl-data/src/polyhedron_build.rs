@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::{Point3, Vector3};
 
-use crate::ConvexPolyhedron;
+use crate::polyhedron::ConvexPolyhedron;
 
 /// Why there is no body around points.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]

@@ -2,7 +2,8 @@
 
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 
-use crate::{ConvexPolyhedron, PolyhedronError};
+use crate::polyhedron::ConvexPolyhedron;
+use crate::polyhedron_build::PolyhedronError;
 
 /// Deterministic random numbers.
 struct Lcg(u64);

@@ -2,7 +2,8 @@ use std::sync::Arc;
 
 use nalgebra::{Isometry3, Point3, Vector3};
 
-use crate::{Aabb, ConvexPolyhedron};
+use crate::aabb::Aabb;
+use crate::polyhedron::ConvexPolyhedron;
 
 /// Solid frustum about the z axis of its own frame, dilated by a ball: the shape of every turned body of a tool
 /// assembly and of every cutter's test body.

@@ -1,14 +1,17 @@
 //! What neighbouring passes leave between them, and how far apart they may lie.
 
+pub mod cut_point;
+pub mod neighbours;
+
 use facemill_cl_data::{CcPoint, Posture};
 use facemill_surface_model::CurvatureTensor;
 use facemill_tool_model::{
     Cusp, Cutter, Outline, SilhouetteCurvature, cusp_height_between, silhouette_curvature, step_over_for_cusp,
 };
 
-use crate::SearchCurve;
-use crate::cut_point::{CutPoint, Strip};
-use crate::neighbours::{CutPass, Neighbour, NeighbourReach, Neighbours};
+use crate::cusp::cut_point::{CutPoint, Strip};
+use crate::cusp::neighbours::{CutPass, Neighbour, NeighbourReach, Neighbours};
+use crate::search::bezier::SearchCurve;
 
 /// What lies between a point of a pass and the neighbouring pass.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -130,7 +133,7 @@ pub fn expected_strip_width(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::SearchOrder;
+    use crate::search::bezier::SearchOrder;
     use nalgebra::{Matrix3, Point3, Unit, Vector3};
 
     fn point(x: f64, y: f64, tilt: f64) -> CutPoint {

@@ -1,7 +1,19 @@
+//! Search of a feasible posture at one CC point, with and without proof.
+
+pub(crate) mod bezier;
+pub(crate) mod cell_proof;
+pub(crate) mod certified;
+pub(crate) mod lattice;
+pub(crate) mod machine_proof;
+pub mod map;
+pub(crate) mod relief;
+
 use facemill_cl_data::CcPoint;
 
-use crate::certified::certified_search;
-use crate::{Configuration, FeasiblePose, Hints, Infeasible, PoseTest, SearchCurve};
+use crate::pose::pose_test::PoseTest;
+use crate::pose::workcell::{Configuration, FeasiblePose, Hints, Infeasible};
+use crate::search::bezier::SearchCurve;
+use crate::search::certified::certified_search;
 
 /// How the curve is walked (CLOPT, chapter III).
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -4,7 +4,7 @@ use facemill_inverse_kinematics::{BranchPreference, Machine};
 use facemill_tool_model::{FormatTag, Section, SpindleRotation, Stack, ToolAssembly, ToolFile};
 use nalgebra::Isometry3;
 
-use crate::Workcell;
+use crate::pose::workcell::Workcell;
 
 /// Uniform numbers, always the same.
 pub(crate) struct Random(pub(crate) u64);

@@ -1,21 +1,18 @@
 //! Command line.
 
+pub(crate) mod arguments;
 mod chip_area_command;
 mod deviation_command;
-pub(crate) mod dialect_argument;
 mod feedrate_command;
 mod findings_table;
-mod forecast;
 mod lengths_command;
 mod machine_commands;
 mod new_command;
 mod option_lengths;
 pub(crate) mod output;
 mod plan_command;
-mod program_arguments;
 mod progress;
 mod rapids_command;
-mod stand_arguments;
 mod verify_command;
 
 use std::path::{Path, PathBuf};
@@ -23,10 +20,6 @@ use std::process::ExitCode;
 
 use chip_area_command::ChipAreaArguments;
 use clap::{CommandFactory, Parser, Subcommand, ValueEnum};
-use facemill::job_file::JobFile;
-use facemill::report::{CertificatesFile, Report};
-use facemill::solution_space_file::SolutionSpaceFile;
-use facemill::{Failure, Job, JobSetting, SolutionSpaceRequest, VerificationFile, files};
 use feedrate_command::FeedrateArguments;
 use lengths_command::LengthsArguments;
 use machine_commands::MachineCommand;
@@ -37,6 +30,10 @@ use rapids_command::RapidsArguments;
 use verify_command::VerifyArguments;
 
 use crate::cli::output::{default_out, say};
+use facemill::job_file::JobFile;
+use facemill::report::{CertificatesFile, Report};
+use facemill::solution_space_file::SolutionSpaceFile;
+use facemill::{Failure, Job, JobSetting, SolutionSpaceRequest, VerificationFile, files};
 
 /// Plans five-axis face milling of sculptured surfaces: mesh and path in, machine NC out.
 #[derive(Parser)]

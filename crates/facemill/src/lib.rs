@@ -12,7 +12,7 @@
 //! let job = Job::read(Path::new("assets/propeller/job.json"))?;
 //! let planned = plan_setup(&job, 0, PlanSettings { verify: true, certificates: false }, &SilentStages)?;
 //! assert!(planned.is_clean());
-//! # Ok::<(), facemill::Failure>(())
+//! # Ok::<(), crate::Failure>(())
 //! ```
 
 pub use facemill_job::check::describe_setup;
@@ -53,11 +53,12 @@ pub use facemill_nc_rewrite::refeed::{
     MAX_TOOL_LENGTH, Refed, RefeedError, RefeedSettings, RefeedSummary, TipFeed, refeed, refeed_lines,
 };
 pub use facemill_nc_rewrite::{lengths, rapids};
+pub use facemill_planner::summary;
 pub use facemill_planner::{
     PlanSettings, Planned, SolutionSpace, SolutionSpaceRequest, plan_job, plan_setup, replan_with_shorter_tools,
-    solution_space, summary,
+    solution_space,
 };
-pub use facemill_tool_path::pass_order::PassOrderReport;
+pub use facemill_tool_path::moves::order::PassOrderReport;
 pub use facemill_verification::deviation::DeviationRequest;
 pub use facemill_verification::program::{Verified, VerifyRequest, verify_program};
 pub use facemill_verification::stock_run::CutRequest;

@@ -1,9 +1,7 @@
 use facemill_inverse_kinematics::{Axis, AxisValues, FeedRange, Machine};
 
-use crate::{
-    FeedError, FeedLimit, PlanFeedsError,
-    block_feed::{Timed, timed, tip_time},
-};
+use crate::block_feed::{FeedError, FeedLimit, Timed, timed, tip_time};
+use crate::plan::PlanFeedsError;
 
 /// Feed and time of one block in which two heads move at once.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -50,7 +48,7 @@ impl PairFeed {
 /// mm/min) and no axis of the two its largest one. One of them is reached.
 ///
 /// `axes` are those of the whole machine, `tip_distances` the distances of each tip's two positions in the workpiece
-/// frame, mm. The F word is then brought into the control's range as in [`feed_for_block`](crate::feed_for_block),
+/// frame, mm. The F word is then brought into the control's range as in [`feed_for_block`](crate::block_feed::feed_for_block),
 /// which this is where one head stands still: only the control's smallest F can make a tip faster than asked
 /// ([`FeedLimit::ControlMin`]).
 ///

@@ -1,7 +1,7 @@
 use facemill_cl_data::RapidLaw;
 use facemill_inverse_kinematics::{AxisValues, BlockLaw, Machine, Motion};
 
-use crate::{BlockFeed, FeedError, feed_for_block, g94_length};
+use crate::block_feed::{BlockFeed, FeedError, feed_for_block, g94_length};
 
 /// A cutting block to be timed.
 #[derive(Clone, Copy, Debug, PartialEq)]

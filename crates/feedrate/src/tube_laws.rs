@@ -1,4 +1,5 @@
-use super::{LOOSE, normal_equations, smoothest_within, solved, third_difference};
+use super::{LOOSE, normal_equations, solved, third_difference};
+use crate::tube::smoothest_within;
 
 /// Numbers from 0 to 1.
 struct Random(u64);

@@ -1,9 +1,13 @@
 //! Undilated convex bodies placed in the mesh frame: distance with its gradient, and support points.
 
+pub(crate) mod bound;
+pub(crate) mod edge;
+pub(crate) mod facet;
+pub(crate) mod lanes;
 use facemill_cl_data::{ConvexPolyhedron, RoundBox, RoundFrustum, Solid};
 use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
 
-use crate::lanes::{Lanes, Lanes3, N};
+use crate::body::lanes::{Lanes, Lanes3, N};
 
 /// A closed convex body. Its distance f is convex and 1-Lipschitz, so f(p) + g·(q − p) bounds f(q) from below for every
 /// q.

@@ -39,33 +39,20 @@
 //! machines, search or stock.
 
 mod body;
-mod bound;
-mod certify;
 mod closed;
-mod deepest;
-mod depth;
-mod edge;
-mod facet;
-mod lanes;
-mod lift;
 mod mesh_tree;
 mod parry_mesh;
 mod query;
-mod rise;
 mod solid_mesh;
-mod sweep_verdict;
 #[cfg(test)]
 #[path = "../tests/laws/kit.rs"]
 mod test_kit;
-mod tree_build;
-mod turn;
-mod verdict;
 
-pub use crate::sweep_verdict::TurnRange;
-pub use crate::sweep_verdict::{MotionInterval, SweepVerdict};
-pub use crate::verdict::{Separation, Verdict, Witness};
-pub use depth::{Penetration, penetration};
-pub use lift::lift_to_free;
+pub use crate::query::depth::{Penetration, penetration};
+pub use crate::query::lift::lift_to_free;
+pub use crate::query::sweep_verdict::TurnRange;
+pub use crate::query::sweep_verdict::{MotionInterval, SweepVerdict};
+pub use crate::query::verdict::{Separation, Verdict, Witness};
 pub use mesh_tree::MeshTree;
 pub use parry_mesh::ParryMesh;
 pub use query::Interference;

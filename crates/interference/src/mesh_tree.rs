@@ -1,19 +1,26 @@
+//! Tree of a mesh: exact verdicts and distances of convex bodies.
+
+pub(crate) mod build;
+pub(crate) mod certify;
+pub(crate) mod deepest;
+pub(crate) mod rise;
+pub(crate) mod turn;
+
 use facemill_cl_data::{Aabb, Solid};
 use facemill_surface_model::TriMesh;
 use nalgebra::{Isometry3, Point3, Unit, Vector3};
 use pulp::Arch;
 
+use crate::body::edge::{Goal, Sample};
+use crate::body::facet::nearest_on_triangle;
+use crate::body::lanes::{Lanes, vectorized};
 use crate::body::{Body, Placed, for_body};
 use crate::closed::{ClosedParts, Components};
-use crate::edge::{Goal, Sample};
-use crate::facet::nearest_on_triangle;
-use crate::lanes::{Lanes, vectorized};
+use crate::mesh_tree::build::{Child, Node, Tree};
+use crate::mesh_tree::rise::Way;
 use crate::query::Interference;
-use crate::rise::Way;
-use crate::sweep_verdict::TurnRange;
-use crate::sweep_verdict::{MotionInterval, SweepVerdict};
-use crate::tree_build::{Child, Node, Tree};
-use crate::verdict::{Separation, Verdict, Witness};
+use crate::query::sweep_verdict::{MotionInterval, SweepVerdict, TurnRange};
+use crate::query::verdict::{Separation, Verdict, Witness};
 
 /// Exact interference against a mesh by a tree of flat slabs.
 ///

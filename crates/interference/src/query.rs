@@ -1,11 +1,17 @@
+//! Queries of interference and distance, and their answers.
+
+pub(crate) mod depth;
+pub(crate) mod lift;
+pub(crate) mod sweep_verdict;
+pub(crate) mod verdict;
+
 use facemill_cl_data::{Aabb, Solid};
 use nalgebra::{Isometry3, Unit, Vector3};
 
-use crate::depth::stepped_depth;
-use crate::lift::stepped_lift;
-use crate::sweep_verdict::TurnRange;
-use crate::sweep_verdict::{MotionInterval, SweepVerdict};
-use crate::verdict::{Separation, Verdict};
+use crate::query::depth::stepped_depth;
+use crate::query::lift::stepped_lift;
+use crate::query::sweep_verdict::{MotionInterval, SweepVerdict, TurnRange};
+use crate::query::verdict::{Separation, Verdict};
 
 /// Answers about convex bodies and one mesh. Mesh frame, mm.
 ///
@@ -44,7 +50,7 @@ pub trait Interference: Sync {
         SweepVerdict::Unproven(None)
     }
 
-    /// What [`lift_to_free`](crate::lift_to_free) returns, for a positive resolution; in steps unless the mesh knows better.
+    /// What [`lift_to_free`](crate::query::lift::lift_to_free) returns, for a positive resolution; in steps unless the mesh knows better.
     fn least_lift(
         &self,
         solid: &Solid,
@@ -62,7 +68,7 @@ pub trait Interference: Sync {
     }
 
     /// How deep the surface is in the undilated core, which it meets in `met`, to 1e-6 mm, and where: for
-    /// [`penetration`](crate::penetration).
+    /// [`penetration`](crate::query::depth::penetration).
     fn core_depth(&self, solid: &Solid, mesh_from_solid: &Isometry3<f64>, met: Separation) -> (f64, Separation) {
         stepped_depth(self, solid, mesh_from_solid, met)
     }

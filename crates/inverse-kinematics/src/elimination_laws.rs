@@ -2,13 +2,12 @@
 
 use nalgebra::{Isometry3, Point3, Unit, Vector3};
 
-use crate::{
-    AxisKind, AxisValues,
-    rotary_triples::Target,
-    screw_chain::{Screw, ScrewChain},
-    three_rotaries::ThreeRotaries,
-    tip_condition::{TipCondition, functions, value_and_gradient},
-};
+use crate::axes::axis::AxisKind;
+use crate::axes::axis_values::AxisValues;
+use crate::solver::rotary_triples::Target;
+use crate::solver::screw_chain::{Screw, ScrewChain};
+use crate::solver::three_rotaries::ThreeRotaries;
+use crate::solver::tip_condition::{TipCondition, functions, value_and_gradient};
 
 struct Random(u64);
 

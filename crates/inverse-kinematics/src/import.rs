@@ -1,12 +1,20 @@
+//! Machine files from kinematics of other programs.
+
+pub(crate) mod axis_lines;
+pub(crate) mod family;
+pub(crate) mod joint_lines;
+pub(crate) mod value;
+
 use nalgebra::{Isometry3, Point3, Translation3, Unit, UnitQuaternion, Vector3};
 use roxmltree::{Document, Node};
 
-use crate::{
-    AssumedFile, AssumedValue, AxisLine, Carrier, ControlToleranceFile, CuttingLawFile, FeedFile, Joint, MachineFile,
-    MachineFormat, MotionFile, PrismaticJoint, RapidLawFile, RevoluteJoint, RevoluteRange, Sense, ToolChain,
-    WorkpieceChain,
-    import_value::{Unit as UnitOf, direction, number, numbers},
-    rows_from_axes,
+use crate::axes::axis::Carrier;
+use crate::import::axis_lines::{AxisLine, rows_from_axes};
+use crate::import::value::{Unit as UnitOf, direction, number, numbers};
+use crate::machine_file::assumed::{AssumedFile, AssumedValue};
+use crate::machine_file::{
+    ControlToleranceFile, CuttingLawFile, FeedFile, Joint, MachineFile, MachineFormat, MotionFile, PrismaticJoint,
+    RapidLawFile, RevoluteJoint, RevoluteRange, Sense, ToolChain, WorkpieceChain,
 };
 
 /// Why a file of another program cannot be turned into a machine file.

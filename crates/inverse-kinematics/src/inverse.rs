@@ -1,14 +1,26 @@
+//! Inverse solution: axis values of a tool pose.
+
+pub(crate) mod all_solutions;
+pub(crate) mod axis_ranges;
+pub(crate) mod axis_reach;
+pub(crate) mod control_choice;
+pub(crate) mod numeric_inverse;
+pub(crate) mod tip_held;
+pub(crate) mod ways_on_bed;
+pub(crate) mod windings;
+
 use std::f64::consts::{PI, TAU};
 
 use facemill_cl_data::ClPoint;
 use nalgebra::Vector3;
 
-use crate::direction_pair::{DirectionPair, PairSolution, Turned};
-use crate::inverse_solution::TIP_ACCURACY;
+use crate::axes::axis::{Axis, AxisKind, Carrier};
+use crate::axes::axis_values::AxisValues;
+use crate::machine::Machine;
 use crate::solver::Solver;
-use crate::{
-    Axis, AxisKind, AxisValues, Branch, BranchPreference, Carrier, InverseSolution, InverseSolutions, Machine,
-    Unreachable,
+use crate::solver::direction_pair::{DirectionPair, PairSolution, Turned};
+use crate::solver::inverse_solution::{
+    Branch, BranchPreference, InverseSolution, InverseSolutions, TIP_ACCURACY, Unreachable,
 };
 
 /// The same for the tool axis, rad.

@@ -32,87 +32,48 @@
 //!
 //! It must not know cutting: no part, no tool but its length.
 
-mod all_solutions;
-mod assumed;
-mod axis;
-mod axis_lines;
-mod axis_ranges;
-mod axis_reach;
-mod axis_values;
-mod bodies;
-mod body_poses;
-mod build;
-mod check;
-mod control_choice;
-mod degenerate;
-mod deviation;
-mod direction_pair;
+mod axes;
 #[cfg(test)]
 mod elimination_laws;
-mod family;
-mod free_plane;
-mod heads;
 mod import;
-mod import_value;
 mod inverse;
-mod inverse_solution;
-mod joint_lines;
-mod limits;
-mod linear_tables;
-mod linearise;
 mod machine;
-mod machine_error;
 mod machine_file;
-mod mesh_shape;
-mod middle_rotary;
 mod motion;
-mod numeric_inverse;
 mod path;
-mod path_choice;
-mod path_edges;
-mod path_follow;
-mod path_result;
-mod path_station;
-mod preset;
-mod rotary_triples;
-mod screw_chain;
 mod solver;
-mod summed_rotaries;
-mod three_rotaries;
-mod tip_condition;
-mod tip_held;
-mod trig_roots;
-mod ways_on_bed;
-mod windings;
-mod work_frame;
 
-pub use crate::axis::Rollover;
-pub use crate::machine_error::{FieldProblem, MachineError};
-pub use crate::path_choice::{
+pub use crate::axes::axis::Rollover;
+pub use crate::axes::axis::{Axis, AxisKind, AxisLetter, Carrier};
+pub use crate::axes::axis_values::{AxisValues, MAX_AXES};
+pub use crate::import::axis_lines::{AxisLine, rows_from_axes};
+pub use crate::import::family::{Family, RotaryRole};
+pub use crate::import::joint_lines::JointLine;
+pub use crate::inverse::axis_ranges::{AxisRange, AxisRanges, LimitVerdict, PoseSet};
+pub use crate::inverse::axis_reach::{AxisReach, SingularDirection};
+pub use crate::inverse::control_choice::{POLE_CONE, UnclearChoice};
+pub use crate::machine::bodies::{BodyPose, LinkId, MachineBody};
+pub use crate::machine::limits::MACHINE_LIMITS;
+pub use crate::machine::preset::{preset_dual_xyzb, preset_head_b_table_c};
+pub use crate::machine_file::assumed::{AssumedFile, AssumedValue};
+pub use crate::machine_file::error::{FieldProblem, MachineError};
+pub use crate::machine_file::mesh_shape::{BodyMesh, MeshShapeFile, MeshUnitFile};
+pub use crate::motion::deviation::{Deviation, deviation_bound};
+pub use crate::motion::linearise::{
+    Linearisation, LineariseError, Linearised, MotionTolerance, PoseFraction, linearise,
+};
+pub use crate::path::choice::{
     Change, FreeTurn, PathChange, PathChoice, PathError, PathSettings, SegmentKind, SingularStretch,
 };
-pub use assumed::{AssumedFile, AssumedValue};
-pub use axis::{Axis, AxisKind, AxisLetter, Carrier};
-pub use axis_lines::{AxisLine, rows_from_axes};
-pub use axis_ranges::{AxisRange, AxisRanges, LimitVerdict, PoseSet};
-pub use axis_reach::{AxisReach, SingularDirection};
-pub use axis_values::{AxisValues, MAX_AXES};
-pub use bodies::{BodyPose, LinkId, MachineBody};
-pub use control_choice::{POLE_CONE, UnclearChoice};
-pub use deviation::{Deviation, deviation_bound};
-pub use family::{Family, RotaryRole};
+pub use crate::solver::inverse_solution::{
+    Branch, BranchPreference, InverseSolution, InverseSolutions, MAX_SOLUTIONS, Unreachable,
+};
 pub use import::{ImportError, import_autodesk_machine};
-pub use inverse_solution::{Branch, BranchPreference, InverseSolution, InverseSolutions, MAX_SOLUTIONS, Unreachable};
-pub use joint_lines::JointLine;
-pub use limits::MACHINE_LIMITS;
-pub use linearise::{Linearisation, LineariseError, Linearised, MotionTolerance, PoseFraction, linearise};
 pub use machine::{FeedRange, Machine};
 pub use machine_file::{
     BodyFile, ControlToleranceFile, CuttingLawFile, DhRow, FeedFile, Joint, MachineFile, MachineFormat, MotionFile,
     PrismaticJoint, RapidLawFile, RevoluteJoint, RevoluteRange, Sense, ShapeFile, ToolChain, WorkpieceChain,
     machine_schema,
 };
-pub use mesh_shape::{BodyMesh, MeshShapeFile, MeshUnitFile};
 pub use motion::{BlockLaw, Motion, MotionError};
 pub use path::choose_along;
-pub use preset::{preset_dual_xyzb, preset_head_b_table_c};

@@ -1,13 +1,27 @@
+//! Machines: forward solution, limits, bodies.
+
+pub(crate) mod bodies;
+pub(crate) mod body_poses;
+pub(crate) mod build;
+pub(crate) mod check;
+pub(crate) mod heads;
+pub(crate) mod limits;
+pub(crate) mod preset;
+pub(crate) mod work_frame;
+
 use facemill_cl_data::{ClPoint, MotionLaw};
 use nalgebra::{Isometry3, Point3, Unit, Vector3};
 
-use crate::build::build;
-use crate::heads::OtherChain;
-use crate::inverse_solution::TIP_ACCURACY;
-use crate::machine_error::MachineError;
-use crate::screw_chain::{LinearMap, ScrewChain};
+use crate::axes::axis::{Axis, AxisKind};
+use crate::axes::axis_values::AxisValues;
+use crate::machine::bodies::MachineBody;
+use crate::machine::build::build;
+use crate::machine::heads::OtherChain;
+use crate::machine_file::MachineFile;
+use crate::machine_file::error::MachineError;
 use crate::solver::Solver;
-use crate::{Axis, AxisKind, AxisValues, MachineBody, MachineFile, Unreachable};
+use crate::solver::inverse_solution::{TIP_ACCURACY, Unreachable};
+use crate::solver::screw_chain::{LinearMap, ScrewChain};
 
 /// A five-axis machine tool: forward and inverse solution, limits, bodies, motion laws.
 ///

@@ -1,9 +1,16 @@
+//! Machine file and its faults.
+
+pub(crate) mod assumed;
+pub(crate) mod error;
+pub(crate) mod mesh_shape;
+
 use facemill_cl_data::{ControlTolerance, CuttingLaw, MotionLaw, RapidLaw};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::axis::Rollover;
-use crate::{AssumedFile, MeshShapeFile};
+use crate::axes::axis::Rollover;
+use crate::machine_file::assumed::AssumedFile;
+use crate::machine_file::mesh_shape::MeshShapeFile;
 
 /// Machine file: kinematic chains, axes, bodies and motion laws of a machine tool.
 ///

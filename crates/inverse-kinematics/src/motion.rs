@@ -1,7 +1,14 @@
+//! Motion of a control between two positions, and its deviation from the planned one.
+
+pub(crate) mod deviation;
+pub(crate) mod linearise;
+
 use facemill_cl_data::{ClPoint, CuttingLaw, RapidLaw};
 use nalgebra::{Unit, Vector3};
 
-use crate::{AxisValues, Machine, Unreachable};
+use crate::axes::axis_values::AxisValues;
+use crate::machine::Machine;
+use crate::solver::inverse_solution::Unreachable;
 
 /// What the control does in one block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,10 +1,20 @@
+//! Solutions along a path: branch and winding of every pose.
+
+pub(crate) mod choice;
+pub(crate) mod edges;
+pub(crate) mod follow;
+pub(crate) mod result;
+pub(crate) mod station;
+
 use facemill_cl_data::ClPoint;
 
-use crate::path_choice::{PathChoice, PathError, PathSettings, SegmentKind};
-use crate::path_edges::Edges;
-use crate::path_result::Choosing;
-use crate::path_station::{Poses, Station, Stations};
-use crate::{AxisKind, AxisValues, Machine};
+use crate::axes::axis::AxisKind;
+use crate::axes::axis_values::AxisValues;
+use crate::machine::Machine;
+use crate::path::choice::{PathChoice, PathError, PathSettings, SegmentKind};
+use crate::path::edges::Edges;
+use crate::path::result::Choosing;
+use crate::path::station::{Poses, Station, Stations};
 
 /// Branch and winding of every pose of a path: of all sequences of positions the one with the fewest changes in cuts,
 /// of those the one with the fewest on links, of those the one with the least weighted travel time.
@@ -15,7 +25,7 @@ use crate::{AxisKind, AxisValues, Machine};
 ///
 /// From one pose to the next a solution goes on to a definite one, followed along the ideal motion: tip straight, tool
 /// axis turning evenly. With two rotary axes that is proven, see the manual's method; with three it is followed in
-/// steps of less than 10°. Everything else is a [`Change`]. `start` is where the axes stand before; the way from there
+/// steps of less than 10°. Everything else is a [`Change`](crate::path::choice::Change). `start` is where the axes stand before; the way from there
 /// counts its time only. Each position of the result is within the limits and stands at its pose to 1e-9 mm and 1e-12
 /// rad; limits between poses are not asked. Axes that do not move the tool cost nothing and stay where `start` has them,
 /// at home without it.

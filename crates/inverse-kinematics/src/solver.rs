@@ -1,16 +1,31 @@
+//! Closed solutions for two and three rotary axes.
+
+pub(crate) mod degenerate;
+pub(crate) mod direction_pair;
+pub(crate) mod free_plane;
+pub(crate) mod inverse_solution;
+pub(crate) mod linear_tables;
+pub(crate) mod middle_rotary;
+pub(crate) mod rotary_triples;
+pub(crate) mod screw_chain;
+pub(crate) mod summed_rotaries;
+pub(crate) mod three_rotaries;
+pub(crate) mod tip_condition;
+pub(crate) mod trig_roots;
+
 use nalgebra::{Point3, Unit, Vector3};
 
-use crate::{
-    Axis, AxisKind, Branch, MachineError,
-    degenerate::refuse_degenerate,
-    direction_pair::{DirectionPair, PARALLEL_SINE, PairFault},
-    linear_tables::LinearTables,
-    rotary_triples::{RotaryTriple, Target, Triples},
-    screw_chain::{Screw, ScrewChain},
-    summed_rotaries::SummedRotaries,
-    three_rotaries::ThreeRotaries,
-    tip_condition::TipCondition,
-};
+use crate::axes::axis::{Axis, AxisKind};
+use crate::machine_file::error::MachineError;
+use crate::solver::degenerate::refuse_degenerate;
+use crate::solver::direction_pair::{DirectionPair, PARALLEL_SINE, PairFault};
+use crate::solver::inverse_solution::Branch;
+use crate::solver::linear_tables::LinearTables;
+use crate::solver::rotary_triples::{RotaryTriple, Target, Triples};
+use crate::solver::screw_chain::{Screw, ScrewChain};
+use crate::solver::summed_rotaries::SummedRotaries;
+use crate::solver::three_rotaries::ThreeRotaries;
+use crate::solver::tip_condition::TipCondition;
 
 /// How the inverse solution of a machine is found.
 #[derive(Clone, Debug, PartialEq)]

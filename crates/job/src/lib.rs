@@ -3,8 +3,9 @@
 //! | module | holds |
 //! |---|---|
 //! | [`mod@format`] | files as they are written: jobs, reports, verifications, links, lengths, summaries |
-//! | [`load`] | a job with all that it names: tool, machine, meshes, post; [`load::Setup`] with drive surface, obstacles and stock; setups without a job file ([`load::stand`]) |
-//! | [`check`] | refuses what cannot be meant: limits of numbers ([`check::limits`]), size, place and winding of parts |
+//! | [`load`] | a job with all that it names: tool, machine, meshes, post; [`load::job::Setup`] with drive surface, obstacles and stock; setups without a job file ([`load::stand`]) |
+//! | [`validate`] | limits of numbers ([`validate::limits`]), feeds and names of a job file |
+//! | [`check`] | refuses what cannot be meant: size, place and winding of parts |
 //! | [`setup`] | an operation as the stages need it: workcell ([`setup::cell`]), words, passes ([`setup::path`]), feeds, places of a pattern |
 //! | [`stock`] | solid stock, its map of lines, rests of setups before |
 //! | [`examples`] | new jobs, for a part, a machine and a control |

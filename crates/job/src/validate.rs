@@ -3,6 +3,7 @@
 pub mod feeds;
 pub mod limits;
 pub mod tip_feed;
+
 use facemill_inverse_kinematics::FeedRange;
 use facemill_nc_program::{FeedMode, RoundingBound};
 

@@ -6,10 +6,11 @@ mod writer;
 
 use facemill_cl_data::ClPoint;
 
+use crate::program::Coolant;
+use crate::program::spec::SpindleSpec;
+
 pub use reader::read_apt;
 pub use writer::write_apt;
-
-use crate::{Coolant, SpindleSpec};
 
 /// Lines that are looked at for words of a CL file.
 const FIRST_LINES: usize = 500;

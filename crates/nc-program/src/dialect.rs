@@ -1,12 +1,19 @@
 //! The dialects that come with the crate, and what makes a dialect file one that can be written with.
 
+pub(crate) mod file;
+pub(crate) mod post_file;
+pub(crate) mod post_law;
+pub(crate) mod post_vectors;
+pub(crate) mod word_rule;
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::dialect_file::DIALECT_FORMAT;
-use crate::{
-    ControlMotion, CornerRule, DialectFile, FeedMode, LimitedBy, PostError, RapidRule, RotaryBlocks, Template,
+use crate::dialect::file::{
+    ControlMotion, CornerRule, DIALECT_FORMAT, DialectFile, LimitedBy, RapidRule, RotaryBlocks,
 };
+use crate::dialect::post_file::{PostError, Template};
+use crate::program::FeedMode;
 
 /// Control a program is written for or was written for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]

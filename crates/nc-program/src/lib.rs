@@ -68,72 +68,54 @@
 //! It must not know surfaces, and of machines only axis letters, offsets and the tool length.
 
 mod apt;
-mod axis_lengths;
-mod axis_words;
+mod channels;
 mod dialect;
-mod dialect_file;
-mod fanuc;
-mod heads;
-mod number_text;
-mod post_file;
-mod post_law;
-mod post_vectors;
 mod program;
-mod program_reader;
-mod program_spec;
-mod read_error;
-mod read_position;
-mod read_program;
-mod readers;
-mod said_words;
-mod siemens;
+mod read;
 mod word_map;
-mod word_rule;
-mod write_error;
-mod writer;
+mod words;
+mod write;
 
-pub use crate::dialect_file::Decimals;
-pub use crate::heads::MappedAxis;
-pub use apt::{
-    AptCutter, AptFile, AptMeaning, AptMove, AptPoint, AptPointKind, AptSpec, AptStatement, AptUnknownWord, is_cl_file,
-    read_apt, write_apt,
+pub use crate::channels::{
+    ReadPair, ReadPairBlock, SiemensFault, SiemensFeed, SiemensPair, SiemensReadError, SiemensSettings,
+    read_siemens_pair, write_siemens_pair,
 };
-pub use axis_lengths::AxisLengths;
-pub use axis_words::{AxisKind, AxisLetter, AxisNameError, AxisWord, AxisWords, TooManyAxes};
-pub use dialect::Dialect;
-pub use dialect_file::{
+pub use crate::dialect::file::Decimals;
+pub use crate::dialect::file::{
     BlendingRule, CommentRule, ControlMotion, CornerRule, CuttingRule, DIALECT_FORMAT, DialectFile, FeedRule,
     LimitedBy, LineRule, MotionRule, NumberRule, Numbering, ProgramRule, RapidRule, RotaryBlocks, RtcpLaw, RtcpRapids,
     RtcpRule, Switch, VectorRule,
 };
-pub use fanuc::{FanucReader, read_fanuc, read_haas, read_linuxcnc, read_mazak};
-pub use heads::{HeadError, HeadSpec, MappedHead};
-pub use post_file::{
+pub use crate::dialect::post_file::{
     BlockNumbers, LAST_PROGRAM_NUMBER, Orientation, PostError, PostFile, PostSettings, RoundingBound, Template,
 };
-pub use program::{Block, Coolant, CutVectors, FeedMode, NcProgram, WorkOffset};
-pub use program_reader::ProgramReader;
-pub use program_spec::{AxisSpec, ProgramSpec, SpindleSpec, ToolSpec};
-pub use read_error::{ReadError, ReadFault};
-pub use read_position::{AxisAt, ReadPosition};
-pub use read_program::{
+pub use crate::dialect::word_rule::{CoolantRule, HomeRule, HomeWords, LengthRule, OffsetRule, WordRule};
+pub use crate::program::heads::MappedAxis;
+pub use crate::program::heads::{HeadError, HeadSpec, MappedHead};
+pub use crate::program::spec::{AxisSpec, ProgramSpec, SpindleSpec, ToolSpec};
+pub use crate::program::write_error::WriteError;
+pub use crate::read::error::{ReadError, ReadFault};
+pub use crate::read::fanuc::{FanucReader, read_fanuc, read_haas, read_linuxcnc, read_mazak};
+pub use crate::read::feed_place::FeedPlace;
+pub use crate::read::heidenhain::{HeidenhainReader, read_heidenhain};
+pub use crate::read::length_check::LengthRelation;
+pub use crate::read::position::{AxisAt, ReadPosition};
+pub use crate::read::program::{
     ArcWords, CallKind, Compensation, Feed, MacroKind, MotionKind, NoteKind, Plane, ReadBlock, ReadCall, ReadCommand,
     ReadMotion, ReadNote, ReadProgram, ToolLengthNote, ToolVectors,
 };
-pub use readers::{
-    feed_place::FeedPlace,
-    heidenhain::{HeidenhainReader, read_heidenhain},
-    length_check::LengthRelation,
-    siemens::{SiemensReader, read_siemens},
+pub use crate::read::reader::ProgramReader;
+pub use crate::read::siemens::{SiemensReader, read_siemens};
+pub use crate::words::axis_lengths::AxisLengths;
+pub use crate::words::axis_words::{AxisKind, AxisLetter, AxisNameError, AxisWord, AxisWords, TooManyAxes};
+pub use crate::words::said_words::{SaidWords, StateWord};
+pub use apt::{
+    AptCutter, AptFile, AptMeaning, AptMove, AptPoint, AptPointKind, AptSpec, AptStatement, AptUnknownWord, is_cl_file,
+    read_apt, write_apt,
 };
-pub use said_words::{SaidWords, StateWord};
-pub use siemens::{
-    ReadPair, ReadPairBlock, SiemensFault, SiemensFeed, SiemensPair, SiemensReadError, SiemensSettings,
-    read_siemens_pair, write_siemens_pair,
-};
+pub use dialect::Dialect;
+pub use program::{Block, Coolant, CutVectors, FeedMode, NcProgram, WorkOffset};
 pub use word_map::{WordMap, WordMapError};
-pub use word_rule::{CoolantRule, HomeRule, HomeWords, LengthRule, OffsetRule, WordRule};
-pub use write_error::WriteError;
 
 /// The program in the dialect of the settings, with `\n` line ends; the same input always gives the same bytes.
 ///
@@ -166,7 +148,7 @@ pub struct WrittenProgram {
 /// # Errors
 /// As [`write_program`].
 pub fn write_program_with_lines(spec: &ProgramSpec, settings: &PostSettings) -> Result<WrittenProgram, WriteError> {
-    writer::write(spec, &[], settings)
+    write::write(spec, &[], settings)
 }
 
 /// [`write_program_with_lines`] for a machine of several heads, whose axes all stand in one block: `heads` are all of
@@ -187,7 +169,7 @@ pub fn write_program_of_heads(
     if heads.is_empty() {
         return Err(HeadError::Count { n: 0 }.into());
     }
-    writer::write(spec, heads, settings)
+    write::write(spec, heads, settings)
 }
 
 /// Reads a program of a dialect.

@@ -1,10 +1,16 @@
+//! Programs before they have a dialect, their tools and heads.
+
+pub(crate) mod heads;
+pub(crate) mod spec;
+pub(crate) mod write_error;
+
 use std::fmt;
 
 use nalgebra::{Unit, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::{AxisLetter, AxisWords};
+use crate::words::axis_words::{AxisLetter, AxisWords};
 
 /// An NC program before it has a dialect: what happens, in order.
 ///
@@ -17,7 +23,7 @@ pub struct NcProgram {
 }
 
 /// One thing an NC program says. Axis words are as programmed: mm and deg, in the work offset, with the length
-/// compensation in force (see [`WordMap`](crate::WordMap)).
+/// compensation in force (see [`WordMap`](crate::word_map::WordMap)).
 #[derive(Clone, Debug, PartialEq)]
 pub enum Block {
     /// Text for the operator; characters the control does not know are replaced.

@@ -1,7 +1,10 @@
 use nalgebra::Point3;
 
-use crate::heads::MappedAxis;
-use crate::{AxisAt, AxisKind, AxisLetter, AxisWords, Compensation, MappedHead, ReadMotion, WorkOffset, heads};
+use crate::program::heads::{MappedAxis, MappedHead};
+use crate::program::{WorkOffset, heads};
+use crate::read::position::AxisAt;
+use crate::read::program::{Compensation, ReadMotion};
+use crate::words::axis_words::{AxisKind, AxisLetter, AxisWords};
 
 /// Joint values (mm, rad, in the machine's axis order, as its scales show them) to NC words (mm, deg) and back, for one
 /// work offset and one tool length, or that of each head.
@@ -29,7 +32,7 @@ pub enum WordMapError {
     TwoAxes(AxisLetter),
     /// More axes than a position can hold.
     #[error(transparent)]
-    TooManyAxes(#[from] crate::TooManyAxes),
+    TooManyAxes(#[from] crate::words::axis_words::TooManyAxes),
     /// An offset, factor or length is NaN or infinite.
     #[error("an offset or length is not finite")]
     NotFinite,
@@ -60,7 +63,7 @@ pub enum WordMapError {
     Rtcp,
     /// The heads do not go together with each other or with the axes.
     #[error(transparent)]
-    Heads(#[from] crate::HeadError),
+    Heads(#[from] crate::program::heads::HeadError),
     /// The length of a register that is not this head's is on for its axis.
     #[error("axis {axis} has the length of H{found}, its tool's is in H{expected}")]
     OtherRegister {
@@ -102,7 +105,7 @@ impl WordMap {
     /// has to have an [`MappedAxis::along_spindle`] of 0, and a spindle axis 1 or −1 with its own head's spindle.
     ///
     /// # Errors
-    /// As [`WordMap::new`], and when the heads are not as [`HeadError`](crate::HeadError) says.
+    /// As [`WordMap::new`], and when the heads are not as [`HeadError`](crate::program::heads::HeadError) says.
     pub fn with_heads(
         axes: Vec<MappedAxis>,
         work_offset: WorkOffset,

@@ -14,7 +14,7 @@ use facemill_nc_program::{
     Dialect, Feed, FeedMode, MappedAxis, MotionKind, NumberRule, ProgramReader, ReadBlock, ReadMotion, RtcpRapids,
     WordMap, WorkOffset,
 };
-use facemill_virtual_machine::follow::{FollowedCut, Follower, Surroundings, Way, legs};
+use facemill_virtual_machine::motion::follow::{FollowedCut, Follower, Surroundings, Way, legs};
 use facemill_virtual_machine::program_time::program_moves::{Moves, stands};
 use serde::Serialize;
 

@@ -26,44 +26,25 @@
 //!
 //! It must not know the command line, nor formulas: those belong to the stage crates.
 
-mod along;
-mod chip_files;
-mod chip_points;
-mod chips_svg;
-mod cusps_kept;
+mod drawing;
 mod dual;
-mod extra_passes;
-mod lost_time;
-mod mending;
 #[cfg(test)]
 mod mesh_winding_laws;
-mod move_settings;
-mod operation;
-mod output;
+mod passes;
 mod plan;
 mod plan_job;
 mod plan_stages;
 mod plan_stock;
 mod planned;
-mod planned_links;
-mod pole_detours;
 mod program;
 mod replan_lengths;
-mod reporting;
-mod rotary_motion;
+mod report;
 mod solution_space;
-mod solution_svg;
 mod stage_clock;
-mod summary;
-mod svg_text;
-mod timed;
-mod timing;
-mod turning;
-mod vector_blocks;
 
 pub use crate::plan_job::plan_job;
 pub use crate::planned::{PlanSettings, Planned};
+pub use crate::report::summary::summary;
 pub use plan::plan_setup;
 pub use replan_lengths::replan_with_shorter_tools;
 pub use solution_space::{SolutionSpace, SolutionSpaceRequest, solution_space};
-pub use summary::summary;

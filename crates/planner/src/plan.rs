@@ -15,21 +15,21 @@ use facemill_job::stages::{READ, Stages, TIMES, WRITE};
 use facemill_nc_program::WordMap;
 use facemill_verification::between_lines::{is_cut_known, machine_as_cut, seen_between, seen_of_rest};
 use facemill_verification::stock_run::CutRequest;
-use facemill_virtual_machine::{Assumption, Certificates, HeldAsCut, Verification, joined, rapid_lines};
+use facemill_virtual_machine::{Assumption, Certificates, HeldAsCut, Verification, merge_findings, rapid_lines};
 
-use crate::chip_files::ChipFiles;
 use crate::dual::plan::plan_dual_setup;
-use crate::mending::{ROUNDS, lines_to_mend, mend};
-use crate::operation::{Ground, PlannedOperation};
-use crate::output::{OwnProgram, Texts, check_feeds, time_texts, write_draft, write_texts};
+use crate::passes::operation::{Ground, PlannedOperation};
 use crate::plan_stages::stages_of;
 use crate::plan_stock::{CutByPlan, StockBefore, StockToCut, cut_by_plan};
 use crate::planned::{PlanSettings, Planned, name_parts, planned_files};
-use crate::planned_links::PlannedLinks;
-use crate::reporting::report;
+use crate::program::mending::{ROUNDS, lines_to_mend, mend};
+use crate::program::output::{OwnProgram, Texts, check_feeds, time_texts, write_draft, write_texts};
+use crate::program::planned_links::PlannedLinks;
+use crate::program::timing::control_assumption;
+use crate::report::chip_files::ChipFiles;
+use crate::report::reporting::report;
+use crate::report::turning::Turning;
 use crate::stage_clock::Clock;
-use crate::timing::control_assumption;
-use crate::turning::Turning;
 
 /// Plans one setup of a job. Its program is held against the stock as it was before; [`plan_job`](crate::plan_job::plan_job) cuts it.
 ///
@@ -106,7 +106,7 @@ pub(crate) fn planned_setup(
     report.assumptions.extend(control_assumption(job, &texts.timed));
     report.assumptions.extend(seen.map(|text| Assumption { line: None, text }));
     report.assumptions.extend(open_stock(&setup));
-    report.findings = joined(report.findings, &rapid_lines(&program.read()?));
+    report.findings = merge_findings(report.findings, &rapid_lines(&program.read()?));
     // Also of a program that is not run: whether it does what is asked is another question than whether it does harm.
     report.remaining = program.remaining(stages)?;
     clock.lap("material left");

@@ -10,8 +10,8 @@ use facemill_job::validate::file_stem;
 use facemill_virtual_machine::Certificates;
 use facemill_z_map::DexelMap;
 
-use crate::chip_files::ChipFiles;
-use crate::output::certificates_json;
+use crate::program::output::certificates_json;
+use crate::report::chip_files::ChipFiles;
 use crate::stage_clock::Clock;
 
 /// What is wanted of a plan.

@@ -1,5 +1,12 @@
 //! From moves to timed blocks and text.
 
+pub(crate) mod mending;
+pub(crate) mod output;
+pub(crate) mod planned_links;
+pub(crate) mod timed;
+pub(crate) mod timing;
+pub(crate) mod vector_blocks;
+
 use facemill_cl_data::CuttingLaw;
 use facemill_feedrate::{BlockFeed, feed_for_block, rapid_time};
 use facemill_inverse_kinematics::{AxisKind, AxisValues, BlockLaw, Machine};
@@ -14,10 +21,8 @@ use facemill_tool_model::SpindleRotation;
 use facemill_tool_path::moves::{Move, MoveKind, OperationMoves};
 use nalgebra::{Isometry3, Unit, Vector3};
 
-use crate::timed::CutBlock;
-use crate::timed::Timed;
-use crate::timed::TimedMove;
-use crate::vector_blocks::VectorBlocks;
+use crate::program::timed::{CutBlock, Timed, TimedMove};
+use crate::program::vector_blocks::VectorBlocks;
 
 /// Turn of the tool that is none, rad: rounding of forward kinematics.
 const SAME_DIRECTION: f64 = 1e-9;

@@ -1,7 +1,7 @@
 //! The map of the feasible set at one CC point of a job: picture and file.
 
 use facemill_cl_data::CcPoint;
-use facemill_cutter_location::map::{CellState, MapCell, MapError, SolutionMap, map, n_steps};
+use facemill_cutter_location::search::map::{CellState, MapCell, MapError, SolutionMap, map, n_steps};
 use facemill_cutter_location::{Body, Hints, Infeasible, PoseTest, search};
 use facemill_job::failure::Failure;
 use facemill_job::format::job_file::OperationFile;
@@ -15,8 +15,8 @@ use facemill_job::stages::Stages;
 use facemill_job::validate::belongs;
 use facemill_tool_path::pieces::LaidTask;
 
-use crate::operation::{mapped_range, settle_branch};
-use crate::solution_svg::map_svg;
+use crate::drawing::solution_svg::map_svg;
+use crate::passes::operation::{mapped_range, settle_branch};
 
 /// Which CC point is mapped, and how finely.
 #[derive(Clone, Debug)]

@@ -1,12 +1,13 @@
-use std::{
-    collections::BTreeMap,
-    f64::consts::{FRAC_PI_4, TAU},
-};
+use std::collections::BTreeMap;
+use std::f64::consts::{FRAC_PI_4, TAU};
 
 use facemill_surface_model::TriMesh;
 use nalgebra::{Matrix2, Point3, Unit, Vector2, Vector3};
 
-use crate::{SpecError, SurfacePoint, grouped_mesh::GroupedMesh, patch::height_mesh, spec_error::in_range};
+use crate::grouped_mesh::GroupedMesh;
+use crate::patch::height_mesh;
+use crate::spec_error::{SpecError, in_range};
+use crate::surface_point::SurfacePoint;
 
 /// On which side of a surface the material is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

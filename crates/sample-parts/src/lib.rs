@@ -35,33 +35,23 @@
 //! This crate must not know machines, tools, jobs or files.
 
 mod analytic_part;
-mod blade;
-mod blade_grid;
-mod blade_section;
-mod blade_surface;
-mod chord_error;
 mod grouped_mesh;
-mod hub;
 mod patch;
-mod propeller_spec;
+mod propeller;
 mod rotor37;
-mod rotor37_table;
 mod sheets;
 mod spec_error;
 mod spline;
 mod surface_point;
-mod tables;
-mod wageningen;
-mod wageningen_tables;
 
+pub use crate::propeller::blade::{BladeResolution, blade};
+pub use crate::propeller::blade_section::{BladeSection, BladeSide};
+pub use crate::propeller::blade_surface::BladeSurface;
+pub use crate::propeller::chord_error::{ChordError, chord_error};
+pub use crate::propeller::hub::hub;
+pub use crate::propeller::spec::{PropellerSeries, PropellerSpec, blade_pose};
 pub use analytic_part::{AnalyticPart, AnalyticShape, MaterialSide};
-pub use blade::{BladeResolution, blade};
-pub use blade_section::{BladeSection, BladeSide};
-pub use blade_surface::BladeSurface;
-pub use chord_error::{ChordError, chord_error};
-pub use hub::hub;
 pub use patch::{PatchSpec, patch};
-pub use propeller_spec::{PropellerSeries, PropellerSpec, blade_pose};
 pub use rotor37::{RotorResolution, rotor37};
 pub use spec_error::SpecError;
 pub use surface_point::SurfacePoint;

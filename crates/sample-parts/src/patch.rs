@@ -1,7 +1,9 @@
 use facemill_surface_model::TriMesh;
 use nalgebra::{Matrix2, Point3, Vector2};
 
-use crate::{SpecError, SurfacePoint, grouped_mesh::GroupedMesh, spec_error::in_range};
+use crate::grouped_mesh::GroupedMesh;
+use crate::spec_error::{SpecError, in_range};
+use crate::surface_point::SurfacePoint;
 
 /// A wavy sculptured surface over a rectangle about the origin, material below, in mm.
 ///

@@ -1,14 +1,16 @@
+//! Rotor 37 as a mesh, from its published table.
+
+pub(crate) mod table;
+
 use facemill_surface_model::TriMesh;
 use nalgebra::Point3;
 
-use crate::{
-    SpecError,
-    grouped_mesh::GroupedMesh,
-    rotor37_table::SURFACES,
-    sheets::{BLADE_GROUPS, EDGE, Sheet, close_sheets},
-    spec_error::in_range,
-    spline::{CubicSpline, SplineEnd::NotAKnot},
-};
+use crate::grouped_mesh::GroupedMesh;
+use crate::rotor37::table::SURFACES;
+use crate::sheets::{BLADE_GROUPS, EDGE, Sheet, close_sheets};
+use crate::spec_error::{SpecError, in_range};
+use crate::spline::CubicSpline;
+use crate::spline::SplineEnd::NotAKnot;
 
 /// Stations of the table on each side of a surface.
 const N_STATIONS: usize = 100;

@@ -1,9 +1,13 @@
-use crate::TriMesh;
-use nalgebra::{Isometry3, Vector3};
-use std::fmt::Write as _;
+//! Meshes and scenes written to files.
 
 mod glb;
 mod painted;
+
+use std::fmt::Write as _;
+
+use nalgebra::{Isometry3, Vector3};
+
+use crate::mesh::tri_mesh::TriMesh;
 
 pub use glb::write_glb;
 pub use painted::write_painted_glb;

@@ -1,7 +1,10 @@
+//! Meshes read from files and repaired.
+
 mod accessor;
 mod gltf_file;
 mod obj;
 mod raw_mesh;
+pub(crate) mod repair;
 pub(crate) mod settings;
 mod stl_ascii;
 mod stl_binary;
@@ -9,9 +12,9 @@ mod uri;
 
 use std::io;
 
+use crate::import::repair::{RepairReport, repair};
 use crate::import::settings::{ImportFault, ImportSettings, MeshFormat};
-use crate::repair::repair;
-use crate::{RepairReport, TriMesh};
+use crate::mesh::tri_mesh::TriMesh;
 
 pub(crate) use raw_mesh::RawMesh;
 

@@ -35,39 +35,25 @@
 //!
 //! It must not know tools and machines, and opens no files.
 
-mod caps;
-mod curvature;
-mod edges;
 mod export;
 mod import;
-mod level_curves;
-mod normals;
-mod orientation;
-mod ray;
-mod refine;
-mod repair;
-mod sections;
+mod mesh;
 mod surface;
 #[cfg(test)]
 mod test_kit;
-mod topology;
-mod tree;
-mod tri_mesh;
-mod triangle;
-mod weld;
 
+pub use crate::import::repair::RepairReport;
 pub use crate::import::settings::{ImportFault, ImportSettings, LengthUnit, MeshFormat, UpAxis};
-pub use curvature::{CurvatureTensor, PrincipalCurvatures};
-pub use edges::Edges;
+pub use crate::mesh::edges::Edges;
+pub use crate::mesh::orientation::{Orientation, Winding, WoundPiece};
+pub use crate::mesh::refine::Refined;
+pub use crate::mesh::topology::{Component, Topology};
+pub use crate::mesh::tri_mesh::{Group, MeshError, TriMesh};
+pub use crate::surface::curvature::{CurvatureTensor, PrincipalCurvatures};
+pub use crate::surface::level_curves::{LevelCurve, LevelPoint, level_curves, level_curves_among};
+pub use crate::surface::ray::RayHit;
+pub use crate::surface::sections::{Polyline, cylinder_section, implicit_section, plane_section};
+pub use crate::surface::tree::{Below, NodeId, Tree};
 pub use export::{ExportError, NamedNode, write_glb, write_obj, write_painted_glb, write_stl_binary};
 pub use import::{ImportError, Imported, import_mesh, no_external_files};
-pub use level_curves::{LevelCurve, LevelPoint, level_curves, level_curves_among};
-pub use orientation::{Orientation, Winding, WoundPiece};
-pub use ray::RayHit;
-pub use refine::Refined;
-pub use repair::RepairReport;
-pub use sections::{Polyline, cylinder_section, implicit_section, plane_section};
 pub use surface::{Surface, SurfacePoint, SurfaceSettings};
-pub use topology::{Component, Topology};
-pub use tree::{Below, NodeId, Tree};
-pub use tri_mesh::{Group, MeshError, TriMesh};

@@ -1,11 +1,22 @@
-use crate::{
-    Component, CurvatureTensor, Edges, Topology, Tree, TriMesh,
-    curvature::{VertexCurvature, vertex_curvatures},
-    normals::{SmoothVertices, facet_normals},
-    triangle::closest_on_triangle,
-};
+//! Smooth surface over a mesh: normals, curvature, closest points, rays, sections.
+
+pub(crate) mod curvature;
+pub(crate) mod level_curves;
+pub(crate) mod normals;
+pub(crate) mod ray;
+pub(crate) mod sections;
+pub(crate) mod tree;
+
 use facemill_cl_data::Aabb;
 use nalgebra::{Point3, Unit, Vector3};
+
+use crate::mesh::edges::Edges;
+use crate::mesh::topology::{Component, Topology};
+use crate::mesh::tri_mesh::TriMesh;
+use crate::mesh::triangle::closest_on_triangle;
+use crate::surface::curvature::{CurvatureTensor, VertexCurvature, vertex_curvatures};
+use crate::surface::normals::{SmoothVertices, facet_normals};
+use crate::surface::tree::Tree;
 
 /// How a mesh is taken for a smooth surface.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,7 +1,10 @@
 //! Seeded numbers and plain shapes for the tests of this crate.
-use crate::TriMesh;
-use nalgebra::{Point3, Unit, Vector3};
+
 use std::f64::consts::{PI, TAU};
+
+use nalgebra::{Point3, Unit, Vector3};
+
+use crate::mesh::tri_mesh::TriMesh;
 
 /// Linear congruential generator (Knuth's MMIX constants).
 pub(crate) struct Lcg(u64);

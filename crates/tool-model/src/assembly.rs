@@ -2,7 +2,8 @@ use facemill_cl_data::{PlacedSolid, RoundFrustum, Solid};
 use facemill_file_format::{FormatError, KeyLimit};
 use nalgebra::Isometry3;
 
-use crate::{Cutter, CutterError, SpindleRotation, Stack, ToolFile};
+use crate::cutter::{Cutter, CutterError};
+use crate::tool_file::{SpindleRotation, Stack, ToolFile};
 
 /// A whole tool: cutter, cutter body, holder, and what cutting with it needs to know. Tool frame, mm and rad.
 ///
@@ -315,7 +316,7 @@ fn check_reach(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{FORMAT, FormatTag};
+    use crate::tool_file::{FORMAT, FormatTag};
 
     const TOOL: &str = r#"{
         "format": "facemill-tool/1", "name": "D160 R6", "number": 7,

@@ -1,6 +1,6 @@
 use facemill_cl_data::{CcPoint, ClPoint, Posture};
 
-use crate::Cutter;
+use crate::cutter::Cutter;
 
 /// The tool pose in which the cutter touches the surface at a CC point (CLOPT (1), (2), torus form).
 ///

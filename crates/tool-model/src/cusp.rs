@@ -1,6 +1,6 @@
 use nalgebra::Point2;
 
-use crate::Outline;
+use crate::outline::Outline;
 
 /// What two neighbouring passes leave standing between them.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -129,7 +129,7 @@ impl Section<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Cutter;
+    use crate::cutter::Cutter;
     use facemill_cl_data::Posture;
 
     fn outline(radius: f64, corner: f64, tilt_deg: f64, rotate_deg: f64) -> Outline {

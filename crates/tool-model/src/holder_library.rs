@@ -4,7 +4,9 @@ use facemill_file_format::FormatError;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::{OpenAssembly, Section, Stack, ToolAssembly, ToolFileError};
+use crate::assembly::{ToolAssembly, ToolFileError};
+use crate::open_assembly::OpenAssembly;
+use crate::tool_file::{Section, Stack};
 
 /// The value of a holder file's `format` key.
 pub const HOLDERS_FORMAT: &str = "facemill-holders/1";

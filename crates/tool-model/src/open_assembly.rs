@@ -1,6 +1,7 @@
 //! An assembly whose lengths are still open (VMT fig. 2).
 
-use crate::{Section, ToolAssembly, ToolFile, ToolFileError};
+use crate::assembly::{ToolAssembly, ToolFileError};
+use crate::tool_file::{Section, ToolFile};
 
 /// A length of a tool assembly, from the tip (VMT fig. 2).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -3,7 +3,8 @@ use std::f64::consts::FRAC_PI_2;
 use facemill_cl_data::Posture;
 use nalgebra::{Point2, Vector2, Vector3};
 
-use crate::{Cutter, contact::canonical};
+use crate::contact::canonical;
+use crate::cutter::Cutter;
 
 /// Outline of a tilted cutter seen along the feed: what a straight pass leaves of the stock.
 ///
@@ -22,7 +23,7 @@ pub struct Outline {
 }
 
 impl Outline {
-    /// The outline of a cutter that touches the CC point in this posture, as [`cl_from_cc`](crate::cl_from_cc) puts it.
+    /// The outline of a cutter that touches the CC point in this posture, as [`cl_from_cc`](crate::contact::cl_from_cc) puts it.
     pub fn new(cutter: &Cutter, posture: Posture) -> Self {
         let Posture { tilt, rotate } = canonical(posture);
         let ((sin, cos), (turn_sin, turn_cos)) = (tilt.sin_cos(), rotate.sin_cos());
@@ -150,7 +151,8 @@ impl Outline {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{SilhouetteCurvature, cl_from_cc, silhouette_curvature};
+    use crate::contact::cl_from_cc;
+    use crate::silhouette::{SilhouetteCurvature, silhouette_curvature};
     use facemill_cl_data::CcPoint;
     use nalgebra::Point3;
 

@@ -1,6 +1,7 @@
 use facemill_cl_data::Posture;
 
-use crate::{Cutter, contact::canonical};
+use crate::contact::canonical;
+use crate::cutter::Cutter;
 
 /// Curvature at the contact point of the cutter's outline seen along the feed.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -225,8 +225,8 @@ mod tests {
     };
     use facemill_cl_data::CcPoint;
     use facemill_cl_data::Posture;
+    use facemill_cutter_location::cusp::cut_point::CutPoint;
     use facemill_cutter_location::cusp::ridges;
-    use facemill_cutter_location::cut_point::CutPoint;
     use facemill_tool_model::Cutter;
     use nalgebra::{Point3, Unit, Vector3};
 

@@ -10,7 +10,7 @@ pub mod ways;
 mod ways_laws;
 pub mod words;
 
-use facemill_cutter_location::link::ClearanceSurface;
+use facemill_cutter_location::links::link::ClearanceSurface;
 use facemill_inverse_kinematics::{AxisValues, Machine};
 use facemill_virtual_machine::{LinkStage, ProgramLink};
 use nalgebra::Isometry3;

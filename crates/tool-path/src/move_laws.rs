@@ -1,8 +1,8 @@
 //! Laws of pieces, of what is inserted between their cuts, and of the moves that they become.
 
 use facemill_cl_data::{CcPoint, CuttingLaw, Pass, Posture, RapidLaw, Silent};
-use facemill_cutter_location::approach::{ApproachSettings, ApproachShape};
-use facemill_cutter_location::link::{ClearanceSurface, LinkSettings};
+use facemill_cutter_location::links::approach::{ApproachSettings, ApproachShape};
+use facemill_cutter_location::links::link::{ClearanceSurface, LinkSettings};
 use facemill_cutter_location::{
     Configuration, Hints, Obstacle, PoseTest, SearchCurve, SearchOrder, SearchSettings, Workcell,
 };
@@ -16,8 +16,8 @@ use nalgebra::{Isometry3, Point3, Vector3};
 
 use crate::linearity::Linearity;
 use crate::moves::{Move, MoveKind, MoveSettings, operation_moves};
+use crate::pieces::pole::Tests;
 use crate::pieces::{Cut, LaidTask, Piece, filled, split};
-use crate::pole::Tests;
 
 pub(crate) fn tool() -> ToolAssembly {
     let section = |length_mm, d| Section { length_mm, diameter_low_mm: d, diameter_high_mm: d };

@@ -1,18 +1,21 @@
 //! From pieces to the sequence of moves of an operation: entries, cuts, exits, links, with axis values.
 
+pub mod order;
+pub(crate) mod sequencer;
+
 use facemill_cl_data::{ClPoint, Monitor};
-use facemill_cutter_location::approach::{Approach, ApproachSettings, PassEnd, PassEndPose, approach};
-use facemill_cutter_location::link::{LinkBlocked, LinkSettings, Linker, Waypoint};
+use facemill_cutter_location::links::approach::{Approach, ApproachSettings, PassEnd, PassEndPose, approach};
+use facemill_cutter_location::links::link::{LinkBlocked, LinkSettings, Linker, Waypoint};
 use facemill_cutter_location::{Configuration, Hints, Infeasible, PoseTest, rewound_axis};
 use facemill_inverse_kinematics::AxisValues;
 use rayon::prelude::*;
 
 use crate::chips::Chip;
 use crate::linearity::Linearity;
-use crate::pass_order::{PassOrderReport, ordered};
+use crate::moves::order::{PassOrderReport, ordered};
+use crate::moves::sequencer::Sequencer;
 use crate::path_error::PathError;
 use crate::pieces::{Cut, LeftOut, Piece};
-use crate::sequencer::Sequencer;
 
 /// What a move is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

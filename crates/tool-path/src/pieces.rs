@@ -1,5 +1,7 @@
 //! From planned passes to pieces that are cut without lifting, in every place of the pattern.
 
+pub mod pole;
+
 use facemill_cl_data::{Cancelled, CcPoint, Monitor, Pass, Posture};
 use facemill_cutter_location::{
     Configuration, FeasiblePose, Hints, Infeasible, Outcome, PassSettings, PoseTest, SearchCurve, SearchSettings,
@@ -10,7 +12,7 @@ use nalgebra::{Isometry3, Point3};
 use rayon::prelude::*;
 
 use crate::linearity::{Linearity, turned_near};
-use crate::pole::Tests;
+use crate::pieces::pole::Tests;
 
 /// A CC point with its pose.
 #[derive(Clone, Copy, Debug)]

@@ -10,8 +10,8 @@ use nalgebra::{Point3, Vector3};
 
 use crate::move_laws::{Random, cell, curve, linearity, move_settings, plane_with_bump, tool};
 use crate::moves::{Move, MoveKind, OperationMoves, operation_moves};
+use crate::pieces::pole::Tests;
 use crate::pieces::{Cut, Piece, filled};
-use crate::pole::Tests;
 use crate::winding::{unwound, windings, wound};
 
 /// The head-B, table-C mill with stops at its table.

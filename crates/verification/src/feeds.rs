@@ -6,7 +6,7 @@ use facemill_inverse_kinematics::{AxisKind, AxisValues, Machine};
 use facemill_job::format::job_file::{FeedsFile, SetupFile};
 use facemill_job::load::job::Job;
 use facemill_nc_program::{FeedMode, MotionKind, ReadBlock, ReadCommand, ReadProgram};
-use facemill_virtual_machine::follow::{FollowedCut, Follower, Surroundings, Way};
+use facemill_virtual_machine::motion::follow::{FollowedCut, Follower, Surroundings, Way};
 use facemill_virtual_machine::program_time::tolerance::levers_at;
 use facemill_virtual_machine::{Assumption, BlockCut, Finding, FindingKind, Measure, StockRun};
 
@@ -410,7 +410,8 @@ fn of_block(kind: FindingKind, block: &ReadBlock, note: String) -> Finding {
 #[cfg(test)]
 mod tests {
     use crate::feeds::*;
-    use facemill_nc_program::{Dialect, read_program};
+    use facemill_nc_program::Dialect;
+    use facemill_nc_program::read_program;
 
     fn found(text: &str) -> Vec<([u32; 2], String)> {
         let asked = Asked { cuts: 1000.0, all: 1000.0, least: None, speeds: vec![6000.0], rounding: [0.0; 2] };

@@ -21,7 +21,7 @@ use facemill_job::stages::{Stages, TIMES};
 use facemill_job::stock::map::StockRegion;
 use facemill_job::validate::limits::STOCK_TOLERANCES;
 use facemill_nc_program::{Compensation, Dialect, ReadProgram, WordMap};
-use facemill_virtual_machine::follow::Surroundings;
+use facemill_virtual_machine::motion::follow::Surroundings;
 use facemill_virtual_machine::{
     Assumption, BlockCut, Certificates, Estimate, Finding, HeldAsCut, RemovalLimit, Verification, VerifySettings,
     VirtualSetup, assumptions, certify, place_findings, rapid_lines, verify,
@@ -94,7 +94,7 @@ pub struct Verified {
     pub cuts: Vec<BlockCut>,
     /// The part's surface in the colours of its deviation, as GLB, where it was asked for.
     pub painted: Option<Vec<u8>>,
-    /// Lines of the program's rapids, in order: what findings are [joined](facemill_virtual_machine::joined) by.
+    /// Lines of the program's rapids, in order: what findings are [merged](facemill_virtual_machine::merge_findings) by.
     pub rapid_lines: Vec<u32>,
 }
 

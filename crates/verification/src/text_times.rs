@@ -7,7 +7,7 @@ use facemill_inverse_kinematics::Machine;
 use facemill_job::format::program_times::ProgramTimes;
 use facemill_nc_program::{ControlMotion, Dialect, MotionKind, ProgramReader, RtcpRapids};
 use facemill_tool_path::moves::MoveKind;
-use facemill_virtual_machine::follow::{Follower, Surroundings, Way, legs};
+use facemill_virtual_machine::motion::follow::{Follower, Surroundings, Way, legs};
 use facemill_virtual_machine::program_time::program_moves::{Moves, stands};
 use facemill_virtual_machine::program_time::run::{RunLaw, Timer, missing_limits};
 use facemill_virtual_machine::program_time::tolerance::View;

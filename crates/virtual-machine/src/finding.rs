@@ -1,3 +1,9 @@
+//! Findings: faults of a program and their measures.
+
+pub(crate) mod episodes;
+pub(crate) mod merge;
+pub(crate) mod reader_notes;
+
 use std::fmt;
 
 use facemill_nc_program::AxisLetter;
@@ -20,7 +26,7 @@ pub struct Verification {
     /// What holds between the tested positions; absent of an estimate, of which nothing does.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub between: Option<BetweenPositions>,
-    /// That this is an estimate ([`Estimate`](crate::Estimate)), of so few positions and of the edges of bodies: that nothing is found proves nothing.
+    /// That this is an estimate ([`Estimate`](crate::motion::setup::Estimate)), of so few positions and of the edges of bodies: that nothing is found proves nothing.
     /// Absent where it is none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub estimate: Option<EstimatedPositions>,
@@ -143,7 +149,7 @@ pub struct Finding {
     pub last_line: u32,
     /// Line it is worst on.
     pub worst_line: u32,
-    /// How often it begins between these lines: once, but where findings of one fault are told as one ([`joined`](crate::joined)).
+    /// How often it begins between these lines: once, but where findings of one fault are told as one ([`merge_findings`](crate::finding::merge::merge_findings)).
     #[serde(skip_serializing_if = "is_one")]
     pub episodes: usize,
     /// Number (N) of that block.

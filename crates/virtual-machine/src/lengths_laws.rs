@@ -9,11 +9,13 @@ use facemill_tool_model::{AssemblyLength, Lengths, OpenAssembly, Section, ToolAs
 use facemill_z_map::DexelMap;
 use nalgebra::{Isometry3, Point3, Vector3};
 
-use crate::kit::{self, HEAD, Shop, Text, box_mesh};
-use crate::{
-    ClearLengths, FindingKind, LengthSettings, LengthStock, ObstacleKind, Verification, VerifySettings,
-    VirtualObstacle, VirtualSetup, clear_lengths, run_stock, verify, words_of_length,
-};
+use crate::finding::{FindingKind, Verification};
+use crate::kit;
+use crate::kit::{HEAD, Shop, Text, box_mesh};
+use crate::lengths::{ClearLengths, LengthSettings, LengthStock, clear_lengths, words_of_length};
+use crate::motion::setup::{ObstacleKind, VerifySettings, VirtualObstacle, VirtualSetup};
+use crate::run::verify::verify;
+use crate::stock::run::run_stock;
 
 const MARGIN: f64 = 0.5;
 
@@ -22,7 +24,9 @@ const OFF: f64 = 0.05;
 
 /// Radius and clearance of the cutter body, and of both sections of the holder.
 const BODY: (f64, f64) = (15.0, 1.0);
+
 const LOWER: (f64, f64) = (30.0, 2.0);
+
 const UPPER: (f64, f64) = (50.0, 2.0);
 
 /// Own length of the upper section, mm.
@@ -104,7 +108,8 @@ impl Scene {
     fn holds(&self, found: &ClearLengths, way: &dyn Fn(&Shop) -> String) {
         let collisions = |lengths: Lengths| -> Vec<_> {
             let v = self.run(lengths, way);
-            let of_body = |f: &crate::Finding| matches!(f.kind, FindingKind::HolderCollision | FindingKind::Collision);
+            let of_body =
+                |f: &crate::finding::Finding| matches!(f.kind, FindingKind::HolderCollision | FindingKind::Collision);
             v.findings.into_iter().filter(of_body).collect()
         };
         assert_eq!(collisions(found.lengths), []);
@@ -116,7 +121,7 @@ impl Scene {
                 continue;
             }
             let met = collisions(shorter);
-            let is_there = |f: &crate::Finding| (f.first_line..=f.last_line).contains(&forced.line);
+            let is_there = |f: &crate::finding::Finding| (f.first_line..=f.last_line).contains(&forced.line);
             assert!(met.iter().any(is_there), "L{} {forced:?}: {met:?}", k + 1);
         }
     }
@@ -383,7 +388,7 @@ fn the_stock_that_is_left_asks_for_flute_and_stick_out() {
         shorter[k] -= MARGIN + OFF;
         if let Some(forced) = found.forced_by[k].as_ref().filter(|_| is_tool(&shorter)) {
             let findings = met(shorter);
-            let is_there = |f: &crate::Finding| (f.first_line..=f.last_line).contains(&forced.line);
+            let is_there = |f: &crate::finding::Finding| (f.first_line..=f.last_line).contains(&forced.line);
             assert!(findings.iter().any(is_there), "L{}: {findings:?}", k + 1);
         }
     }
@@ -398,7 +403,7 @@ fn a_posted_program_holds_the_tip_and_goes_home_as_before() {
     };
     let longer = with_tool(scene.shop.tool.longer_by(77.0).unwrap(), true);
     let program = read_program(way(&scene.shop), Dialect::Fanuc).unwrap();
-    let posted = crate::posted_for_length(&program, &scene.setup(&scene.shop), &longer.words);
+    let posted = crate::lengths::posted_for_length(&program, &scene.setup(&scene.shop), &longer.words);
     let tip = |block: &facemill_nc_program::ReadBlock, shop: &Shop| {
         let joints = shop.words.joints_at(block.motion.as_ref()?, shop.machine.home().as_slice()).ok()?;
         let mut axes = shop.machine.home();
@@ -420,6 +425,6 @@ fn a_posted_program_holds_the_tip_and_goes_home_as_before() {
     assert!(words(0, &program).iter().zip(words(0, &posted).iter()).all(|(a, b)| a == b), "it stands upright");
     let (before, after) = (words(2, &program), words(2, &posted));
     assert!(before.iter().zip(after.iter()).any(|(a, b)| (a.value - b.value).abs() > 5.0));
-    let same = crate::posted_for_length(&program, &scene.setup(&scene.shop), &scene.shop.words);
+    let same = crate::lengths::posted_for_length(&program, &scene.setup(&scene.shop), &scene.shop.words);
     assert_eq!(same.blocks, program.blocks);
 }

@@ -67,22 +67,7 @@
 #[cfg(test)]
 extern crate self as facemill_virtual_machine;
 
-mod assumptions;
-mod between;
-mod certificate;
-mod chunk_result;
-mod control;
-mod counted_axes;
-mod cutter_depth;
-mod dead_core;
-mod doubts;
-mod edges;
-mod engagement;
-mod episodes;
-mod feeds;
 mod finding;
-pub mod follow;
-mod joined;
 #[cfg(test)]
 #[path = "../tests/laws/kit/mod.rs"]
 mod kit;
@@ -90,63 +75,36 @@ mod lengths;
 #[cfg(test)]
 mod lengths_laws;
 mod links;
-mod machine_bodies;
-mod motion_modes;
-mod moves;
-mod outside_run;
-mod probe;
+pub mod motion;
 pub mod program_time;
 mod proof;
-mod prover;
-mod ramp;
-mod rates;
 #[cfg(test)]
 mod rates_laws;
-mod reader_notes;
-mod remaining;
-mod report;
-mod retract;
-mod rolled_words;
-mod rotaries;
-mod scene;
-mod segments;
-mod setup;
-mod smoothing;
-mod spans;
-mod stepping;
-mod stock_bodies;
-mod stock_cover;
-mod stock_heads;
-mod stock_now;
-mod stock_run;
-mod surface_normals;
-mod timing;
-mod tool_vectors;
-mod track;
-mod turned_rotaries;
-mod verify;
-mod walker;
+mod run;
+mod stock;
 
-pub use assumptions::{Assumption, assumptions};
-pub use certificate::{Certificate, Certificates, certify};
-pub use counted_axes::CountedAxes;
+pub use crate::finding::merge::{merge_findings, rapid_lines};
+pub use crate::motion::assumptions::{Assumption, assumptions};
+pub use crate::motion::counted_axes::CountedAxes;
+pub use crate::motion::rolled_words::RolledWords;
+pub use crate::motion::setup::{
+    Estimate, GougeSection, HeldAsCut, ObstacleKind, RemovalLimit, VerifyError, VerifySettings, VirtualObstacle,
+    VirtualSetup,
+};
+pub use crate::motion::tool_vectors::not_unit;
+pub use crate::proof::certificate::{Certificate, Certificates, certify};
+pub use crate::run::verify::{place_findings, verify};
+pub use crate::stock::cover::blocks_beyond;
+pub use crate::stock::outside_run::{
+    HeadFindings, certain_depth, in_question, is_known_to_cut, outside_layer, still_there,
+};
+pub use crate::stock::remaining::swept_by_cuts;
+pub use crate::stock::run::{BlockCut, StockRun, run_stock, run_stock_of_heads};
 pub use finding::{
     AxisReading, BetweenPositions, ClearancePlace, EstimatedPositions, Finding, FindingKind, GougePlace, Measure, Pose,
     SectionGouge, Verification, WindUp,
 };
-pub use joined::{joined, rapid_lines};
 pub use lengths::{
     ClearLengths, ForcedBy, LengthSettings, LengthStock, clear_lengths, posted_for_length, words_of_length,
 };
 pub use links::{LinkDistances, LinkHold, LinkSettings, LinkStage, ProgramLink, links_off_first_stock, run_links};
-pub use outside_run::{HeadFindings, certain_depth, in_question, is_known_to_cut, outside_layer, still_there};
-pub use remaining::swept_by_cuts;
-pub use rolled_words::RolledWords;
-pub use setup::{
-    Estimate, GougeSection, HeldAsCut, ObstacleKind, RemovalLimit, VerifyError, VerifySettings, VirtualObstacle,
-    VirtualSetup,
-};
-pub use stock_cover::blocks_beyond;
-pub use stock_run::{BlockCut, StockRun, run_stock, run_stock_of_heads};
-pub use tool_vectors::not_unit;
-pub use verify::{place_findings, verify};

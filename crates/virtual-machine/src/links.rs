@@ -7,16 +7,14 @@ use facemill_tool_model::ToolSection;
 use facemill_z_map::{DexelMap, RoundRing, Step, Sweep, TurnedBody};
 use rayon::prelude::*;
 
-use crate::{
-    HeldAsCut, ObstacleKind, VerifyError, VerifySettings, VirtualSetup,
-    doubts::Doubts,
-    moves::{Move, resolve},
-    prover::Prover,
-    scene::Scene,
-    segments::{Coarseness, Segment, segments},
-    setup,
-    stock_bodies::Bodies,
-};
+use crate::motion::moves::{Move, resolve};
+use crate::motion::setup;
+use crate::motion::setup::{HeldAsCut, ObstacleKind, VerifyError, VerifySettings, VirtualSetup};
+use crate::proof::doubts::Doubts;
+use crate::proof::prover::Prover;
+use crate::run::scene::Scene;
+use crate::run::segments::{Coarseness, Segment, segments};
+use crate::stock::bodies::Bodies;
 
 /// All rapids between two cutting moves.
 #[derive(Clone, Debug)]
@@ -56,7 +54,7 @@ pub struct LinkSettings {
     /// from where the tool has gone twice as far as it, two thirds from four times and all of it from six times as far; the same
     /// toward the end.
     pub clearance: f64,
-    /// As in [`run_stock`](crate::run_stock), mm.
+    /// As in [`run_stock`](crate::stock::run::run_stock), mm.
     pub tolerance: f64,
 }
 
@@ -86,7 +84,7 @@ struct CutStock<'s> {
     stock: &'s DexelMap,
 }
 
-/// Runs a program and shows every link with the stock as it is there. The stock is cut as [`run_stock`](crate::run_stock) does,
+/// Runs a program and shows every link with the stock as it is there. The stock is cut as [`run_stock`](crate::stock::run::run_stock) does,
 /// and is the rest when this returns without an error.
 ///
 /// # Errors
@@ -275,7 +273,7 @@ impl LinkStage<'_, '_> {
     ///
     /// Axes stay within their limits. Against part, fixtures and machine it is proven for every time of the motion, with what
     /// the control may leave it by, as in certificates of rapids. So it is against the stock as it was at first, where ways keep off
-    /// that; against the stock as it is now it is held as [`run_stock`](crate::run_stock) holds rapids, and with the clearance of the
+    /// that; against the stock as it is now it is held as [`run_stock`](crate::stock::run::run_stock) holds rapids, and with the clearance of the
     /// settings.
     pub fn is_free(&self, link: &ProgramLink, through: &[AxisValues]) -> bool {
         let machine = self.scene.setup.machine;

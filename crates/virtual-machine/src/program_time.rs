@@ -2,6 +2,7 @@
 
 pub mod program_moves;
 pub mod run;
+pub(crate) mod timing;
 pub mod tolerance;
 pub mod vectors;
 

@@ -1,5 +1,8 @@
 //! What is proven of a move, and what is not.
 
+pub(crate) mod certificate;
+pub(crate) mod doubts;
+pub(crate) mod prover;
 /// What is proven of a move.
 #[derive(Clone, Debug)]
 pub(crate) struct Proof {

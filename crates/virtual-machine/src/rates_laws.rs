@@ -1,15 +1,15 @@
 //! Rates and accelerations against finite differences: random machines, places, blocks and intervals.
 
+#[path = "../../inverse-kinematics/tests/common/mod.rs"]
+pub(crate) mod common;
+
 use facemill_cl_data::{ClPoint, ControlTolerance, CuttingLaw, RapidLaw};
 use facemill_inverse_kinematics::{AxisKind, AxisValues, BlockLaw, BodyFile, Carrier, Machine, Motion, ShapeFile};
 use nalgebra::{Isometry3, Point3};
 
 use self::common::Random;
-use crate::rates::{Parts, RateBounds, Rates};
-use crate::stepping::stops;
-
-#[path = "../../inverse-kinematics/tests/common/mod.rs"]
-pub(crate) mod common;
+use crate::motion::rates::{Parts, RateBounds, Rates};
+use crate::motion::stepping::stops;
 
 const LENGTH: f64 = 180.0;
 

@@ -60,7 +60,6 @@
 mod certain;
 mod dexel;
 mod estimate;
-mod heights;
 mod lattice;
 mod left;
 mod map;
@@ -71,6 +70,7 @@ mod separation;
 pub use crate::left::SweptCutter;
 pub use crate::left::place::LeftHeight;
 pub use crate::left::place::{CutterMotion, SurfacePlace};
+pub use crate::map::heights::NodeHeights;
 pub use certain::certainly_free;
 pub use dexel::{
     BodyError, Broken, Cavity, Contact, Cut, Deviation, DeviationError, DexelGrid, DexelMap, GridError, Interval,
@@ -78,6 +78,5 @@ pub use dexel::{
     SweepError, TriDexel, TurnedBody,
 };
 pub use estimate::{PointClearance, Ring, corners_estimate, gouge_estimate, ring_estimate};
-pub use heights::NodeHeights;
 pub use left::left_heights;
 pub use map::{ZMap, ZMapError, ZMapSettings};

@@ -1,3 +1,7 @@
+//! Z-map: heights over a grid, with the highest of each cell.
+
+pub(crate) mod heights;
+
 use std::ops::RangeInclusive;
 
 use facemill_cl_data::Aabb;
@@ -5,7 +9,6 @@ use facemill_surface_model::TriMesh;
 use nalgebra::{Isometry3, Point3};
 use rayon::prelude::*;
 
-use crate::heights;
 use crate::pyramid::{Block, Pyramid};
 use crate::raster::{Band, Grid};
 

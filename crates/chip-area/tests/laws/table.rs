@@ -1,6 +1,6 @@
 //! Tables of cases.
 
-use facemill_chip_area::table::{TableError, chips_of_table, table_with_areas};
+use facemill_chip_area::pass::table::{TableError, chips_of_table, table_with_areas};
 use facemill_chip_area::{
     Beside, CutterEnd, Engagement, NeighbourAxis, Orientation, PassSection, SectionSurface, chip_of_pass,
 };

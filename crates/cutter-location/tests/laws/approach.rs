@@ -1,7 +1,7 @@
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_3};
 
 use facemill_cl_data::{CcPoint, ClPoint};
-use facemill_cutter_location::approach::{
+use facemill_cutter_location::links::approach::{
     Approach, ApproachSettings, ApproachShape, PassEnd, PassEndPose, approach, arc_poses,
 };
 use facemill_cutter_location::{Hints, Infeasible, Obstacle, PoseTest, Workcell};

@@ -1,8 +1,8 @@
 //! Every position that is tested is that of the branch it is to be driven on.
 
 use facemill_cl_data::{ClPoint, RapidLaw};
-use facemill_cutter_location::approach::{ApproachSettings, ApproachShape, PassEnd, PassEndPose, approach};
-use facemill_cutter_location::link::{ClearanceSurface, LinkSettings, Linker, Waypoint};
+use facemill_cutter_location::links::approach::{ApproachSettings, ApproachShape, PassEnd, PassEndPose, approach};
+use facemill_cutter_location::links::link::{ClearanceSurface, LinkSettings, Linker, Waypoint};
 use facemill_cutter_location::{Configuration, Hints, Infeasible, PoseTest};
 use facemill_interference::{Interference, MeshTree};
 use facemill_inverse_kinematics::{Branch, Joint, Machine, RevoluteRange};

@@ -1,7 +1,7 @@
 //! Scenes, and distances to spheres that know nothing of meshes.
 
 use facemill_cl_data::{CcPoint, ClPoint, Posture, RoundFrustum, Solid};
-use facemill_cutter_location::link::Waypoint;
+use facemill_cutter_location::links::link::Waypoint;
 use facemill_cutter_location::{Configuration, Obstacle, SearchCurve, SearchOrder, Workcell};
 use facemill_interference::Interference;
 use facemill_inverse_kinematics::{AxisValues, Branch, BranchPreference, Carrier, Machine};

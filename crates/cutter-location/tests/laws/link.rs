@@ -1,5 +1,5 @@
 use facemill_cl_data::{ClPoint, RapidLaw};
-use facemill_cutter_location::link::{ClearanceSurface, LinkBlocked, LinkSettings, Linker};
+use facemill_cutter_location::links::link::{ClearanceSurface, LinkBlocked, LinkSettings, Linker};
 use facemill_cutter_location::{Hints, Infeasible, PoseTest, Workcell};
 use facemill_interference::{Interference, MeshTree};
 use facemill_tool_model::ToolAssembly;

@@ -1,7 +1,7 @@
 //! Bodies of bed and table that move against the workpiece, held against tool and head.
 
 use facemill_cl_data::{ClPoint, RapidLaw, Solid};
-use facemill_cutter_location::link::{ClearanceSurface, LinkSettings, Linker};
+use facemill_cutter_location::links::link::{ClearanceSurface, LinkSettings, Linker};
 use facemill_cutter_location::{Body, Hints, Infeasible, PoseTest};
 use facemill_inverse_kinematics::{AxisValues, BodyFile, Carrier, Machine, ShapeFile};
 use facemill_tool_model::ToolAssembly;

@@ -1,7 +1,7 @@
 //! The map of the feasible set: what it says of a cell holds for every posture in it.
 
 use facemill_cl_data::{CcPoint, Posture, Silent};
-use facemill_cutter_location::map::{CellState, MapCell, MapError, PostureRange, SolutionMap, map};
+use facemill_cutter_location::search::map::{CellState, MapCell, MapError, PostureRange, SolutionMap, map};
 use facemill_cutter_location::{AxisCone, Body, Hints, Infeasible, PoseTest, Workcell, tool_frame};
 use facemill_interference::{MeshTree, ParryMesh};
 use facemill_inverse_kinematics::{BodyFile, Machine};

@@ -1,7 +1,7 @@
 //! Maps of scenes whose answer is known: closed forms, needles, ceilings, a part all around.
 
 use facemill_cl_data::{CcPoint, Silent};
-use facemill_cutter_location::map::{CellState, MapCell, map};
+use facemill_cutter_location::search::map::{CellState, MapCell, map};
 use facemill_cutter_location::{Hints, Infeasible, PoseTest, Workcell, tool_frame};
 use facemill_interference::MeshTree;
 use facemill_inverse_kinematics::Machine;

@@ -2,8 +2,8 @@
 
 use facemill_cl_data::{CcPoint, Posture};
 use facemill_cutter_location::cusp::Ridge;
-use facemill_cutter_location::cut_point::CutPoint;
-use facemill_cutter_location::neighbours::{Beside, CutPass, NeighbourReach, Neighbours, OwnPlace};
+use facemill_cutter_location::cusp::cut_point::CutPoint;
+use facemill_cutter_location::cusp::neighbours::{Beside, CutPass, NeighbourReach, Neighbours, OwnPlace};
 use facemill_tool_model::{Cusp, Cutter};
 use nalgebra::{Point3, Vector3};
 

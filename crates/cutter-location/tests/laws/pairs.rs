@@ -1,7 +1,7 @@
 //! Two heads that share an axis.
 
 use facemill_cl_data::{CcPoint, Silent};
-use facemill_cutter_location::cut_point::Strip;
+use facemill_cutter_location::cusp::cut_point::Strip;
 use facemill_cutter_location::{
     Configuration, PairBlocked, PairPose, PairSettings, PairStation, PairTest, PoseTest, PostureRange, Workcell,
     plan_pair,

@@ -3,7 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use facemill_cl_data::{CcPoint, Posture};
-use facemill_cutter_location::cut_point::Strip;
+use facemill_cutter_location::cusp::cut_point::Strip;
 use facemill_cutter_location::{SmoothSettings, Workcell};
 use facemill_inverse_kinematics::{Axis, AxisKind, AxisValues, Branch, BranchPreference};
 use facemill_tool_model::{Cusp, Outline, cusp_height_between};

@@ -1,8 +1,8 @@
 //! Passes beside a point where passes end, against the nearest of all places of the others on analytic surfaces.
 
 use facemill_cl_data::{CcPoint, Posture};
-use facemill_cutter_location::cut_point::CutPoint;
-use facemill_cutter_location::neighbours::{CutPass, Neighbour, NeighbourReach, Neighbours, OwnPlace};
+use facemill_cutter_location::cusp::cut_point::CutPoint;
+use facemill_cutter_location::cusp::neighbours::{CutPass, Neighbour, NeighbourReach, Neighbours, OwnPlace};
 use nalgebra::{Point3, Vector3};
 
 use crate::kit::Random;

@@ -1,7 +1,7 @@
 //! Rapid blocks as the control drives them under RTCP: the tip on a line, the rotary axes evenly or the vector turned.
 
 use facemill_cl_data::{ClPoint, CuttingLaw, RapidLaw};
-use facemill_cutter_location::link::{ClearanceSurface, LinkSettings, Linker};
+use facemill_cutter_location::links::link::{ClearanceSurface, LinkSettings, Linker};
 use facemill_cutter_location::{Infeasible, PoseTest};
 use facemill_interference::{Interference, MeshTree};
 use facemill_inverse_kinematics::{AxisValues, BlockLaw, Joint, Machine, Unreachable};

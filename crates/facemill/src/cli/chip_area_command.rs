@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use clap::Args;
 use facemill::chip_area::Method;
-use facemill::chip_area::table::{chips_of_table, table_with_areas};
+use facemill::chip_area::pass::table::{chips_of_table, table_with_areas};
 use facemill::{Failure, files};
 
 use crate::cli::output::say;

@@ -11,9 +11,9 @@ use facemill::{
     TipFeed, files, read_machine, refeed_lines,
 };
 
-use crate::cli::dialect_argument::dialect;
+use crate::cli::arguments::dialect::dialect;
+use crate::cli::arguments::program::open_nc;
 use crate::cli::output::{say, say_bytes};
-use crate::cli::program_arguments::open_nc;
 
 #[derive(Args)]
 pub(crate) struct FeedrateArguments {

@@ -8,7 +8,7 @@ use facemill::nc_program::Dialect;
 use facemill::new_job::{NewJob, Series};
 use facemill::{Failure, files, new_job_for};
 
-use crate::cli::dialect_argument::dialect;
+use crate::cli::arguments::dialect::dialect;
 use crate::cli::option_lengths::{above_zero, rotor_scale};
 use crate::cli::output::say;
 

@@ -1,5 +1,7 @@
 //! The monitor that the command line gives to long computations.
 
+pub(crate) mod forecast;
+
 use std::fmt;
 use std::io::IsTerminal;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -10,7 +12,7 @@ use facemill::cl_data::Monitor;
 use facemill::{Stages, clock};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 
-use crate::cli::forecast::Forecast;
+use crate::cli::progress::forecast::Forecast;
 
 /// Set by Ctrl-C.
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);

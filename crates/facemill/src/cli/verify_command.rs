@@ -4,20 +4,20 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{ArgGroup, Args};
-use facemill::virtual_machine::{BetweenPositions, EstimatedPositions, Verification, joined};
+use facemill::virtual_machine::{BetweenPositions, EstimatedPositions, Verification, merge_findings};
 use facemill::z_map::DexelMap;
 use facemill::{
     CutRequest, DeviationRequest, Failure, RemainingReport, StockRegion, StockReport, VerificationFile, Verified,
     VerifyRequest, files, read_rest, verify_program,
 };
 
+use crate::cli::arguments::ad_hoc_setup::StandArguments;
+use crate::cli::arguments::program::{ProgramArguments, ProgramOfJob};
 use crate::cli::deviation_command::{mesh_bytes, painted_mesh, rest_mesh, told_deviation};
 use crate::cli::findings_table::findings_table;
 use crate::cli::option_lengths::{above_zero, from_zero, stock_tolerance};
 use crate::cli::output::say;
-use crate::cli::program_arguments::{ProgramArguments, ProgramOfJob};
 use crate::cli::progress::Progress;
-use crate::cli::stand_arguments::StandArguments;
 
 /// Controls whose programs are read, and which one it is where nobody says.
 const DIALECTS: &str = "Control that the program is for: fanuc, haas, mazak, linuxcnc, siemens_840d, heidenhain; where it is not given \
@@ -104,7 +104,7 @@ pub(crate) fn run(arguments: &VerifyArguments) -> Result<ExitCode, Failure> {
     files::check_outputs(outputs_asked.into_iter().flatten().map(PathBuf::as_path))?;
     let mut verified = verify_program(&job, &text, &request, &Progress::new(false))?;
     let findings = std::mem::take(&mut verified.file.verification.findings);
-    verified.file.verification.findings = joined(findings, &verified.rapid_lines);
+    verified.file.verification.findings = merge_findings(findings, &verified.rapid_lines);
     verified.file.assumptions.extend(arguments.stand.assumptions(arguments.program.dialect));
     verified.file.assumptions.sort();
     let file = &verified.file;

@@ -1,8 +1,9 @@
 use facemill_inverse_kinematics::{AxisLetter, AxisValues, Machine};
 
 use super::ProgramBlock;
+use crate::AxisBounds;
 use crate::block_feed::tip_time;
-use crate::{AxisBounds, FeedBlock, PlanFeedsError};
+use crate::plan::{FeedBlock, PlanFeedsError};
 
 /// An axis whose machine file does not say how it may be accelerated.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -28,7 +29,7 @@ pub fn machine_bounds(machine: &Machine) -> Result<Vec<AxisBounds>, MissingLimit
     machine.axes().iter().map(bounds).collect()
 }
 
-/// The blocks of [`plan_feeds`](crate::plan_feeds) for [`program_law`](crate::program_law): each with the least time that its
+/// The blocks of [`plan_feeds`](crate::plan::plan_feeds) for [`program_law`](crate::program_law): each with the least time that its
 /// tip feed asks for, Dc/Fc of FEED (4) with Dc the distance of the tip's two positions. None stops.
 ///
 /// # Errors

@@ -3,8 +3,8 @@ use facemill_inverse_kinematics::AxisValues;
 use super::junction::{OverlapSpeeds, Pace, half_angle, overlap};
 use super::queue::{End, Entry, end_speeds, entries};
 use super::segment::Segment;
-use crate::program_law::check_program;
-use crate::{AxisBounds, MotionBounds, MotionLimit, ProgramBlock, ProgramLawError};
+use crate::program_law::{ProgramBlock, ProgramLawError, check_program};
+use crate::{AxisBounds, MotionBounds, MotionLimit};
 
 /// How a control runs its queue of blocks.
 #[derive(Clone, Copy, Debug, PartialEq)]

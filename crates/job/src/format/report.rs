@@ -16,7 +16,7 @@ use std::collections::BTreeMap;
 
 use facemill_cl_data::ErrorBudget;
 use facemill_surface_model::{ImportSettings, LengthUnit, RepairReport, UpAxis};
-use facemill_tool_path::pass_order::PassOrderReport;
+use facemill_tool_path::moves::order::PassOrderReport;
 use facemill_virtual_machine::{Assumption, Certificates, Finding, WindUp};
 use schemars::JsonSchema;
 use serde::Serialize;

@@ -1,6 +1,6 @@
 //! Clearance surface of a setup, from its file.
 
-use facemill_cutter_location::link::ClearanceSurface;
+use facemill_cutter_location::links::link::ClearanceSurface;
 use nalgebra::Point3;
 
 use crate::format::job_file::ClearanceFile;

@@ -1,7 +1,7 @@
 //! Whether the size of a part is one that can be meant, and which unit would make it so.
 
 use facemill_cl_data::Aabb;
-use facemill_cutter_location::link::ClearanceSurface;
+use facemill_cutter_location::links::link::ClearanceSurface;
 use facemill_inverse_kinematics::AxisKind;
 use facemill_surface_model::LengthUnit;
 use nalgebra::{Isometry3, Point3};

@@ -1,7 +1,7 @@
 //! The workcell of an operation: what its poses are judged by.
 
 use facemill_cl_data::{ErrorBudget, Posture};
-use facemill_cutter_location::cut_point::Strip;
+use facemill_cutter_location::cusp::cut_point::Strip;
 use facemill_cutter_location::{
     AxisCone, AxisTarget, Obstacle, PassSettings, PostureMode, SearchCurve, SearchOrder, SearchSettings,
     SmoothSettings, Workcell,

@@ -1,11 +1,9 @@
 use facemill_cl_data::ClPoint;
 use nalgebra::{Point3, Unit, Vector3};
 
-use super::{
-    AptFile, AptMeaning, AptPoint, AptPointKind, AptStatement, AptUnknownWord,
-    statement::{RawStatement, Statements, parse},
-};
-use crate::{ReadError, ReadFault};
+use super::statement::{RawStatement, Statements, parse};
+use super::{AptFile, AptMeaning, AptPoint, AptPointKind, AptStatement, AptUnknownWord};
+use crate::read::error::{ReadError, ReadFault};
 
 /// mm per inch.
 const INCH: f64 = 25.4;

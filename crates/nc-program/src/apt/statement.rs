@@ -1,6 +1,6 @@
 //! From lines to statements: continuation, comments, major word and values.
 
-use crate::{ReadError, ReadFault};
+use crate::read::error::{ReadError, ReadFault};
 
 /// One statement, continuation lines joined.
 #[derive(Debug)]

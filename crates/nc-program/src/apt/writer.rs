@@ -3,12 +3,16 @@ use std::fmt::Write;
 use facemill_cl_data::ClPoint;
 
 use super::{AptMove, AptSpec};
-use crate::{Coolant, WriteError, number_text};
+use crate::program::Coolant;
+use crate::program::write_error::WriteError;
+use crate::words::number_text;
 
 /// Of tip coordinates, mm.
 const TIP_DECIMALS: u8 = 5;
+
 /// Of axis components: the written axis is a unit vector to 1e-7 and points 1e-7 rad from the given one at most.
 const AXIS_DECIMALS: u8 = 7;
+
 /// Columns of a statement; longer ones are continued behind `$`.
 const LINE_LENGTH: usize = 72;
 

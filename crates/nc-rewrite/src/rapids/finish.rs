@@ -7,7 +7,7 @@ use facemill_nc_program::read_program;
 use facemill_tool_path::links::clock::LinkClock;
 use facemill_tool_path::links::ways::WayKind;
 use facemill_verification::program::Verified;
-use facemill_virtual_machine::{Finding, Verification, joined};
+use facemill_virtual_machine::{Finding, Verification, merge_findings};
 
 use crate::rapids::numbered::{replaced, without_numbers};
 use crate::rapids::{Found, Rapids, Stage, verified};
@@ -143,7 +143,7 @@ fn report(stage: &Stage<'_>, links: &[Found], places: &[[u32; 2]], verified: [&V
         lower_bound_s: bound,
         ratio_to_lower_bound: (bound > 0.0).then(|| after / bound),
         changed: links.iter().filter(|l| l.better.is_some()).count(),
-        findings: verified.map(|v| joined(v.file.verification.findings.clone(), &v.rapid_lines).len()),
+        findings: verified.map(|v| merge_findings(v.file.verification.findings.clone(), &v.rapid_lines).len()),
         links: all,
     }
 }

@@ -1,7 +1,7 @@
 //! What of a program with F has to be looked at before it gets new ones, and how numbers of F are written.
 
 use facemill_nc_program::{Dialect, Feed, FeedMode, MacroKind, NoteKind, ReadBlock, ReadCommand, ReadMotion, ReadNote};
-use facemill_virtual_machine::follow::FollowedCut;
+use facemill_virtual_machine::motion::follow::FollowedCut;
 use facemill_virtual_machine::not_unit;
 
 /// What of a program is not evaluated.

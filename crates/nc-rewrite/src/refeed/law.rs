@@ -4,7 +4,7 @@ use facemill_cl_data::ControlTolerance;
 use facemill_feedrate::BlockFeed;
 use facemill_inverse_kinematics::{AxisValues, BlockLaw, FeedRange, Machine};
 use facemill_nc_program::ControlMotion;
-use facemill_virtual_machine::follow::FollowedCut;
+use facemill_virtual_machine::motion::follow::FollowedCut;
 use facemill_virtual_machine::program_time::program_moves::Moves;
 use facemill_virtual_machine::program_time::reachable;
 use facemill_virtual_machine::program_time::run::{Run, Timer, missing_limits};

@@ -10,8 +10,8 @@ use super::moves::{DualMove, DualMover};
 use super::output::{BlockPlace, DualTexts};
 use super::pair::run_planner;
 use crate::dual::parts::{DualGround, Part};
-use crate::mending::lines_to_mend;
-use crate::move_settings::move_settings;
+use crate::passes::move_settings::move_settings;
+use crate::program::mending::lines_to_mend;
 
 /// Lines of blocks in which a cutter goes deeper than allowed, or that could not be certified, for either head.
 pub(crate) fn lines(

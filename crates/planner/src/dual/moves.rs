@@ -1,8 +1,8 @@
 //! Entries, exits and links of runs, both heads moving at once.
 
 use facemill_cl_data::{ClPoint, Monitor};
-use facemill_cutter_location::approach::{Approach, ApproachSettings, PassEnd, PassEndPose, approach};
-use facemill_cutter_location::link::{Linker, Waypoint};
+use facemill_cutter_location::links::approach::{Approach, ApproachSettings, PassEnd, PassEndPose, approach};
+use facemill_cutter_location::links::link::{Linker, Waypoint};
 use facemill_cutter_location::{Configuration, Hints, Infeasible, PairTest};
 use facemill_inverse_kinematics::{AxisKind, AxisValues};
 use facemill_job::failure::Failure;

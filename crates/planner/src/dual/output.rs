@@ -16,7 +16,7 @@ use facemill_verification::heads_merged::merged_runs;
 use facemill_verification::remaining::{RunningHead, remaining};
 use facemill_verification::text_times::TimedText;
 use facemill_verification::virtual_setup::{name_obstacles, not_verified, virtual_obstacles};
-use facemill_virtual_machine::follow::Surroundings;
+use facemill_virtual_machine::motion::follow::Surroundings;
 use facemill_virtual_machine::program_time::tolerance::View;
 use facemill_virtual_machine::{
     Assumption, Certificates, GougeSection, SectionGouge, Verification, VerifySettings, VirtualSetup, assumptions,
@@ -27,11 +27,11 @@ use super::channels::channel_files;
 use super::moves::DualMove;
 use super::program::{DualTimes, DualWriter, PartFeeds, dual_spec};
 use crate::dual::parts::{DualGround, Part};
-use crate::operation::PlannedOperation;
-use crate::output::NOT_VERIFIED;
-use crate::timed::Timed;
-use crate::timing::text::time_text;
-use crate::timing::{Written, time_program};
+use crate::passes::operation::PlannedOperation;
+use crate::program::output::NOT_VERIFIED;
+use crate::program::timed::Timed;
+use crate::program::timing::text::time_text;
+use crate::program::timing::{Written, time_program};
 
 /// Where a block comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

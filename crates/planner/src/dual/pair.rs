@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use facemill_cutter_location::cut_point::Strip;
+use facemill_cutter_location::cusp::cut_point::Strip;
 use facemill_cutter_location::{PairSettings, PoseTest, PostureRange};
 use facemill_inverse_kinematics::AxisValues;
 use facemill_job::failure::Failure;
@@ -18,10 +18,10 @@ use super::moves::{DualMove, DualMover, ReachedRun};
 use super::pairing::{PiecePair, pairs, stations};
 use super::remains::{Remains, paired_left};
 use super::runs::{Cause, Causes, Run, RunPlanner, Stop, left_over};
-use crate::along::along_passes;
 use crate::dual::parts::{DualGround, PairOutline, Part, Section, alone_sections, cells, mover, section};
-use crate::move_settings::move_settings;
-use crate::operation::PlannedOperation;
+use crate::passes::along::along_passes;
+use crate::passes::move_settings::move_settings;
+use crate::passes::operation::PlannedOperation;
 use crate::program::BlockWriter;
 use crate::stage_clock::Clock;
 

@@ -11,7 +11,7 @@ use facemill_z_map::ZMap;
 
 use crate::dual::moves::{DualMove, DualMover};
 use crate::dual::runs::Run;
-use crate::operation::Ground;
+use crate::passes::operation::Ground;
 
 /// What both heads stand on.
 pub(crate) struct DualGround<'a> {

@@ -13,24 +13,24 @@ use facemill_job::setup::cell::z_map;
 use facemill_job::setup::word_map::dual_word_map;
 use facemill_job::stages::{READ, Stages, TIMES, WRITE};
 use facemill_verification::heads_merged::proven_for_both;
-use facemill_virtual_machine::{Assumption, joined, rapid_lines};
+use facemill_virtual_machine::{Assumption, merge_findings, rapid_lines};
 use nalgebra::Point3;
 
 use super::mending::{lines, mend};
 use super::output::{DualProgram, merged, write_dual_texts};
 use super::pair::{PairPlanner, as_piece};
-use crate::chip_files::ChipFiles;
 use crate::dual::parts::{DualGround, Part, alone_sections, cells, mover, section};
-use crate::mending::ROUNDS;
-use crate::move_settings::move_settings;
-use crate::operation::{Ground, PlannedOperation};
-use crate::output::check_feeds;
+use crate::passes::move_settings::move_settings;
+use crate::passes::operation::{Ground, PlannedOperation};
 use crate::plan_stages::stages_of_heads;
 use crate::plan_stock::StockToCut;
 use crate::planned::{PlanSettings, Planned, name_parts, planned_files};
-use crate::reporting::report;
+use crate::program::mending::ROUNDS;
+use crate::program::output::check_feeds;
+use crate::program::timing::control_assumption;
+use crate::report::chip_files::ChipFiles;
+use crate::report::reporting::report;
 use crate::stage_clock::Clock;
-use crate::timing::control_assumption;
 
 /// Plans one setup of a job on a machine with two heads.
 ///
@@ -133,7 +133,7 @@ pub(crate) fn plan_dual_setup(
     report.assumptions.extend(control_assumption(jobs[0], &texts.timed));
     report.assumptions.extend(open_stock(setups[0]));
     report.assumptions.extend(seen.map(|text| Assumption { line: None, text }));
-    report.findings = joined(report.findings, &rapid_lines(&program.read()?));
+    report.findings = merge_findings(report.findings, &rapid_lines(&program.read()?));
     report.stock = of_stock;
     report.remaining = program.remaining(stages)?;
     clock.lap("material left");

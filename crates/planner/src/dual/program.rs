@@ -12,8 +12,7 @@ use facemill_tool_model::SpindleRotation;
 use facemill_tool_path::moves::MoveKind;
 
 use super::moves::DualMove;
-use crate::timed::Timed;
-use crate::timed::TimedMove;
+use crate::program::timed::{Timed, TimedMove};
 
 /// What a part of a program is timed by.
 #[derive(Clone, Copy)]

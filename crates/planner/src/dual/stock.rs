@@ -10,8 +10,8 @@ use facemill_verification::stock_run::{Stand, cut_stock};
 use facemill_virtual_machine::{Verification, VerifySettings};
 
 use super::output::DualProgram;
-use crate::output::lines_of;
 use crate::plan_stock::{CutByPlan, StockToCut, cut_by_plan};
+use crate::program::output::lines_of;
 
 impl DualProgram<'_, '_> {
     /// Cuts the stock by both heads, where it is verified and there is one to cut, and adds what meets it to each head's run; what bodies of

@@ -10,8 +10,8 @@ use super::output::DualTexts;
 use super::program::DualTimes;
 use super::runs::Stop;
 use crate::dual::parts::{DualGround, Part};
-use crate::lost_time::Driven;
-use crate::turning::{Turning, rewinds_report, singular_blocks};
+use crate::report::lost_time::Driven;
+use crate::report::turning::{Turning, rewinds_report, singular_blocks};
 
 impl DualTexts {
     /// Axes that turn back or race at the pole, of either head.

@@ -4,9 +4,11 @@ use std::f64::consts::{PI, TAU};
 
 use crate::kit;
 use crate::kit::Cut;
+use facemill_sample_parts::blade;
+use facemill_sample_parts::chord_error;
+use facemill_sample_parts::hub;
 use facemill_sample_parts::{
-    BladeResolution, BladeSide, BladeSurface, PropellerSeries, PropellerSpec, SpecError, blade, blade_pose,
-    chord_error, hub,
+    BladeResolution, BladeSide, BladeSurface, PropellerSeries, PropellerSpec, SpecError, blade_pose,
 };
 use nalgebra::Vector3;
 

@@ -1,7 +1,8 @@
 //! VP1304 of 250 mm against the blade that BladeX made from the same particulars.
 
 use crate::kit;
-use facemill_sample_parts::{BladeResolution, BladeSide, BladeSurface, PropellerSeries, PropellerSpec, blade};
+use facemill_sample_parts::blade;
+use facemill_sample_parts::{BladeResolution, BladeSide, BladeSurface, PropellerSeries, PropellerSpec};
 use facemill_surface_model::TriMesh;
 use nalgebra::{Point2, Point3};
 

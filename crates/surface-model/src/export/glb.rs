@@ -1,7 +1,8 @@
-use super::{ExportError, NamedNode, check, named_groups};
-use crate::TriMesh;
 use nalgebra::Vector3;
 use serde::Serialize;
+
+use super::{ExportError, NamedNode, check, named_groups};
+use crate::mesh::tri_mesh::TriMesh;
 
 /// Binary glTF 2.0 in metres, +Y up.
 ///
@@ -147,9 +148,13 @@ struct Buffer {
 }
 
 const FLOAT: u32 = 5126;
+
 const UNSIGNED_SHORT: u32 = 5123;
+
 const UNSIGNED_INT: u32 = 5125;
+
 const ARRAY_BUFFER: u32 = 34962;
+
 const ELEMENT_ARRAY_BUFFER: u32 = 34963;
 
 impl Document {

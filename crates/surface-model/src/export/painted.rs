@@ -2,7 +2,7 @@ use nalgebra::Isometry3;
 
 use super::glb::Document;
 use super::{ExportError, NamedNode, check};
-use crate::TriMesh;
+use crate::mesh::tri_mesh::TriMesh;
 
 /// Binary glTF 2.0 of a mesh whose vertices have colours (`COLOR_0`), in metres, +Y up, under one name.
 ///

@@ -1,11 +1,11 @@
+use std::io;
+
+use gltf::json;
+use json::accessor::{ComponentType, IndexComponentType, Type};
+use json::validation::Checked;
+
 use super::uri;
 use crate::import::settings::ImportFault;
-use gltf::json;
-use json::{
-    accessor::{ComponentType, IndexComponentType, Type},
-    validation::Checked,
-};
-use std::io;
 
 /// Reads accessors of a glTF document, with every offset checked.
 ///

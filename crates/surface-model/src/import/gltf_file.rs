@@ -1,13 +1,13 @@
+use std::io;
+
+use gltf::json;
+use json::mesh::{Mode, Semantic};
+use json::validation::Checked;
+use nalgebra::{Matrix4, Point3, Quaternion, UnitQuaternion, Vector3};
+
 use super::RawMesh;
 use super::accessor::{Accessors, fault};
 use crate::import::settings::ImportFault;
-use gltf::json;
-use json::{
-    mesh::{Mode, Semantic},
-    validation::Checked,
-};
-use nalgebra::{Matrix4, Point3, Quaternion, UnitQuaternion, Vector3};
-use std::io;
 
 /// Reads glTF or GLB: all triangles of the default scene, in metres or what the file means, with node transforms applied.
 ///

@@ -1,7 +1,9 @@
+use std::fmt::Write as _;
+
+use nalgebra::Point3;
+
 use super::RawMesh;
 use crate::import::settings::ImportFault;
-use nalgebra::Point3;
-use std::fmt::Write as _;
 
 /// Reads an OBJ file by `tobj`.
 ///

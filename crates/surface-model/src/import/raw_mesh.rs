@@ -1,6 +1,7 @@
-use crate::Group;
-use crate::import::settings::ImportFault;
 use nalgebra::Point3;
+
+use crate::import::settings::ImportFault;
+use crate::mesh::tri_mesh::Group;
 
 /// Triangles as a file gives them: in its unit and frame, neither welded nor checked.
 #[derive(Default)]

@@ -1,6 +1,7 @@
+use nalgebra::Point3;
+
 use super::RawMesh;
 use crate::import::settings::ImportFault;
-use nalgebra::Point3;
 
 /// Reads an ASCII STL: keywords in any case, solids with or without a name, several solids in a file.
 pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ImportFault> {

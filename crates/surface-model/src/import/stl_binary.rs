@@ -1,9 +1,12 @@
-use super::RawMesh;
-use crate::import::settings::ImportFault;
 use nalgebra::Point3;
 
+use super::RawMesh;
+use crate::import::settings::ImportFault;
+
 const HEADER: usize = 80;
+
 const TRIANGLES: usize = HEADER + 4;
+
 const TRIANGLE: usize = 50;
 
 /// Whether an STL file is binary.

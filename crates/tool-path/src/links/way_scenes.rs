@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use facemill_cl_data::{ClPoint, Silent};
-use facemill_cutter_location::link::ClearanceSurface;
+use facemill_cutter_location::links::link::ClearanceSurface;
 use facemill_interference::MeshTree;
 use facemill_inverse_kinematics::{AxisKind, AxisValues, BranchPreference, Machine};
 use facemill_nc_program::{

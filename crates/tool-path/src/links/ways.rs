@@ -1,6 +1,6 @@
 //! Ways that a link could take: families of positions, each by how far out they go.
 
-use facemill_cutter_location::link::ClearanceSurface;
+use facemill_cutter_location::links::link::ClearanceSurface;
 use facemill_inverse_kinematics::{AxisKind, AxisValues, Machine};
 use nalgebra::{Isometry3, Point3, Unit, Vector3};
 use schemars::JsonSchema;

@@ -2,7 +2,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use facemill_cutter_location::link::ClearanceSurface;
+use facemill_cutter_location::links::link::ClearanceSurface;
 use facemill_inverse_kinematics::{AxisKind, AxisValues, BranchPreference, DhRow, Joint, Machine, Sense};
 use nalgebra::{Isometry3, Matrix4, Point3, Translation3, Unit, UnitQuaternion, Vector3, Vector4};
 

@@ -1,8 +1,8 @@
 //! Cusps in the cut stock, and what the passes of the program should have left between them.
 
 use facemill_cl_data::{Aabb, CcPoint, ClPoint};
+use facemill_cutter_location::cusp::cut_point::CutPoint;
 use facemill_cutter_location::cusp::ridges;
-use facemill_cutter_location::cut_point::CutPoint;
 use facemill_inverse_kinematics::AxisKind;
 use facemill_job::format::report::deviation::{CuspRatios, CuspReport, CuspsNotCompared};
 use facemill_nc_program::{AxisAt, Compensation, MotionKind, ReadMotion, ReadProgram};

@@ -8,11 +8,11 @@ use nalgebra::{Isometry3, Point3, Unit, Vector3};
 use rayon::prelude::*;
 
 use super::needs::{Needs, Raise};
-use crate::between::{CUTTER_BULGE, cutter_step};
-use crate::moves::Move;
-use crate::scene::{Frame, Mount, Scene, SceneBody, SceneObstacle, cl_of};
-use crate::stepping::{Spacing, positions};
-use crate::track::{Shape, Track};
+use crate::motion::moves::Move;
+use crate::motion::stepping::{Spacing, positions};
+use crate::run::between::{CUTTER_BULGE, cutter_step};
+use crate::run::scene::{Frame, Mount, Scene, SceneBody, SceneObstacle, cl_of};
+use crate::run::track::{Shape, Track};
 
 /// Moves that begin with the lengths of the run, and take up their own from there.
 const MOVES_PER_CHUNK: usize = 128;
@@ -25,7 +25,7 @@ const RESOLUTION: f64 = 1e-3;
 const MAX_RAISES: usize = 1000;
 
 /// What the meshes of a scene, which is built for an assembly with these lengths, ask of them: the same positions and
-/// distances as [`verify`](crate::verify) finds collisions with. No length goes beyond `longest`.
+/// distances as [`verify`](crate::run::verify::verify) finds collisions with. No length goes beyond `longest`.
 pub(crate) fn mesh_needs(
     scene: &Scene<'_>,
     moves: &[Move],

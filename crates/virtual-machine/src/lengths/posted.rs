@@ -2,7 +2,7 @@
 
 use facemill_nc_program::{AxisAt, AxisWords, Compensation, ReadMotion, ReadProgram, WordMap, WordMapError};
 
-use crate::VirtualSetup;
+use crate::motion::setup::VirtualSetup;
 
 /// Words that change by less are those that were there, mm or deg: rounding.
 const SAME_WORD: f64 = 1e-7;

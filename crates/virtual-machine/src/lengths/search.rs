@@ -5,13 +5,14 @@ use facemill_nc_program::{ReadProgram, WordMap};
 use facemill_tool_model::{AssemblyLength, Lengths, OpenAssembly, ToolAssembly};
 use facemill_z_map::DexelMap;
 
-use super::{
-    mesh_needs::mesh_needs,
-    needs::{ForcedBy, Needs, Raise},
-    posted::{posted_for_length, words_of_length},
-    stock_needs::{StockNeeds, tool_of},
-};
-use crate::{HeldAsCut, VerifyError, VerifySettings, VirtualSetup, moves::resolve, scene::Scene, setup};
+use super::mesh_needs::mesh_needs;
+use super::needs::{ForcedBy, Needs, Raise};
+use super::posted::{posted_for_length, words_of_length};
+use super::stock_needs::{StockNeeds, tool_of};
+use crate::motion::moves::resolve;
+use crate::motion::setup;
+use crate::motion::setup::{HeldAsCut, VerifyError, VerifySettings, VirtualSetup};
+use crate::run::scene::Scene;
 
 /// How lengths are searched for.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,7 +30,7 @@ pub struct LengthSettings {
 pub struct LengthStock<'a> {
     /// As it is before the program.
     pub before: &'a DexelMap,
-    /// As in [`run_stock`](crate::run_stock), mm.
+    /// As in [`run_stock`](crate::stock::run::run_stock), mm.
     pub tolerance: f64,
 }
 
@@ -57,15 +58,15 @@ pub struct ClearLengths {
 /// The shortest lengths of an assembly with which a program that was read from NC text collides with nothing, and a
 /// margin above them. The tip's way is that of the program with the setup's own tool.
 ///
-/// - At the positions of [`verify`](crate::verify), no body of the assembly, and none of the machine that goes up with
+/// - At the positions of [`verify`](crate::run::verify::verify), no body of the assembly, and none of the machine that goes up with
 ///   it, is nearer to an obstacle than `verify` allows; least to within 0.01 mm.
-/// - With a stock, no body of the assembly meets it as [`run_stock`](crate::run_stock) holds them, cut by a flute of
+/// - With a stock, no body of the assembly meets it as [`run_stock`](crate::stock::run::run_stock) holds them, cut by a flute of
 ///   the returned length. The flute is halved between lengths that were tried, the others are taken up way by way: with
 ///   stock that hangs over the tool a shorter one may be free, too.
 /// - Lengths with their margin have been tried as such. Where one is forced, a shorter one by more than the margin is
 ///   not free.
 ///
-/// What the cutter itself meets, limits of axes and speeds are not asked: [`verify`](crate::verify) tells them of the
+/// What the cutter itself meets, limits of axes and speeds are not asked: [`verify`](crate::run::verify::verify) tells them of the
 /// tool that is returned. Bodies of the machine that move against the workpiece as its linear axes do are taken where
 /// they stand with the length of each run.
 ///
@@ -268,7 +269,7 @@ impl Search<'_, '_> {
     fn with<T>(
         &self,
         lengths: &Lengths,
-        look: impl FnOnce(&Scene<'_>, &[crate::moves::Move]) -> Result<T, VerifyError>,
+        look: impl FnOnce(&Scene<'_>, &[crate::motion::moves::Move]) -> Result<T, VerifyError>,
     ) -> Result<T, VerifyError> {
         let (tool, words, program) = self.posted(lengths)?;
         let setup = VirtualSetup { words: &words, tool: &tool, ..self.setup.clone() };

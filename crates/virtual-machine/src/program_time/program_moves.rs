@@ -5,7 +5,7 @@ use facemill_inverse_kinematics::{AxisValues, BlockLaw};
 use facemill_nc_program::{MacroKind, ReadBlock, ReadCommand};
 use nalgebra::Isometry3;
 
-use crate::follow::FollowedCut;
+use crate::motion::follow::FollowedCut;
 use crate::program_time::run::Run;
 use crate::program_time::tolerance::View;
 use crate::program_time::vectors::{VectorDecimals, VectorRounding};

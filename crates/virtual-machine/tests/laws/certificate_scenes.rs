@@ -4,7 +4,8 @@ use crate::kit::{HEAD, Shop, Text, box_mesh};
 use facemill_cl_data::Silent;
 use facemill_interference::MeshTree;
 use facemill_inverse_kinematics::{BodyFile, Machine, ShapeFile};
-use facemill_nc_program::{Dialect, read_program};
+use facemill_nc_program::Dialect;
+use facemill_nc_program::read_program;
 use facemill_virtual_machine::{
     Certificate, Certificates, FindingKind, ObstacleKind, VerifySettings, VirtualObstacle, VirtualSetup, certify,
 };

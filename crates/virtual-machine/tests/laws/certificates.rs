@@ -8,11 +8,12 @@ use crate::kit::{Shop, Text};
 use facemill_cl_data::Silent;
 use facemill_interference::MeshTree;
 use facemill_inverse_kinematics::{AxisValues, CuttingLawFile, Joint, Machine, RapidLawFile};
-use facemill_nc_program::{AxisLetter, AxisWords, Dialect, ReadProgram, RtcpRapids, read_program};
+use facemill_nc_program::read_program;
+use facemill_nc_program::{AxisLetter, AxisWords, Dialect, ReadProgram, RtcpRapids};
 use facemill_surface_model::TriMesh;
+use facemill_virtual_machine::verify;
 use facemill_virtual_machine::{
     Certificates, FindingKind, ObstacleKind, Verification, VerifySettings, VirtualObstacle, VirtualSetup, certify,
-    verify,
 };
 use nalgebra::{Point3, Unit, Vector3};
 

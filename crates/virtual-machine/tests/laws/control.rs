@@ -6,8 +6,10 @@ mod left_unsaid;
 use crate::kit;
 use crate::kit::{HEAD, Shop, Text};
 use facemill_cl_data::Silent;
-use facemill_nc_program::{Dialect, read_program};
-use facemill_virtual_machine::{FindingKind, VerifySettings, VirtualSetup, verify};
+use facemill_nc_program::Dialect;
+use facemill_nc_program::read_program;
+use facemill_virtual_machine::verify;
+use facemill_virtual_machine::{FindingKind, VerifySettings, VirtualSetup};
 
 /// Kind, first and last line of every finding.
 fn found(text: &Text<'_>) -> Vec<(FindingKind, u32, u32)> {

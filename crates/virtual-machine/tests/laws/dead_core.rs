@@ -5,7 +5,8 @@
 
 use crate::kit::{HEAD, Shop, Text, box_mesh, lift_of};
 use facemill_interference::MeshTree;
-use facemill_nc_program::{Dialect, read_program};
+use facemill_nc_program::Dialect;
+use facemill_nc_program::read_program;
 use facemill_tool_model::ToolAssembly;
 use facemill_virtual_machine::{FindingKind, Measure, ObstacleKind, Verification, VerifySettings, VirtualObstacle};
 

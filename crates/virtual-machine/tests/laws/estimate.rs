@@ -4,9 +4,11 @@ use crate::kit::stock::cut_stock;
 use crate::kit::{CORNER, HEAD, RADIUS, Shop, Text, box_mesh};
 use facemill_cl_data::Silent;
 use facemill_interference::MeshTree;
-use facemill_nc_program::{Dialect, read_program};
+use facemill_nc_program::Dialect;
+use facemill_nc_program::read_program;
+use facemill_virtual_machine::verify;
 use facemill_virtual_machine::{
-    Estimate, EstimatedPositions, FindingKind, Verification, VerifyError, VerifySettings, certify, verify,
+    Estimate, EstimatedPositions, FindingKind, Verification, VerifyError, VerifySettings, certify,
 };
 use facemill_z_map::DexelMap;
 use nalgebra::Isometry3;

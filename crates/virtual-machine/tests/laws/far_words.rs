@@ -2,7 +2,8 @@
 
 use crate::kit::stock::cut_stock;
 use crate::kit::{HEAD, Shop, Text};
-use facemill_nc_program::{Dialect, read_program};
+use facemill_nc_program::Dialect;
+use facemill_nc_program::read_program;
 use facemill_virtual_machine::{FindingKind, Measure, Verification, VerifySettings};
 use facemill_z_map::DexelMap;
 use nalgebra::Isometry3;

@@ -5,7 +5,8 @@ use crate::kit::stock::cut_stock;
 use crate::kit::{Shop, Text};
 use facemill_cl_data::Silent;
 use facemill_inverse_kinematics::AxisValues;
-use facemill_nc_program::{Dialect, read_program};
+use facemill_nc_program::Dialect;
+use facemill_nc_program::read_program;
 use facemill_virtual_machine::{
     LinkDistances, LinkHold, LinkSettings, LinkStage, ProgramLink, VerifySettings, links_off_first_stock, run_links,
 };

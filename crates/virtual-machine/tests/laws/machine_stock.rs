@@ -4,10 +4,12 @@
 use facemill_cl_data::Silent;
 use facemill_interference::MeshTree;
 use facemill_inverse_kinematics::{BodyFile, CuttingLawFile, Machine, ShapeFile};
-use facemill_nc_program::{Dialect, read_program};
+use facemill_nc_program::Dialect;
+use facemill_nc_program::read_program;
+use facemill_virtual_machine::verify;
 use facemill_virtual_machine::{
     Certificates, Finding, FindingKind, HeadFindings, HeldAsCut, Measure, ObstacleKind, VerifySettings,
-    VirtualObstacle, VirtualSetup, certify, in_question, outside_layer, still_there, verify,
+    VirtualObstacle, VirtualSetup, certify, in_question, outside_layer, still_there,
 };
 use facemill_z_map::DexelMap;
 use nalgebra::{Isometry3, Point3, Vector3};

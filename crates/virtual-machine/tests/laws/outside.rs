@@ -3,7 +3,8 @@
 
 use crate::kit::{HEAD, RADIUS, Shop, Text};
 use facemill_cl_data::Silent;
-use facemill_nc_program::{Dialect, read_program};
+use facemill_nc_program::Dialect;
+use facemill_nc_program::read_program;
 use facemill_virtual_machine::{
     Finding, FindingKind, VerifySettings, certain_depth, in_question, outside_layer, run_stock, still_there,
 };

@@ -15,10 +15,12 @@ mod text;
 use crate::kit::{CORNER, HEAD, RADIUS, Shop, Text, lift_of, only};
 use facemill_cl_data::{Cancelled, Monitor, Silent};
 use facemill_inverse_kinematics::AxisKind;
-use facemill_nc_program::{Dialect, WordMap, WorkOffset, read_program};
+use facemill_nc_program::read_program;
+use facemill_nc_program::{Dialect, WordMap, WorkOffset};
+use facemill_virtual_machine::merge_findings;
+use facemill_virtual_machine::verify;
 use facemill_virtual_machine::{
-    FindingKind, GougeSection, Measure, Verification, VerifyError, VerifySettings, VirtualSetup, joined, rapid_lines,
-    verify,
+    FindingKind, GougeSection, Measure, Verification, VerifyError, VerifySettings, VirtualSetup, rapid_lines,
 };
 
 /// A pass over the plate at tip height `z`, with a dip to `dip` at its middle block.
@@ -124,7 +126,7 @@ fn a_joined_near_miss_is_of_blocks_without_the_collision_of_the_same_bodies_alon
             text.cut([at[0], 0.0, 1.98]).cut([at[0], 10.0, 0.5]).cut([at[0], 20.0, 1.98]).cut([115.0, 20.0, 40.0]);
         let again = text.cut([115.0, 30.0, 40.0]).cut([115.0, 30.0, 1.98]).cut([115.0, 30.0, 40.0]);
         let program = read_program(&again.text, Dialect::Fanuc).unwrap();
-        let found = joined(again.verify().findings, &rapid_lines(&program));
+        let found = merge_findings(again.verify().findings, &rapid_lines(&program));
         found.iter().map(|f| (f.kind, f.first_line, f.last_line)).collect::<Vec<_>>()
     };
     let found = run(Text::new(&shop).rapid([115.0, 0.0, 300.0]).rapid([115.0, 0.0, 20.0]));

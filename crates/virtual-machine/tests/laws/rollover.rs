@@ -2,8 +2,10 @@
 
 use crate::kit::{HEAD, Shop, Text};
 use facemill_inverse_kinematics::{Joint, Machine, Rollover};
-use facemill_nc_program::{Dialect, read_program};
-use facemill_virtual_machine::{FindingKind, Verification, assumptions};
+use facemill_nc_program::Dialect;
+use facemill_nc_program::read_program;
+use facemill_virtual_machine::assumptions;
+use facemill_virtual_machine::{FindingKind, Verification};
 
 fn shop(rollover: Option<Rollover>, wind_up: Option<f64>) -> Shop {
     let mut file = Shop::new().machine.to_file();

@@ -3,7 +3,8 @@
 use crate::kit::stock::cut_stock;
 use crate::kit::{CORNER, HEAD, RADIUS, Shop, Text};
 use facemill_cl_data::{Aabb, Silent};
-use facemill_nc_program::{Dialect, read_program};
+use facemill_nc_program::Dialect;
+use facemill_nc_program::read_program;
 use facemill_virtual_machine::{Finding, FindingKind, StockRun, VerifySettings, blocks_beyond};
 use facemill_z_map::DexelMap;
 use nalgebra::{Isometry3, Point3};

@@ -9,10 +9,10 @@ use crate::kit;
 use crate::kit::Shop;
 use facemill_cl_data::Silent;
 use facemill_inverse_kinematics::{AxisValues, CuttingLawFile, Machine, RapidLawFile};
-use facemill_nc_program::{AxisKind, Dialect, read_program};
-use facemill_virtual_machine::{
-    Certificates, FindingKind, Verification, VerifySettings, VirtualSetup, certify, verify,
-};
+use facemill_nc_program::read_program;
+use facemill_nc_program::{AxisKind, Dialect};
+use facemill_virtual_machine::verify;
+use facemill_virtual_machine::{Certificates, FindingKind, Verification, VerifySettings, VirtualSetup, certify};
 
 fn shop() -> Shop {
     let mut file = Machine::head_b_table_c().unwrap().to_file();

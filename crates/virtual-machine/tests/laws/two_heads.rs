@@ -4,8 +4,9 @@ use crate::kit;
 use crate::kit::dual::{FACES, LENGTHS, Program, Shop};
 use facemill_cl_data::{PlacedSolid, RoundFrustum, Silent, Solid};
 use facemill_nc_program::{WordMap, WorkOffset, read_fanuc};
+use facemill_virtual_machine::verify;
 use facemill_virtual_machine::{
-    Finding, FindingKind, Measure, Verification, VerifyError, VerifySettings, VirtualSetup, certify, verify,
+    Finding, FindingKind, Measure, Verification, VerifyError, VerifySettings, VirtualSetup, certify,
 };
 use nalgebra::Isometry3;
 

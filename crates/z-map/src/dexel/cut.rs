@@ -3,13 +3,13 @@
 use nalgebra::Point3;
 use rayon::prelude::*;
 
+use crate::dexel::bodies::straight::{Swept, Warmth};
+use crate::dexel::bodies::sweep::{Sweep, SweepError};
 use crate::dexel::grid::DexelGrid;
 use crate::dexel::job::{BATCH, Plan, Wider, tasks};
 use crate::dexel::map::DexelMap;
 use crate::dexel::run::{Ask, Scan, rows_to_look_at, run_of_row};
 use crate::dexel::steps::{Step, StepResult};
-use crate::dexel::straight::{Swept, Warmth};
-use crate::dexel::sweep::{Sweep, SweepError};
 use crate::dexel::tile::{SIDE, Tile};
 
 /// What a sweep took out of the stock.

@@ -1,13 +1,15 @@
 //! How far the cut stock is from the part that it should have become.
 
+pub(crate) mod line;
+
 use facemill_cl_data::{Cancelled, Monitor};
 use facemill_surface_model::{Surface, TriMesh};
 use nalgebra::{Point3, Unit, Vector3};
 use rayon::prelude::*;
 
 use crate::dexel::crossings::{Crossing, crossings_of_tile, merged, outer};
+use crate::dexel::deviation::line::Line;
 use crate::dexel::grid::DexelGrid;
-use crate::dexel::line_deviation::Line;
 use crate::dexel::map::DexelMap;
 use crate::dexel::mesh_stock::{MAX_REACH, bins};
 use crate::dexel::tile::{LINES, SIDE};

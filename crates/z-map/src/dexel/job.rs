@@ -5,14 +5,14 @@ use std::sync::OnceLock;
 
 use rayon::prelude::*;
 
-use crate::dexel::body::TurnedBody;
+use crate::dexel::bodies::body::TurnedBody;
+use crate::dexel::bodies::straight::Swept;
+use crate::dexel::bodies::sweep::{Part, Purpose, SweepError};
 use crate::dexel::cut::{Deepest, Glance, deeper};
 use crate::dexel::grid::DexelGrid;
 use crate::dexel::map::DexelMap;
 use crate::dexel::run::is_apart;
 use crate::dexel::steps::Step;
-use crate::dexel::straight::Swept;
-use crate::dexel::sweep::{Part, Purpose, SweepError};
 use crate::dexel::tile::SIDE;
 
 /// Parts that are placed before tiles are gone through: bounds the memory for their outlines.

@@ -1,10 +1,12 @@
+pub(crate) mod dilated;
+
 use facemill_surface_model::TriMesh;
 use nalgebra::{Isometry3, Point3};
 use rayon::prelude::*;
 
-use crate::dexel::dilated::Dilated;
 use crate::dexel::grid::{DexelGrid, GridError};
 use crate::dexel::map::DexelMap;
+use crate::dexel::mesh_stock::dilated::Dilated;
 use crate::dexel::tile::{Interval, LINES, SIDE, Tile};
 
 /// Why a mesh is not a stock.

@@ -4,9 +4,9 @@ use std::ops::RangeInclusive;
 
 use pulp::NullaryFnOnce;
 
+use crate::dexel::bodies::lanes::{LANES, Verdicts, Wide};
+use crate::dexel::bodies::straight::{Swept, Warmth, interval};
 use crate::dexel::grid::DexelGrid;
-use crate::dexel::lanes::{LANES, Verdicts, Wide};
-use crate::dexel::straight::{Swept, Warmth, interval};
 use crate::dexel::tile::{DUST, SIDE, Tile};
 
 /// What a bound must clear the material by, mm: above the rounding of heights and of the slopes that bounds are made

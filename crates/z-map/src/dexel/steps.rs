@@ -1,9 +1,9 @@
 use rayon::prelude::*;
 
+use crate::dexel::bodies::sweep::{Sweep, SweepError};
 use crate::dexel::cut::{Contact, Deepest, Glance, Window, deeper};
 use crate::dexel::job::{BATCH, Plan, Wider, tasks};
 use crate::dexel::map::DexelMap;
-use crate::dexel::sweep::{Sweep, SweepError};
 use crate::dexel::tile::{SIDE, Tile};
 
 /// What is done with the stock, one step after the other.

@@ -1,10 +1,10 @@
 use facemill_surface_model::TriMesh;
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 
+use crate::dexel::bodies::sweep::{Sweep, SweepError};
 use crate::dexel::cut::{Contact, Cut};
 use crate::dexel::map::{Broken, DexelMap, StockError};
 use crate::dexel::mesh_stock::MeshStockError;
-use crate::dexel::sweep::{Sweep, SweepError};
 
 /// One stock as three maps, with lines along the workpiece's x, y and z, that are cut together: walls that are steep
 /// for one are flat for another.

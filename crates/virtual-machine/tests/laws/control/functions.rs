@@ -1,8 +1,10 @@
 //! What calls, jumps, changes the tool or goes to the machine builder is a fault on every control; what is known to do nothing is not.
 
 use facemill_cl_data::Silent;
-use facemill_nc_program::{Dialect, read_program};
-use facemill_virtual_machine::{Finding, FindingKind, VerifySettings, VirtualSetup, verify};
+use facemill_nc_program::Dialect;
+use facemill_nc_program::read_program;
+use facemill_virtual_machine::verify;
+use facemill_virtual_machine::{Finding, FindingKind, VerifySettings, VirtualSetup};
 
 use super::left_unsaid::{FANUC, HEIDENHAIN, LINUXCNC, SIEMENS, shop};
 

@@ -2,8 +2,11 @@
 
 use facemill_cl_data::Silent;
 use facemill_inverse_kinematics::{CuttingLawFile, Machine, RapidLawFile};
-use facemill_nc_program::{Dialect, read_program};
-use facemill_virtual_machine::{FindingKind, VerifySettings, VirtualSetup, assumptions, verify};
+use facemill_nc_program::Dialect;
+use facemill_nc_program::read_program;
+use facemill_virtual_machine::assumptions;
+use facemill_virtual_machine::verify;
+use facemill_virtual_machine::{FindingKind, VerifySettings, VirtualSetup};
 
 use crate::kit::Shop;
 

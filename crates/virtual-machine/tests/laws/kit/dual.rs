@@ -5,9 +5,9 @@ use facemill_interference::MeshTree;
 use facemill_inverse_kinematics::{AxisKind, AxisValues, Joint, Machine};
 use facemill_nc_program::*;
 use facemill_tool_model::ToolAssembly;
+use facemill_virtual_machine::verify;
 use facemill_virtual_machine::{
     Certificates, ObstacleKind, Verification, VerifyError, VerifySettings, VirtualObstacle, VirtualSetup, certify,
-    verify,
 };
 use nalgebra::{Isometry3, Matrix3, Point3};
 

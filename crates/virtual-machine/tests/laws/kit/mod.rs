@@ -10,12 +10,12 @@ use std::fmt::Write;
 use facemill_cl_data::{ClPoint, Silent};
 use facemill_interference::MeshTree;
 use facemill_inverse_kinematics::{AxisValues, BranchPreference, Machine};
-use facemill_nc_program::{Dialect, MappedAxis, WordMap, WorkOffset, read_program};
+use facemill_nc_program::read_program;
+use facemill_nc_program::{Dialect, MappedAxis, WordMap, WorkOffset};
 use facemill_surface_model::TriMesh;
 use facemill_tool_model::ToolAssembly;
-use facemill_virtual_machine::{
-    Finding, ObstacleKind, Verification, VerifySettings, VirtualObstacle, VirtualSetup, verify,
-};
+use facemill_virtual_machine::verify;
+use facemill_virtual_machine::{Finding, ObstacleKind, Verification, VerifySettings, VirtualObstacle, VirtualSetup};
 use nalgebra::{Isometry3, Point3, Translation3, Unit, UnitQuaternion, Vector3};
 
 pub const RADIUS: f64 = 25.0;

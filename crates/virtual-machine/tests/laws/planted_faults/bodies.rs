@@ -5,7 +5,8 @@ use facemill_interference::MeshTree;
 use facemill_inverse_kinematics::{BodyFile, Machine, ShapeFile};
 use facemill_nc_program::{ReadBlock, read_fanuc};
 use facemill_tool_model::ToolAssembly;
-use facemill_virtual_machine::{FindingKind, ObstacleKind, VerifySettings, VirtualSetup, verify};
+use facemill_virtual_machine::verify;
+use facemill_virtual_machine::{FindingKind, ObstacleKind, VerifySettings, VirtualSetup};
 use nalgebra::{Isometry3, Point3};
 
 use super::pairs::{Outcome, Row, SLACK, ran, ran_with, row};

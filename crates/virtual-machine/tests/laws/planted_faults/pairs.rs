@@ -4,8 +4,10 @@
 //! function says: a depth beside the gouge limit, a way into the clearance beside its slack, an angle, a speed.
 
 use facemill_cl_data::Silent;
-use facemill_nc_program::{Dialect, read_program};
-use facemill_virtual_machine::{Finding, FindingKind, VerifySettings, VirtualSetup, verify};
+use facemill_nc_program::Dialect;
+use facemill_nc_program::read_program;
+use facemill_virtual_machine::verify;
+use facemill_virtual_machine::{Finding, FindingKind, VerifySettings, VirtualSetup};
 
 use super::{bodies, cut_before, cuts, motion, rapids, stock, text};
 use crate::kit::Text;

@@ -1,6 +1,7 @@
 //! The stock as it is when something meets it.
 
-use facemill_nc_program::{Dialect, read_program};
+use facemill_nc_program::Dialect;
+use facemill_nc_program::read_program;
 use facemill_tool_model::ToolAssembly;
 use facemill_virtual_machine::{FindingKind, HeldAsCut, RemovalLimit, VerifySettings, VirtualSetup};
 use facemill_z_map::DexelMap;

@@ -1,0 +1,227 @@
+use crate::error::PathError;
+use crate::strategy::size::{MAX_CROSSINGS, MAX_LEVELS, StepOverCause};
+
+/// A piece of the surface: the levels it reaches over and the largest step of level that keeps passes on it close enough.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Band {
+    pub(crate) low: f64,
+    pub(crate) high: f64,
+    /// Allowed width × slope, above zero.
+    pub(crate) limit: f64,
+    /// The same before width and slope were raised to their smallest values.
+    pub(crate) asked: f64,
+    /// Gain of level per way up the piece, above zero.
+    pub(crate) slope: f64,
+}
+
+/// Levels from `first` to `last`, both included and `first` ≤ `last`, in rising order: each step is the largest that no
+/// band it reaches into forbids.
+///
+/// With `even`, the limits are shrunk alike until the same number of steps fits without a rest.
+///
+/// # Errors
+/// When there would be more than [`MAX_LEVELS`], or they would cross more than [`MAX_CROSSINGS`] bands.
+pub(crate) fn plan_levels(
+    bands: &[Band],
+    cause: StepOverCause,
+    first: f64,
+    last: f64,
+    even: bool,
+) -> Result<Vec<f64>, PathError> {
+    let mut sorted = bands.to_vec();
+    sorted.sort_by(|a, b| a.low.total_cmp(&b.low).then(a.limit.total_cmp(&b.limit)));
+    let Some(largest) = step_through(&sorted, first, last, 1.0, MAX_LEVELS) else {
+        let remedy = cause.remedy(least_factor(&sorted, first, last));
+        let (limit, most_crossings) = (MAX_LEVELS, MAX_CROSSINGS);
+        return Err(PathError::TooManyPasses { limit, most_crossings, span: last - first, remedy });
+    };
+    if !even || largest.len() < 3 {
+        return Ok(largest);
+    }
+    // The number of steps falls with the limits' factor, so bisection finds the smallest factor with no more steps. Forty
+    // halvings leave the last step full to twelve digits.
+    let (mut low, mut high, mut best) = (0.5, 1.0, largest);
+    for _ in 0..40 {
+        let factor = 0.5 * (low + high);
+        match step_through(&sorted, first, last, factor, best.len()) {
+            Some(levels) => (high, best) = (factor, levels),
+            None => low = factor,
+        }
+    }
+    Ok(best)
+}
+
+/// How many times as large limits have to be, about, for the levels to be few enough; 1 is not.
+fn least_factor(sorted: &[Band], first: f64, last: f64) -> f64 {
+    let fits = |factor: f64| step_through(sorted, first, last, factor, MAX_LEVELS).is_some();
+    let (mut low, mut high) = (1.0, 10.0);
+    while !fits(high) {
+        (low, high) = (high, 10.0 * high);
+    }
+    // To a hundredth.
+    for _ in 0..8 {
+        let middle = f64::sqrt(low * high);
+        if fits(middle) { high = middle } else { low = middle }
+    }
+    high
+}
+
+/// The triangles that reach each of the levels (in rising order), those in rising order. A triangle reaches a level that is above its
+/// lowest corner and not above its highest.
+pub(crate) fn triangles_at(bands: &[Band], levels: &[f64]) -> Vec<Vec<u32>> {
+    let mut at = vec![Vec::new(); levels.len()];
+    for (t, b) in bands.iter().enumerate() {
+        let reached = levels.partition_point(|&l| l <= b.low)..levels.partition_point(|&l| l <= b.high);
+        reached.for_each(|k| at[k].push(t as u32));
+    }
+    at
+}
+
+/// How many of the steps between the levels (in rising order) are larger than was asked for.
+pub(crate) fn count_wide(bands: &[Band], levels: &[f64]) -> usize {
+    let mut wide = vec![false; levels.len().saturating_sub(1)];
+    for b in bands.iter().filter(|b| b.asked < b.limit) {
+        for k in steps_into(b, levels) {
+            // Rounding of levels up to 1e4 mm is no excess.
+            wide[k] |= levels[k + 1] - levels[k] > b.asked + 1e-9;
+        }
+    }
+    wide.into_iter().filter(|&w| w).count()
+}
+
+/// Longest way up a piece from one of the levels (in rising order) to the next, as if the piece reached over both.
+pub(crate) fn widest_strip(bands: &[Band], levels: &[f64]) -> f64 {
+    let way = |b: &Band| steps_into(b, levels).map(|k| (levels[k + 1] - levels[k]) / b.slope).fold(0.0, f64::max);
+    bands.iter().map(way).fold(0.0, f64::max)
+}
+
+/// The steps, by the index of their lower level, that share more than a border with the band.
+fn steps_into(b: &Band, levels: &[f64]) -> std::ops::Range<usize> {
+    let n_steps = levels.len().saturating_sub(1);
+    let first = levels.partition_point(|&l| l <= b.low).saturating_sub(1);
+    let end = levels.partition_point(|&l| l < b.high).min(n_steps);
+    first.min(end)..end
+}
+
+/// `None` when there are more than `max_levels`, or they cross too many bands.
+fn step_through(sorted: &[Band], first: f64, last: f64, factor: f64, max_levels: usize) -> Option<Vec<f64>> {
+    let mut levels = vec![first];
+    let mut active: Vec<Band> = Vec::new();
+    let (mut next, mut n_crossings) = (0, 0);
+    let mut level = first;
+    while level < last {
+        while sorted.get(next).is_some_and(|b| b.low <= level) {
+            active.push(sorted[next]);
+            next += 1;
+        }
+        active.retain(|b| b.high > level);
+        let mut step = active.iter().map(|b| b.limit * factor).fold(last - level, f64::min);
+        for b in &sorted[next..] {
+            if b.low - level >= step {
+                break;
+            }
+            // The step may go as far as the band without a say of it.
+            step = step.min((b.limit * factor).max(b.low - level));
+        }
+        // A step lost in rounding would never end.
+        let stepped = level + step;
+        level = if step >= last - level { last } else { stepped.max(level.next_up()) };
+        levels.push(level);
+        n_crossings += active.len();
+        if levels.len() > max_levels || n_crossings > MAX_CROSSINGS {
+            return None;
+        }
+    }
+    Some(levels)
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::error::Remedy;
+    use crate::layout::levels::*;
+    use crate::test_kit::Lcg;
+
+    const ANY: StepOverCause = StepOverCause { largest: 5.0, is_largest: true };
+
+    fn random_bands(rng: &mut Lcg) -> Vec<Band> {
+        (0..300)
+            .map(|_| {
+                let low = 100.0 * rng.unit();
+                Band {
+                    low,
+                    high: low + 5.0 * rng.unit(),
+                    limit: 0.05 + 4.0 * rng.unit().powi(3),
+                    asked: 0.0,
+                    slope: 1.0,
+                }
+            })
+            .collect()
+    }
+
+    fn allowed(bands: &[Band], from: f64, to: f64) -> bool {
+        bands.iter().all(|b| b.high <= from || b.low >= to || to - from <= b.limit * (1.0 + 1e-12))
+    }
+
+    #[test]
+    fn no_step_is_larger_than_a_band_it_reaches_into_allows_and_none_could_be_longer() {
+        let mut rng = Lcg::new(7);
+        for _ in 0..20 {
+            let bands = random_bands(&mut rng);
+            let levels = plan_levels(&bands, ANY, 0.0, 100.0, false).unwrap();
+            assert_eq!((levels[0], levels[levels.len() - 1]), (0.0, 100.0));
+            for w in levels.windows(2) {
+                assert!(allowed(&bands, w[0], w[1]), "{w:?}");
+            }
+            for w in levels.windows(2).rev().skip(1) {
+                assert!(!allowed(&bands, w[0], w[1] + 1e-6), "{w:?} could be longer");
+            }
+        }
+    }
+
+    #[test]
+    fn even_levels_are_as_many_and_leave_no_rest() {
+        let bands = [Band { low: 0.0, high: 100.0, limit: 3.0, asked: 3.0, slope: 1.0 }];
+        let levels = plan_levels(&bands, ANY, 0.0, 100.0, true).unwrap();
+        assert_eq!(levels.len(), 35);
+        assert!(levels.windows(2).all(|w| (w[1] - w[0] - 100.0 / 34.0).abs() < 1e-9));
+        let mut rng = Lcg::new(8);
+        let bands = random_bands(&mut rng);
+        let (largest, even) =
+            (plan_levels(&bands, ANY, 0.0, 100.0, false).unwrap(), plan_levels(&bands, ANY, 0.0, 100.0, true).unwrap());
+        assert_eq!(largest.len(), even.len());
+        assert!(even.windows(2).all(|w| allowed(&bands, w[0], w[1])));
+    }
+
+    #[test]
+    fn only_steps_wider_than_asked_for_count_as_wide() {
+        let at = |low: f64, asked: f64| Band { low, high: low + 1.0, limit: 2.0, asked, slope: 0.5 };
+        let levels = [0.0, 2.0, 4.0, 6.0];
+        assert_eq!(count_wide(&[at(0.0, 2.0), at(2.5, 3.0)], &levels), 0);
+        assert_eq!(count_wide(&[at(0.0, 2.0), at(2.5, 0.5), at(2.7, 1.9)], &levels), 1);
+        assert_eq!(count_wide(&[at(3.5, 0.5)], &levels), 2);
+        assert_eq!(count_wide(&[at(-3.0, 0.5), at(7.0, 0.5)], &levels), 0);
+        assert_eq!(count_wide(&[at(3.5, 0.5)], &[1.0]), 0);
+        assert_eq!(widest_strip(&[at(3.5, 0.5)], &levels), 4.0);
+        assert_eq!(widest_strip(&[at(-3.0, 0.5), at(6.0, 0.5)], &levels), 0.0);
+    }
+
+    #[test]
+    fn one_level_for_no_range_and_an_error_for_steps_without_end() {
+        assert_eq!(plan_levels(&[], ANY, 5.0, 5.0, true).unwrap(), [5.0]);
+        assert_eq!(plan_levels(&[], ANY, 5.0, 8.0, true).unwrap(), [5.0, 8.0]);
+        for limit in [1e-12, 1e-3, 0.004] {
+            let band = Band { low: 0.0, high: 100.0, limit, asked: limit, slope: 1.0 };
+            let cause = StepOverCause { largest: limit, is_largest: true };
+            let Err(PathError::TooManyPasses { remedy, .. }) = plan_levels(&[band], cause, 0.0, 100.0, false) else {
+                panic!("{limit}")
+            };
+            // The value it names is enough, and no more than needed.
+            let Remedy::LargestStepOver(limit) = remedy else { panic!("{remedy}") };
+            let levels = plan_levels(&[Band { limit, ..band }], cause, 0.0, 100.0, true).unwrap();
+            assert!((MAX_LEVELS / 2..=MAX_LEVELS).contains(&levels.len()), "{limit}: {}", levels.len());
+        }
+        // Many bands side by side.
+        let bands = vec![Band { low: 0.0, high: 100.0, limit: 0.02, asked: 0.02, slope: 1.0 }; 10_000];
+        assert!(matches!(plan_levels(&bands, ANY, 0.0, 100.0, false), Err(PathError::TooManyPasses { .. })));
+    }
+}

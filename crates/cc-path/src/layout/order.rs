@@ -1,0 +1,74 @@
+use facemill_cl_data::{CcPoint, Pass};
+use nalgebra::{Point3, Unit, Vector3};
+
+use crate::layout::lay::LaidPass;
+use crate::layout::resample::Piece;
+use crate::strategy::settings::{Direction, LaySettings, Pattern};
+
+/// Puts the pieces in cutting order: level by level, on each level from where the last pass ended to the nearest start of a
+/// piece; on the first level along the feed.
+pub(crate) fn arrange(levels: Vec<(f64, Vec<Piece>)>, settings: &LaySettings) -> Vec<LaidPass> {
+    let mut direction = settings.first_direction();
+    let mut passes: Vec<LaidPass> = Vec::new();
+    for (level, pieces) in levels {
+        if pieces.is_empty() {
+            continue;
+        }
+        let uncut = direction.uncut_side(settings.order);
+        let mut pieces: Vec<Piece> = pieces.into_iter().map(|p| directed(p, direction)).collect();
+        while !pieces.is_empty() {
+            let next = match end_of(passes.last()) {
+                Some(end) => nearest_start(&pieces, &end),
+                None => first_along_feed(&pieces),
+            };
+            let Piece { points, length, closed, .. } = pieces.remove(next);
+            passes.push(LaidPass { pass: Pass::new(points), level, uncut, length, closed });
+        }
+        if settings.pattern == Pattern::Zigzag {
+            direction = direction.reversed();
+        }
+    }
+    passes
+}
+
+/// Pieces come forward.
+fn directed(mut piece: Piece, direction: Direction) -> Piece {
+    if direction == Direction::Reverse {
+        piece.points.reverse();
+        for cc in &mut piece.points {
+            cc.feed = -cc.feed;
+        }
+    }
+    piece
+}
+
+fn end_of(pass: Option<&LaidPass>) -> Option<Point3<f64>> {
+    pass?.pass.points.last().map(|cc| cc.position)
+}
+
+fn start_of(piece: &Piece) -> Option<Point3<f64>> {
+    piece.points.first().map(|cc| cc.position)
+}
+
+fn nearest_start(pieces: &[Piece], end: &Point3<f64>) -> usize {
+    least(pieces, |p| start_of(p).map_or(f64::INFINITY, |s| (s - end).norm_squared()))
+}
+
+/// The piece that begins first in the direction in which the pieces run on the whole; of closed ones, any.
+fn first_along_feed(pieces: &[Piece]) -> usize {
+    let run = |p: &Piece| ends(&p.points).map_or_else(Vector3::zeros, |[a, b]| b - a);
+    match Unit::try_new(pieces.iter().map(run).sum::<Vector3<f64>>(), 1e-9) {
+        Some(feed) => least(pieces, |p| start_of(p).map_or(f64::INFINITY, |s| s.coords.dot(&feed))),
+        None => 0,
+    }
+}
+
+fn ends(points: &[CcPoint]) -> Option<[Point3<f64>; 2]> {
+    Some([points.first()?.position, points.last()?.position])
+}
+
+/// Index of the first piece with the least value.
+fn least(pieces: &[Piece], value: impl Fn(&Piece) -> f64) -> usize {
+    let by_value = |a: &usize, b: &usize| value(&pieces[*a]).total_cmp(&value(&pieces[*b]));
+    (0..pieces.len()).min_by(by_value).unwrap_or(0)
+}

@@ -1,0 +1,205 @@
+use facemill_cl_data::CcPoint;
+use nalgebra::{Unit, Vector3};
+
+use crate::layout::trace::{Curve, Place};
+use crate::strategy::settings::LaySettings;
+use crate::strategy::size::PointsLeft;
+
+/// A curve with points put on it, the higher levels to the left.
+#[derive(Clone, Debug)]
+pub(crate) struct Piece {
+    pub(crate) points: Vec<CcPoint>,
+    pub(crate) length: f64,
+    pub(crate) closed: bool,
+    /// Largest estimated distance of the smooth section from the straight lines between the points, mm.
+    pub(crate) chord: f64,
+}
+
+/// What two points in a row may differ by.
+#[derive(Clone, Copy)]
+struct Limits {
+    chord: f64,
+    step: f64,
+    turn: f64,
+}
+
+impl Limits {
+    fn of(settings: &LaySettings) -> Self {
+        Self {
+            chord: settings.chord_tolerance,
+            step: settings.max_step,
+            turn: settings.max_normal_change.unwrap_or(f64::INFINITY),
+        }
+    }
+
+    /// The limits of a pass that needs 1 / `factor` times as many points.
+    fn scaled(self, factor: f64) -> Self {
+        Self { chord: self.chord * factor * factor, step: self.step * factor, turn: self.turn * factor }
+    }
+}
+
+/// Puts points on a curve: the first and the last at its ends (less the margin), and as few between as the limits ask for,
+/// spread so that the last gap is no smaller than it has to be. `None` where the curve is too short.
+///
+/// # Errors
+/// When it needs more points than are left.
+pub(crate) fn resample(
+    curve: &Curve,
+    settings: &LaySettings,
+    left: &PointsLeft,
+) -> Result<Option<Piece>, NoPointsLeft> {
+    let Some((start, end)) = ends(curve, settings) else { return Ok(None) };
+    let mut places = spread(curve, settings, left, start, end).ok_or(NoPointsLeft)?;
+    // Places of a curve that leaves its triangle for a while fall together.
+    places.dedup_by(|b, a| a.position == b.position);
+    let chord = places.windows(2).map(|w| chord_between(curve, &w[0], &w[1])).fold(0.0, f64::max);
+    let points: Vec<CcPoint> = places.iter().filter_map(|p| cc_point(curve, p)).collect();
+    Ok((points.len() >= 2).then_some(Piece { points, length: end - start, closed: curve.closed, chord }))
+}
+
+/// There are no points left for a curve.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct NoPointsLeft;
+
+/// Ways at which a pass on the curve begins and ends; `None` where it is too short for one.
+fn ends(curve: &Curve, settings: &LaySettings) -> Option<(f64, f64)> {
+    let margin = if curve.closed { 0.0 } else { settings.edge_margin };
+    let (start, end) = (margin, curve.length() - margin);
+    // Shorter than the least gap it is no pass, whatever the settings say.
+    (end - start >= settings.min_pass_length.max(least_gap(settings))).then_some((start, end))
+}
+
+/// Length of the pass on the curve, mm; 0 where it is too short for one.
+pub(crate) fn pass_length(curve: &Curve, settings: &LaySettings) -> f64 {
+    ends(curve, settings).map_or(0.0, |(start, end)| end - start)
+}
+
+/// Length of the first points of the pass on the curve, at most so many, and their number.
+pub(crate) fn beginning(curve: &Curve, settings: &LaySettings, most: usize) -> (f64, usize) {
+    let Some((start, end)) = ends(curve, settings) else { return (0.0, 0) };
+    let mut n = 0;
+    let mut here = curve.at(start);
+    while here.way < end && n < most {
+        here = curve.at(next_way(curve, Limits::of(settings), least_gap(settings), &here, end));
+        n += 1;
+    }
+    (here.way - start, n)
+}
+
+/// Points are never nearer than this along a pass, mm: over such a way no surface leaves the chord by more than the
+/// tolerance, and at a crease, where no gap is small enough for the turn, it keeps the number of points finite.
+fn least_gap(settings: &LaySettings) -> f64 {
+    (0.5 * settings.chord_tolerance).min(1e-3 * settings.max_step)
+}
+
+fn spread(curve: &Curve, settings: &LaySettings, left: &PointsLeft, start: f64, end: f64) -> Option<Vec<Place>> {
+    let limits = Limits::of(settings);
+    let gap = least_gap(settings);
+    let mut best = walk(curve, limits, gap, start, end, left.get())?;
+    left.take(best.len())?;
+    // The same number of points with tighter limits: six halvings leave the last gap within 2 % of full.
+    let (mut low, mut high) = (0.5, 1.0);
+    for _ in 0..6 {
+        let factor = 0.5 * (low + high);
+        match walk(curve, limits.scaled(factor), gap, start, end, best.len()) {
+            Some(tighter) => (high, best) = (factor, tighter),
+            None => low = factor,
+        }
+    }
+    Some(best)
+}
+
+/// Goes along the curve in the longest gaps that keep to the limits. `None` when there are more than `max_points`.
+fn walk(curve: &Curve, limits: Limits, least_gap: f64, start: f64, end: f64, max_points: usize) -> Option<Vec<Place>> {
+    let mut places = vec![curve.at(start)];
+    let mut here = places[0];
+    while here.way < end {
+        here = curve.at(next_way(curve, limits, least_gap, &here, end));
+        places.push(here);
+        if places.len() > max_points {
+            return None;
+        }
+    }
+    Some(places)
+}
+
+fn next_way(curve: &Curve, limits: Limits, least_gap: f64, here: &Place, end: f64) -> f64 {
+    // Rounding must not make eleven steps out of ten.
+    let step = limits.step * (1.0 + 1e-12);
+    // A closed curve needs three points, or its chords have no inside.
+    let step = if curve.closed { step.min(curve.length() / 3.0) } else { step };
+    let way = longest_fit(curve, Limits { step, ..limits }, here, end).max(here.way + least_gap);
+    // Rather two halves than a crumb at the end.
+    match end - way {
+        rest if rest <= 0.0 => end,
+        rest if rest >= least_gap => way,
+        _ if end - here.way < 2.0 * least_gap => end,
+        _ => 0.5 * (here.way + end),
+    }
+}
+
+/// The farthest way from `here` that keeps to the limits, to a thousandth of the longest step.
+fn longest_fit(curve: &Curve, limits: Limits, here: &Place, end: f64) -> f64 {
+    let fits = |way: f64| within(curve, limits, here, &curve.at(way));
+    let farthest = (here.way + limits.step).min(end);
+    if fits(farthest) {
+        return farthest;
+    }
+    let (mut low, mut high) = (here.way, farthest);
+    for _ in 0..10 {
+        let middle = 0.5 * (low + high);
+        if fits(middle) {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    low
+}
+
+fn within(curve: &Curve, limits: Limits, a: &Place, b: &Place) -> bool {
+    (b.position - a.position).norm() <= limits.step * (1.0 + 1e-9)
+        && turn_between(curve, a, b) <= limits.turn
+        && chord_between(curve, a, b) <= limits.chord
+}
+
+/// Largest angle between the normal at `a` and those up to `b`.
+fn turn_between(curve: &Curve, a: &Place, b: &Place) -> f64 {
+    let nodes = curve.between(a, b).flat_map(|(_, n)| n);
+    nodes.chain([b.normal]).map(|n| n.angle(&a.normal)).fold(0.0, f64::max)
+}
+
+/// How far the smooth section leaves the straight line from `a` to `b`, estimated, mm.
+///
+/// Along the surface it is what the nodes between say. Across it the facets hide what the surface does inside them, but
+/// the normals tell: a line of length L whose ends' normals differ by Δθ in the plane of the line stands over an arc of
+/// height L·Δθ/8. The larger of the two counts. The normals at an open border know one side only, so on facets there the
+/// estimate is down to half of what is true.
+fn chord_between(curve: &Curve, a: &Place, b: &Place) -> f64 {
+    let line = b.position - a.position;
+    let length = line.norm();
+    let Some(along) = Unit::try_new(line, 0.0) else { return 0.0 };
+    let slope = |n: &Unit<Vector3<f64>>| n.dot(&along).clamp(-1.0, 1.0).asin();
+    let (mut lowest, mut highest) = (slope(&a.normal).min(slope(&b.normal)), slope(&a.normal).max(slope(&b.normal)));
+    let (mut across, mut beside) = (0.0f64, 0.0f64);
+    for (node, normals) in curve.between(a, b) {
+        let off = node - a.position;
+        let off = off - along.into_inner() * off.dot(&along).clamp(0.0, length);
+        let up = off.dot(&normals[0]).abs();
+        across = across.max(up);
+        beside = beside.max((off.norm_squared() - up * up).max(0.0).sqrt());
+        for s in normals.iter().map(slope) {
+            (lowest, highest) = (lowest.min(s), highest.max(s));
+        }
+    }
+    across.max(length * (highest - lowest) / 8.0).hypot(beside + curve.bulge_between(a, b))
+}
+
+fn cc_point(curve: &Curve, place: &Place) -> Option<CcPoint> {
+    let smooth = CcPoint::new(place.position, place.normal.into_inner(), curve.tangent(place));
+    // The chord lies in the facet, so at right angles to its normal.
+    smooth.ok().or_else(|| {
+        let facet = curve.facet_normal(place)?;
+        CcPoint::new(place.position, facet.into_inner(), curve.chord_direction(place)).ok()
+    })
+}

@@ -1,0 +1,193 @@
+use facemill_surface_model::{LevelCurve, level_curves_among};
+use nalgebra::{Point3, Unit, Vector3};
+
+use crate::strategy::Strategy;
+use crate::strategy::patch::Patch;
+
+/// A section of the patch: one piece per triangle, the higher levels to the left seen from outside.
+///
+/// A place on it is its way along the chords from node to node, mm.
+pub(crate) struct Curve<'a> {
+    patch: &'a Patch<'a>,
+    strategy: &'a Strategy,
+    level: f64,
+    /// Where the curve crosses the patch's edges; of a closed curve, the last is the first again.
+    nodes: Vec<Point3<f64>>,
+    /// The triangle between each node and the next.
+    triangles: Vec<u32>,
+    /// Smooth normals at the beginning and the end of each piece: they differ from piece to piece at creases.
+    normals: Vec<[Unit<Vector3<f64>>; 2]>,
+    /// How far each piece stands off its chord at the middle, mm.
+    bulges: Vec<f64>,
+    /// Way to each node, mm.
+    ways: Vec<f64>,
+    pub(crate) closed: bool,
+}
+
+/// A place on a curve.
+#[derive(Clone, Copy)]
+pub(crate) struct Place {
+    /// Way from the beginning, mm.
+    pub(crate) way: f64,
+    /// The piece it lies on.
+    pub(crate) piece: usize,
+    pub(crate) position: Point3<f64>,
+    pub(crate) normal: Unit<Vector3<f64>>,
+}
+
+/// The sections at a level, in the order of the patch's triangles; `among` are those that reach it, in rising order.
+pub(crate) fn trace<'a>(patch: &'a Patch<'a>, strategy: &'a Strategy, level: f64, among: &[u32]) -> Vec<Curve<'a>> {
+    level_curves_among(&patch.mesh, &patch.edges, &patch.levels, level, among.iter().copied())
+        .into_iter()
+        .filter_map(|c| Curve::new(patch, strategy, level, &c))
+        .collect()
+}
+
+impl<'a> Curve<'a> {
+    /// `None` where nothing is left of it once its nodes have been put exactly on the level.
+    fn new(patch: &'a Patch<'a>, strategy: &'a Strategy, level: f64, curve: &LevelCurve) -> Option<Self> {
+        let (mut nodes, mut triangles): (Vec<Point3<f64>>, Vec<u32>) = (Vec::new(), Vec::new());
+        for point in &curve.points {
+            let [a, b] = point.edge.map(|v| patch.mesh.vertices()[v as usize]);
+            let node =
+                if strategy.is_linear() { point.position } else { a + (b - a) * strategy.crossing(&a, &b, level) };
+            if nodes.last() == Some(&node) {
+                nodes.pop();
+                triangles.pop();
+            }
+            nodes.push(node);
+            triangles.push(point.triangle);
+        }
+        if curve.closed {
+            nodes.push(nodes[0]);
+        } else {
+            triangles.pop();
+        }
+        if triangles.is_empty() {
+            return None;
+        }
+        let (normals, bulges, ways) = (Vec::new(), Vec::new(), Vec::new());
+        let closed = curve.closed;
+        let mut this = Self { patch, strategy, level, nodes, triangles, normals, bulges, ways, closed };
+        this.measure();
+        Some(this)
+    }
+
+    fn measure(&mut self) {
+        let ends = |(k, &t): (usize, &u32)| [self.nodes[k], self.nodes[k + 1]].map(|p| self.patch.normal(t, &p));
+        self.normals = self.triangles.iter().enumerate().map(ends).collect();
+        self.bulges = (0..self.triangles.len()).map(|k| self.bulge(k)).collect();
+        self.ways = std::iter::once(0.0)
+            .chain(self.nodes.windows(2).scan(0.0, |way, w| {
+                *way += (w[1] - w[0]).norm();
+                Some(*way)
+            }))
+            .collect();
+    }
+
+    fn bulge(&self, piece: usize) -> f64 {
+        let chord = self.nodes[piece + 1] - self.nodes[piece];
+        let off = self.inside(piece, 0.5) - self.nodes[piece];
+        (off - chord * (off.dot(&chord) / chord.norm_squared())).norm()
+    }
+
+    /// Lets a closed curve begin and end at its node nearest to `p`; leaves an open one as it is.
+    pub(crate) fn cut_open_near(&mut self, p: &Point3<f64>) {
+        if !self.closed {
+            return;
+        }
+        let distance_sq = |k: &usize| (self.nodes[*k] - p).norm_squared();
+        let start = (0..self.triangles.len()).min_by(|a, b| distance_sq(a).total_cmp(&distance_sq(b))).unwrap_or(0);
+        self.nodes.pop();
+        self.nodes.rotate_left(start);
+        self.nodes.push(self.nodes[0]);
+        self.triangles.rotate_left(start);
+        self.measure();
+    }
+
+    /// Where it begins.
+    pub(crate) fn start(&self) -> Point3<f64> {
+        self.nodes[0]
+    }
+
+    /// Its length from node to node, mm.
+    pub(crate) fn length(&self) -> f64 {
+        self.ways[self.ways.len() - 1]
+    }
+
+    /// The place at this way from the beginning: on the surface and on the level up to rounding.
+    pub(crate) fn at(&self, way: f64) -> Place {
+        let piece = self.ways.partition_point(|&w| w <= way).clamp(1, self.triangles.len()) - 1;
+        let (from, to) = (self.ways[piece], self.ways[piece + 1]);
+        let fraction = ((way - from) / (to - from)).clamp(0.0, 1.0);
+        let position = match fraction {
+            0.0 => self.nodes[piece],
+            1.0 => self.nodes[piece + 1],
+            _ => self.inside(piece, fraction),
+        };
+        Place { way, piece, position, normal: self.patch.normal(self.triangles[piece], &position) }
+    }
+
+    fn inside(&self, piece: usize, fraction: f64) -> Point3<f64> {
+        let (from, to) = (self.nodes[piece], self.nodes[piece + 1]);
+        if self.strategy.is_linear() {
+            return from + (to - from) * fraction;
+        }
+        // Two corners lie on one side of the level, the lone one on the other, and every line from the lone corner to the
+        // side across crosses the level once. The line is the one through the point of the chord.
+        let v = self.patch.mesh.triangles()[self.triangles[piece] as usize];
+        let above = v.map(|v| self.patch.levels[v as usize] >= self.level);
+        let lone = (0..3).find(|&k| above[k] != above[(k + 1) % 3] && above[k] != above[(k + 2) % 3]).unwrap_or(0);
+        let corner = |k: usize| self.patch.mesh.vertices()[v[k % 3] as usize];
+        // The higher levels are on the left.
+        let (first, last) = if above[lone] { (lone + 1, lone + 2) } else { (lone + 2, lone + 1) };
+        let (lone, first, last) = (corner(lone), corner(first), corner(last));
+        let share = |p: &Point3<f64>, end: &Point3<f64>| (p - lone).norm() / (end - lone).norm();
+        let (at_first, at_last) = ((1.0 - fraction) * share(&from, &first), fraction * share(&to, &last));
+        let foot = first + (last - first) * (at_last / (at_first + at_last));
+        if (self.strategy.level(&foot) >= self.level) != (self.strategy.level(&lone) >= self.level) {
+            return lone + (foot - lone) * self.strategy.crossing(&lone, &foot, self.level);
+        }
+        // Between corners above it, a side can dip below the level, and the curve leaves the triangle for a while there.
+        // Then it is taken to stand where it leaves or comes back.
+        let end = if fraction < 0.5 { first } else { last };
+        foot + (end - foot) * self.strategy.crossing(&foot, &end, self.level)
+    }
+
+    /// Direction of the piece at a place, along its chord.
+    pub(crate) fn chord_direction(&self, place: &Place) -> Vector3<f64> {
+        self.nodes[place.piece + 1] - self.nodes[place.piece]
+    }
+
+    /// Direction of the smooth surface's section at a place: along gradient × N; the chord's where there is none.
+    pub(crate) fn tangent(&self, place: &Place) -> Vector3<f64> {
+        let chord = self.chord_direction(place);
+        let smooth = self.strategy.gradient(&place.position).map(|g| g.cross(&place.normal));
+        // Where the surface lies along the level the product is rounding noise, or turns against the way.
+        smooth.filter(|s| s.norm() > 1e-6 && s.dot(&chord) > 0.0).unwrap_or(chord)
+    }
+
+    /// Normal of the facet at a place.
+    pub(crate) fn facet_normal(&self, place: &Place) -> Option<Unit<Vector3<f64>>> {
+        self.patch.facet_normal(self.triangles[place.piece])
+    }
+
+    /// The nodes between two places, with the normals before and after each.
+    pub(crate) fn between(
+        &self,
+        a: &Place,
+        b: &Place,
+    ) -> impl Iterator<Item = (&Point3<f64>, [Unit<Vector3<f64>>; 2])> {
+        (a.piece + 1..=b.piece).map(|k| (&self.nodes[k], [self.normals[k - 1][1], self.normals[k][0]]))
+    }
+
+    /// The most that the curve between two places stands off the chords of its pieces, mm.
+    pub(crate) fn bulge_between(&self, a: &Place, b: &Place) -> f64 {
+        let bulge = |k: usize| {
+            let (from, to) = (self.ways[k], self.ways[k + 1]);
+            let covered = (b.way.min(to) - a.way.max(from)) / (to - from);
+            self.bulges[k] * covered * covered
+        };
+        (a.piece..=b.piece).map(bulge).fold(0.0, f64::max)
+    }
+}

@@ -1,0 +1,236 @@
+use facemill_cl_data::Aabb;
+use nalgebra::{Point3, Unit, Vector3};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::error::PathError;
+use crate::region::{NormalCone, Region};
+use crate::strategy::settings::require;
+use crate::strategy::{CylindricalSections, ParallelPlanes, Strategy};
+
+/// A [`Strategy`] as a job file has it: `{"parallel_planes": {…}}` or `{"cylindrical_sections": {…}}`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum StrategyFile {
+    /// Sections by parallel planes.
+    ParallelPlanes(ParallelPlanesFile),
+    /// Sections by coaxial cylinders.
+    CylindricalSections(CylindricalSectionsFile),
+}
+
+/// [`ParallelPlanes`] as a job file has them.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ParallelPlanesFile {
+    /// Direction across the passes, workpiece frame; of any length above zero.
+    pub normal: [f64; 3],
+    /// Point of the plane that levels are counted from; the workpiece origin where there is none.
+    #[serde(default)]
+    pub origin_mm: [f64; 3],
+    /// Distance from it, along the normal, of the first plane; the region's border where there is none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub from_mm: Option<f64>,
+    /// Distance of the last plane; the region's border where there is none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub to_mm: Option<f64>,
+}
+
+/// [`CylindricalSections`] as a job file has them.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CylindricalSectionsFile {
+    /// Point of the axis, workpiece frame; the workpiece origin where there is none.
+    #[serde(default)]
+    pub axis_origin_mm: [f64; 3],
+    /// Direction of the axis; of any length above zero.
+    pub axis_direction: [f64; 3],
+    /// Smallest radius to be cut.
+    pub from_radius_mm: f64,
+    /// Largest radius to be cut; passes end at the region's border before.
+    pub to_radius_mm: f64,
+}
+
+/// A [`Region`] as a job file has it; all conditions must hold, and without any it is the whole drive surface.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RegionFile {
+    /// Names of mesh groups.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub groups: Option<Vec<String>>,
+    /// Directions that the normals of the triangles must lie in.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub normal_cone: Option<NormalConeFile>,
+    /// Box that the passes must lie in.
+    #[serde(rename = "box", default, skip_serializing_if = "Option::is_none")]
+    pub bounds: Option<BoxFile>,
+}
+
+/// [`NormalCone`] as a job file has it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct NormalConeFile {
+    /// Middle of the cone, workpiece frame; of any length above zero.
+    pub axis: [f64; 3],
+    /// Largest angle from it, above 0 and up to 180.
+    pub half_angle_deg: f64,
+}
+
+/// Box parallel to the workpiece axes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BoxFile {
+    /// Smallest coordinates.
+    pub min_mm: [f64; 3],
+    /// Largest coordinates.
+    pub max_mm: [f64; 3],
+}
+
+impl StrategyFile {
+    /// The strategy, with unit directions.
+    ///
+    /// # Errors
+    /// When a direction has no length or a range is empty; the error names the field.
+    pub fn to_strategy(&self) -> Result<Strategy, PathError> {
+        match self {
+            Self::ParallelPlanes(f) => f.to_planes().map(Strategy::ParallelPlanes),
+            Self::CylindricalSections(f) => f.to_sections().map(Strategy::CylindricalSections),
+        }
+    }
+}
+
+impl ParallelPlanesFile {
+    fn to_planes(&self) -> Result<ParallelPlanes, PathError> {
+        let low = self.from_mm.unwrap_or(f64::NEG_INFINITY);
+        let high = self.to_mm.unwrap_or(f64::INFINITY);
+        require("parallel_planes.to_mm", high, "not below from_mm", low <= high)?;
+        Ok(ParallelPlanes {
+            origin: Point3::from(self.origin_mm),
+            normal: unit("length of parallel_planes.normal", &self.normal)?,
+            from: self.from_mm,
+            to: self.to_mm,
+        })
+    }
+}
+
+impl CylindricalSectionsFile {
+    fn to_sections(&self) -> Result<CylindricalSections, PathError> {
+        let (low, high) = (self.from_radius_mm, self.to_radius_mm);
+        require("cylindrical_sections.from_radius_mm", low, "not below 0", low >= 0.0)?;
+        require("cylindrical_sections.to_radius_mm", high, "not below from_radius_mm", low <= high)?;
+        Ok(CylindricalSections {
+            axis_origin: Point3::from(self.axis_origin_mm),
+            axis_direction: unit("length of cylindrical_sections.axis_direction", &self.axis_direction)?,
+            from_radius: low,
+            to_radius: high,
+        })
+    }
+}
+
+impl RegionFile {
+    /// The region, with angles in rad.
+    ///
+    /// # Errors
+    /// When the cone's axis has no length, its angle is out of range, or the box is empty; the error names the field.
+    pub fn to_region(&self) -> Result<Region, PathError> {
+        Ok(Region {
+            groups: self.groups.clone(),
+            normal_cone: self.normal_cone.as_ref().map(NormalConeFile::to_cone).transpose()?,
+            bounds: self.bounds.as_ref().map(BoxFile::to_bounds).transpose()?,
+        })
+    }
+}
+
+impl NormalConeFile {
+    fn to_cone(&self) -> Result<NormalCone, PathError> {
+        let angle = self.half_angle_deg;
+        let holds = angle > 0.0 && angle <= 180.0;
+        require("region.normal_cone.half_angle_deg", angle, "above 0 and up to 180", holds)?;
+        let axis = unit("length of region.normal_cone.axis", &self.axis)?;
+        Ok(NormalCone { axis, half_angle: angle.to_radians() })
+    }
+}
+
+impl BoxFile {
+    fn to_bounds(&self) -> Result<Aabb, PathError> {
+        let names = ["region.box.max_mm[0]", "region.box.max_mm[1]", "region.box.max_mm[2]"];
+        for (k, name) in names.into_iter().enumerate() {
+            require(name, self.max_mm[k], "not below that of min_mm", self.min_mm[k] <= self.max_mm[k])?;
+        }
+        Ok(Aabb { min: Point3::from(self.min_mm), max: Point3::from(self.max_mm) })
+    }
+}
+
+fn unit(what: &'static str, v: &[f64; 3]) -> Result<Unit<Vector3<f64>>, PathError> {
+    let v = Vector3::from(*v);
+    // Scaled first, so that no length that can be written is lost in the squares.
+    let largest = v.amax();
+    let direction = (largest.is_finite() && largest > 0.0).then(|| Unit::new_normalize(v / largest));
+    direction.ok_or(PathError::Setting { setting: what, value: v.norm(), range: "finite and above 0" })
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::strategy::file::*;
+    use facemill_file_format::{from_json, to_json};
+
+    fn strategy(text: &str) -> Result<Strategy, String> {
+        from_json::<StrategyFile>(text.as_bytes())
+            .map_err(|e| e.to_string())
+            .and_then(|f| f.to_strategy().map_err(|e| e.to_string()))
+    }
+
+    #[test]
+    fn strategies_are_read_with_their_defaults() {
+        let planes = strategy(r#"{"parallel_planes": {"normal": [0, 3e-200, 4e-200]}}"#).unwrap();
+        let expected = ParallelPlanes {
+            origin: Point3::origin(),
+            normal: Unit::new_normalize(Vector3::new(0.0, 0.6, 0.8)),
+            from: None,
+            to: None,
+        };
+        let Strategy::ParallelPlanes(planes) = planes else { panic!("{planes:?}") };
+        assert!((planes.normal.into_inner() - expected.normal.into_inner()).norm() < 1e-15);
+        assert_eq!(ParallelPlanes { normal: expected.normal, ..planes }, expected);
+        let text =
+            r#"{"cylindrical_sections": {"axis_direction": [0, 0, 2], "from_radius_mm": 10, "to_radius_mm": 20}}"#;
+        let Ok(Strategy::CylindricalSections(sections)) = strategy(text) else { panic!("{text}") };
+        assert_eq!(
+            (sections.axis_direction, sections.from_radius, sections.to_radius),
+            (Vector3::z_axis(), 10.0, 20.0)
+        );
+    }
+
+    #[test]
+    fn what_is_wrong_with_a_strategy_is_named() {
+        let wrong = [
+            (r#"{"parallel_plane": {"normal": [0, 0, 1]}}"#, "did you mean `parallel_planes`"),
+            (r#"{"parallel_planes": {"normal": [0, 0, 0]}}"#, "length of parallel_planes.normal is 0"),
+            (r#"{"parallel_planes": {"normal": [0, 0, 1], "from_mm": 3, "to_mm": 1}}"#, "parallel_planes.to_mm is 1"),
+            (r#"{"parallel_planes": {"norml": [0, 0, 1]}}"#, "did you mean `normal`"),
+            (
+                r#"{"cylindrical_sections": {"axis_direction": [0,0,1], "from_radius_mm": -1, "to_radius_mm": 5}}"#,
+                "cylindrical_sections.from_radius_mm is -1",
+            ),
+        ];
+        for (text, expected) in wrong {
+            let e = strategy(text).unwrap_err();
+            assert!(e.contains(expected), "{e}");
+        }
+    }
+
+    #[test]
+    fn regions_are_read_with_all_their_conditions_and_written_back() {
+        let text = r#"{"groups": ["blade"], "normal_cone": {"axis": [0, 0, 2], "half_angle_deg": 90},
+            "box": {"min_mm": [0, 1, 2], "max_mm": [3, 4, 5]}}"#;
+        let file: RegionFile = from_json(text.as_bytes()).unwrap();
+        let region = file.to_region().unwrap();
+        assert_eq!(region.groups, Some(vec!["blade".to_owned()]));
+        let half_angle = std::f64::consts::FRAC_PI_2;
+        assert_eq!(region.normal_cone, Some(NormalCone { axis: Vector3::z_axis(), half_angle }));
+        assert_eq!(region.bounds.unwrap().max, Point3::new(3.0, 4.0, 5.0));
+        assert_eq!(from_json::<RegionFile>(to_json(&file).as_bytes()), Ok(file));
+        assert_eq!(from_json::<RegionFile>(b"{}").unwrap().to_region().unwrap(), Region::default());
+        let empty: RegionFile = from_json(br#"{"box": {"min_mm": [0, 9, 0], "max_mm": [1, 2, 3]}}"#).unwrap();
+        assert!(empty.to_region().unwrap_err().to_string().contains("region.box.max_mm[1] is 2"));
+    }
+}

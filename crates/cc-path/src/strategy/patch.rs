@@ -1,0 +1,356 @@
+use std::collections::BTreeMap;
+
+use facemill_cl_data::Aabb;
+use facemill_surface_model::{Edges, Surface, SurfacePoint, TriMesh};
+use nalgebra::{Point3, Unit, Vector3};
+
+use crate::error::PathError;
+use crate::region::{Region, triangles_of};
+use crate::strategy::Strategy;
+use crate::strategy::size::check_pieces;
+
+/// The region as a mesh of its own, every point of which lies on the drive surface: triangles cut at the box, and cut up
+/// so finely that levels are as good as linear along every edge and widths as good as constant.
+pub(crate) struct Patch<'a> {
+    /// The surface it is a part of.
+    pub(crate) surface: &'a Surface,
+    /// Its triangles.
+    pub(crate) mesh: TriMesh,
+    /// How they hang together.
+    pub(crate) edges: Edges,
+    /// Level of each vertex.
+    pub(crate) levels: Vec<f64>,
+    /// The triangle of the surface that each triangle is a piece of.
+    parents: Vec<u32>,
+}
+
+/// How finely a patch is cut up.
+pub(crate) struct Fineness {
+    /// Longest edge, mm.
+    pub(crate) max_edge: f64,
+    /// Largest difference between the level at the middle of an edge and the mean of its ends, mm.
+    pub(crate) max_bend: f64,
+}
+
+/// Edges are halved at most this often. Twelve halvings bring an edge of 4 m below 1 mm; where a cylinder's axis pierces
+/// the surface no number is enough, and the levels there are cut as finely as this allows.
+const MAX_ROUNDS: usize = 12;
+
+impl<'a> Patch<'a> {
+    /// # Errors
+    /// When the region is empty, names an unknown group, or would fall into too many pieces.
+    pub(crate) fn new(
+        surface: &'a Surface,
+        region: &Region,
+        strategy: &Strategy,
+        fineness: &Fineness,
+    ) -> Result<Self, PathError> {
+        let mut cut = Pieces::of(surface, &triangles_of(surface, region)?);
+        if let Some(bounds) = &region.bounds {
+            cut.clip(bounds);
+        }
+        cut.keep_range(strategy);
+        if cut.triangles.is_empty() {
+            return Err(PathError::EmptyRegion { reason: "none lies within box and levels" });
+        }
+        let corners = cut.triangles.iter().map(|t| t.map(|v| cut.vertices[v as usize]));
+        check_pieces(corners, strategy, fineness)?;
+        for _ in 0..MAX_ROUNDS {
+            if !cut.halve_edges(|a, b| fineness.asks_to_halve(strategy, a, b)) {
+                break;
+            }
+        }
+        let Pieces { vertices, triangles, parents } = cut;
+        let levels = vertices.iter().map(|p| strategy.level(p)).collect();
+        let mesh = TriMesh::new(vertices, triangles)
+            .map_err(|_| PathError::EmptyRegion { reason: "its coordinates are not finite" })?;
+        let edges = Edges::of(&mesh);
+        Ok(Self { surface, mesh, edges, levels, parents })
+    }
+
+    /// Normal of the smooth surface at a point of a triangle of the patch.
+    pub(crate) fn normal(&self, triangle: u32, p: &Point3<f64>) -> Unit<Vector3<f64>> {
+        let parent = self.parents[triangle as usize];
+        let barycentric = barycentric(p, &self.surface.mesh().corners(parent as usize));
+        self.surface.normal_at(&SurfacePoint { position: *p, triangle: parent, barycentric, distance: 0.0 })
+    }
+
+    /// Normal of the facet that a triangle of the patch is a piece of.
+    pub(crate) fn facet_normal(&self, triangle: u32) -> Option<Unit<Vector3<f64>>> {
+        self.surface.facet_normal(self.parents[triangle as usize])
+    }
+
+    /// Least height of that facet over its longest side: near 0 for a sliver, whose normal means little.
+    pub(crate) fn facet_shape(&self, triangle: u32) -> f64 {
+        let parent = self.parents[triangle as usize] as usize;
+        let [a, b, c] = self.surface.mesh().corners(parent);
+        let longest_sq = [b - a, c - b, a - c].iter().map(Vector3::norm_squared).fold(0.0, f64::max);
+        self.surface.mesh().scaled_normal(parent).norm() / longest_sq
+    }
+}
+
+impl Fineness {
+    fn asks_to_halve(&self, strategy: &Strategy, a: &Point3<f64>, b: &Point3<f64>) -> bool {
+        nalgebra::distance_squared(a, b) > self.max_edge * self.max_edge || strategy.bend(a, b) > self.max_bend
+    }
+}
+
+/// Weights of the corners at the point of the triangle's plane below `p`, not negative and of sum 1.
+fn barycentric(p: &Point3<f64>, [a, b, c]: &[Point3<f64>; 3]) -> [f64; 3] {
+    let (e, f) = (b - a, c - a);
+    let n = e.cross(&f);
+    let n_sq = n.norm_squared();
+    if n_sq == 0.0 {
+        return [1.0, 0.0, 0.0];
+    }
+    let d = p - a;
+    // Written so that NaN, from products that overflow, counts as 0.
+    let within = |share: f64, most: f64| if share > 0.0 { share.min(most) } else { 0.0 };
+    let v = within(d.cross(&f).dot(&n) / n_sq, 1.0);
+    let w = within(e.cross(&d).dot(&n) / n_sq, 1.0 - v);
+    [1.0 - v - w, v, w]
+}
+
+/// Triangles being cut. Vertices on a cut edge are shared by the triangles on both sides, so nothing comes apart.
+struct Pieces {
+    vertices: Vec<Point3<f64>>,
+    triangles: Vec<[u32; 3]>,
+    parents: Vec<u32>,
+}
+
+impl Pieces {
+    fn of(surface: &Surface, parents: &[u32]) -> Self {
+        let mesh = surface.mesh();
+        let mut new_index = vec![u32::MAX; mesh.vertices().len()];
+        let (mut vertices, mut triangles) = (Vec::new(), Vec::with_capacity(parents.len()));
+        for &t in parents {
+            triangles.push(mesh.triangles()[t as usize].map(|v| {
+                let index = &mut new_index[v as usize];
+                if *index == u32::MAX {
+                    *index = vertices.len() as u32;
+                    vertices.push(mesh.vertices()[v as usize]);
+                }
+                *index
+            }));
+        }
+        Self { vertices, triangles, parents: parents.to_vec() }
+    }
+
+    /// Cuts off what lies outside the box.
+    fn clip(&mut self, bounds: &Aabb) {
+        for k in 0..3 {
+            if bounds.min[k].is_finite() {
+                self.clip_below(|p| p[k] - bounds.min[k]);
+            }
+            if bounds.max[k].is_finite() {
+                self.clip_below(|p| bounds.max[k] - p[k]);
+            }
+        }
+    }
+
+    /// Cuts off what has a negative `height`, which is linear.
+    fn clip_below(&mut self, height: impl Fn(&Point3<f64>) -> f64) {
+        let heights: Vec<f64> = self.vertices.iter().map(&height).collect();
+        let mut cuts = BTreeMap::new();
+        let (mut triangles, mut parents) = (Vec::new(), Vec::new());
+        for (t, &parent) in self.triangles.iter().zip(&self.parents) {
+            let mut polygon: Vec<u32> = Vec::with_capacity(4);
+            for k in 0..3 {
+                let (a, b) = (t[k], t[(k + 1) % 3]);
+                let (ha, hb) = (heights[a as usize], heights[b as usize]);
+                if ha >= 0.0 {
+                    polygon.push(a);
+                }
+                if (ha > 0.0 && hb < 0.0) || (ha < 0.0 && hb > 0.0) {
+                    polygon.push(cut_vertex(&mut self.vertices, &mut cuts, a, b, &heights));
+                }
+            }
+            for k in 2..polygon.len() {
+                triangles.push([polygon[0], polygon[k - 1], polygon[k]]);
+                parents.push(parent);
+            }
+        }
+        self.triangles = triangles;
+        self.parents = parents;
+    }
+
+    /// Leaves out triangles that surely have no level of the strategy's range.
+    fn keep_range(&mut self, strategy: &Strategy) {
+        let (low, high) = strategy.range();
+        let levels: Vec<f64> = self.vertices.iter().map(|p| strategy.level(p)).collect();
+        let keep: Vec<bool> = self
+            .triangles
+            .iter()
+            .map(|t| {
+                let [a, b, c] = t.map(|v| self.vertices[v as usize]);
+                let of = t.map(|v| levels[v as usize]);
+                // The level changes by at most the way: inside the triangle it can be lower than at every corner.
+                let reach = if strategy.is_linear() { 0.0 } else { (b - a).norm().max((c - a).norm()) };
+                of.iter().any(|&l| l >= low) && of.iter().any(|&l| l - reach <= high)
+            })
+            .collect();
+        let mut kept = keep.iter();
+        self.triangles.retain(|_| *kept.next().unwrap_or(&true));
+        let mut kept = keep.iter();
+        self.parents.retain(|_| *kept.next().unwrap_or(&true));
+    }
+
+    /// Halves every edge for which `asks` holds, and cuts the triangles at them accordingly. Whether there was any.
+    fn halve_edges(&mut self, asks: impl Fn(&Point3<f64>, &Point3<f64>) -> bool) -> bool {
+        let mut middles = BTreeMap::new();
+        for t in &self.triangles {
+            for k in 0..3 {
+                let key = ordered(t[k], t[(k + 1) % 3]);
+                let [a, b] = [self.vertices[key.0 as usize], self.vertices[key.1 as usize]];
+                if asks(&a, &b) {
+                    middles.entry(key).or_insert_with(|| {
+                        self.vertices.push(nalgebra::center(&a, &b));
+                        self.vertices.len() as u32 - 1
+                    });
+                }
+            }
+        }
+        if middles.is_empty() {
+            return false;
+        }
+        let (mut triangles, mut parents) = (Vec::new(), Vec::new());
+        for (t, &parent) in self.triangles.iter().zip(&self.parents) {
+            let middle = |k: usize| middles.get(&ordered(t[k], t[(k + 1) % 3])).copied();
+            let before = triangles.len();
+            split(*t, [middle(0), middle(1), middle(2)], &mut triangles);
+            parents.resize(parents.len() + triangles.len() - before, parent);
+        }
+        self.triangles = triangles;
+        self.parents = parents;
+        true
+    }
+}
+
+/// The pieces of a triangle whose side k (from corner k to k + 1) is halved at `middles[k]`.
+fn split(t: [u32; 3], middles: [Option<u32>; 3], out: &mut Vec<[u32; 3]>) {
+    let turned = |k: usize| [t[k], t[(k + 1) % 3], t[(k + 2) % 3]];
+    match middles {
+        [None, None, None] => out.push(t),
+        [Some(m), None, None] => split_one(turned(0), m, out),
+        [None, Some(m), None] => split_one(turned(1), m, out),
+        [None, None, Some(m)] => split_one(turned(2), m, out),
+        [Some(m), Some(n), None] => split_two(turned(0), m, n, out),
+        [None, Some(m), Some(n)] => split_two(turned(1), m, n, out),
+        [Some(n), None, Some(m)] => split_two(turned(2), m, n, out),
+        [Some(l), Some(m), Some(n)] => out.extend([[t[0], l, n], [l, t[1], m], [n, m, t[2]], [l, m, n]]),
+    }
+}
+
+fn split_one([a, b, c]: [u32; 3], ab: u32, out: &mut Vec<[u32; 3]>) {
+    out.extend([[a, ab, c], [ab, b, c]]);
+}
+
+fn split_two([a, b, c]: [u32; 3], ab: u32, bc: u32, out: &mut Vec<[u32; 3]>) {
+    out.extend([[ab, b, bc], [a, ab, bc], [a, bc, c]]);
+}
+
+fn ordered(a: u32, b: u32) -> (u32, u32) {
+    (a.min(b), a.max(b))
+}
+
+fn cut_vertex(
+    vertices: &mut Vec<Point3<f64>>,
+    cuts: &mut BTreeMap<(u32, u32), u32>,
+    a: u32,
+    b: u32,
+    heights: &[f64],
+) -> u32 {
+    let (a, b) = ordered(a, b);
+    *cuts.entry((a, b)).or_insert_with(|| {
+        let (ha, hb) = (heights[a as usize], heights[b as usize]);
+        let (p, q) = (vertices[a as usize], vertices[b as usize]);
+        vertices.push(p + (q - p) * (ha / (ha - hb)));
+        vertices.len() as u32 - 1
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::strategy::patch::*;
+    use crate::strategy::{CylindricalSections, ParallelPlanes};
+    use crate::test_kit::{plane, sphere_patch, surface};
+
+    const COARSE: Fineness = Fineness { max_edge: f64::INFINITY, max_bend: f64::INFINITY };
+
+    fn along_x() -> Strategy {
+        let normal = Vector3::y_axis();
+        Strategy::ParallelPlanes(ParallelPlanes { origin: Point3::origin(), normal, from: None, to: None })
+    }
+
+    fn area(mesh: &TriMesh) -> f64 {
+        (0..mesh.triangles().len()).map(|t| 0.5 * mesh.scaled_normal(t).norm()).sum()
+    }
+
+    fn open_edges(patch: &Patch) -> usize {
+        (0..patch.edges.len() as u32).filter(|&e| patch.edges.sides(e).len() == 1).count()
+    }
+
+    #[test]
+    fn a_box_cuts_a_plane_to_the_rectangle_inside() {
+        let s = surface(plane(100.0, 80.0, 7, 5));
+        let bounds = Aabb { min: Point3::new(12.3, 20.0, -1.0), max: Point3::new(60.1, 200.0, 1.0) };
+        let region = Region { bounds: Some(bounds), ..Region::default() };
+        let patch = Patch::new(&s, &region, &along_x(), &COARSE).unwrap();
+        assert!((area(&patch.mesh) - (60.1 - 12.3) * 60.0).abs() < 1e-9);
+        let used = patch.mesh.aabb();
+        assert!((used.min - Point3::new(12.3, 20.0, 0.0)).norm() < 1e-12);
+        assert!((used.max - Point3::new(60.1, 80.0, 0.0)).norm() < 1e-12);
+    }
+
+    #[test]
+    fn cutting_up_keeps_area_and_border_and_leaves_no_long_edge() {
+        let s = surface(sphere_patch(50.0, 0.7, 3));
+        let whole = Patch::new(&s, &Region::default(), &along_x(), &COARSE).unwrap();
+        let fineness = Fineness { max_edge: 3.0, ..COARSE };
+        let fine = Patch::new(&s, &Region::default(), &along_x(), &fineness).unwrap();
+        assert!((area(&whole.mesh) - area(&fine.mesh)).abs() < 1e-9);
+        // Every edge inside still has two sides: the border alone is open, and only as long as before.
+        let border = |p: &Patch| -> f64 {
+            (0..p.edges.len() as u32)
+                .filter(|&e| p.edges.sides(e).len() == 1)
+                .map(|e| p.edges.vertices(e).map(|v| p.mesh.vertices()[v as usize]))
+                .map(|[a, b]| (a - b).norm())
+                .sum()
+        };
+        assert!(open_edges(&fine) > open_edges(&whole));
+        assert!((border(&whole) - border(&fine)).abs() < 1e-9);
+        for e in 0..fine.edges.len() as u32 {
+            let [a, b] = fine.edges.vertices(e).map(|v| fine.mesh.vertices()[v as usize]);
+            assert!((a - b).norm() <= 3.0);
+        }
+    }
+
+    #[test]
+    fn levels_of_cylinders_are_linear_on_every_edge_of_a_cut_up_plane() {
+        let s = surface(plane(100.0, 80.0, 1, 1));
+        let axis_direction = Vector3::z_axis();
+        let axis_origin = Point3::new(-30.0, 40.0, 0.0);
+        let sections = CylindricalSections { axis_origin, axis_direction, from_radius: 35.0, to_radius: 100.0 };
+        let strategy = Strategy::CylindricalSections(sections);
+        let fineness = Fineness { max_edge: f64::INFINITY, max_bend: 1e-3 };
+        let patch = Patch::new(&s, &Region::default(), &strategy, &fineness).unwrap();
+        for e in 0..patch.edges.len() as u32 {
+            let [a, b] = patch.edges.vertices(e).map(|v| patch.mesh.vertices()[v as usize]);
+            let mean = 0.5 * (strategy.level(&a) + strategy.level(&b));
+            assert!((strategy.level(&nalgebra::center(&a, &b)) - mean).abs() <= 1e-3);
+        }
+    }
+
+    #[test]
+    fn weights_give_the_point_back() {
+        let mut rng = crate::test_kit::Lcg::new(5);
+        for _ in 0..200 {
+            let t = [rng.point(10.0), rng.point(10.0), rng.point(10.0)];
+            let (u, v) = (rng.unit(), rng.unit());
+            let [x, y, z] = [1.0 - u, u * (1.0 - v), u * v];
+            let p = Point3::from(t[0].coords * x + t[1].coords * y + t[2].coords * z);
+            let [a, b, c] = barycentric(&p, &t);
+            assert!((a - x).abs() + (b - y).abs() + (c - z).abs() < 1e-9);
+        }
+    }
+}

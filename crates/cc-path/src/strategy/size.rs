@@ -1,0 +1,198 @@
+//! Bounds on the size of a path: what does not fit is refused before it fills time and memory, with the setting that makes it fit.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use nalgebra::Point3;
+
+use crate::error::{PathError, Remedy};
+use crate::strategy::Strategy;
+use crate::strategy::patch::Fineness;
+use crate::strategy::settings::LaySettings;
+
+/// Most passes of a path. A blade of 4 m cut at 0.2 mm has as many; more is a wrong setting.
+pub(crate) const MAX_LEVELS: usize = 20_000;
+
+/// Most points of a path: at 1 mm, 2 km of passes. A plan takes about 4 kB for each.
+pub const MAX_POINTS: usize = 2_000_000;
+
+/// Most facets that passes cross, each counted once for each pass: 100 bytes for each.
+pub(crate) const MAX_CROSSINGS: usize = 20_000_000;
+
+/// Most pieces that facets are cut up into, besides the facets themselves; halving of edges may overshoot by four. 200 bytes for each.
+pub(crate) const MAX_PIECES: usize = 2_000_000;
+
+/// What the distance of passes depends on.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct StepOverCause {
+    /// Largest step-over, mm.
+    pub(crate) largest: f64,
+    /// Whether it, and not the strip width, decides everywhere.
+    pub(crate) is_largest: bool,
+}
+
+impl StepOverCause {
+    /// The remedy that lays passes so many times as far apart.
+    pub(crate) fn remedy(&self, times: f64) -> Remedy {
+        let remedy =
+            if self.is_largest { Remedy::LargestStepOver(self.largest * times) } else { Remedy::StripWidth(times) };
+        remedy.rounded_up()
+    }
+}
+
+/// Refuses a region whose facets would be cut up into too many pieces; `facets` are their corners.
+///
+/// Both measures of an edge fall at least as fast as pieces grow: its length as their root, its bend as their number.
+///
+/// # Errors
+/// With the setting that asks for most of the pieces.
+pub(crate) fn check_pieces(
+    facets: impl Iterator<Item = [Point3<f64>; 3]>,
+    strategy: &Strategy,
+    fineness: &Fineness,
+) -> Result<(), PathError> {
+    let (mut by_length, mut by_bend) = (0.0, 0.0);
+    for [a, b, c] in facets {
+        let edges = [(a, b), (b, c), (c, a)];
+        let most =
+            |of: &dyn Fn(&Point3<f64>, &Point3<f64>) -> f64| edges.iter().map(|(p, q)| of(p, q)).fold(0.0, f64::max);
+        by_length += (most(&|p, q| (p - q).norm_squared() / fineness.max_edge.powi(2)) - 1.0).max(0.0);
+        by_bend += (most(&|p, q| strategy.bend(p, q) / fineness.max_bend) - 1.0).max(0.0);
+    }
+    let n_pieces = f64::max(by_length, by_bend);
+    let times = n_pieces / MAX_PIECES as f64;
+    if times <= 1.0 {
+        return Ok(());
+    }
+    let remedy = if by_bend >= by_length {
+        Remedy::ChordTolerance(2.0 * fineness.max_bend * times)
+    } else {
+        Remedy::LargestStepOver(fineness.max_edge * times.sqrt())
+    };
+    Err(PathError::TooManyPieces { n_pieces, limit: MAX_PIECES, remedy: remedy.rounded_up() })
+}
+
+/// Points that a path may still have; shared by passes that get theirs at the same time.
+///
+/// Whether a path has too many does not depend on their order: each pass is refused by what is left only when the sum is too large.
+pub(crate) struct PointsLeft(AtomicUsize);
+
+impl PointsLeft {
+    pub(crate) fn new(most: usize) -> Self {
+        Self(AtomicUsize::new(most))
+    }
+
+    pub(crate) fn get(&self) -> usize {
+        self.0.load(Ordering::Relaxed)
+    }
+
+    /// Takes so many; `None` where they are not left.
+    pub(crate) fn take(&self, n: usize) -> Option<()> {
+        self.0.fetch_update(Ordering::Relaxed, Ordering::Relaxed, |left| left.checked_sub(n)).ok().map(drop)
+    }
+}
+
+/// The error for passes with too many points: because of the largest step where that alone asks for them, else of the chord tolerance.
+///
+/// A chord tolerance asks for 1 / √tolerance points. `measured` is the share of the length that was looked at, and its points.
+pub(crate) fn too_many_points(
+    settings: &LaySettings,
+    length: f64,
+    n_passes: usize,
+    measured: (f64, usize),
+) -> PathError {
+    let limit = settings.max_points as f64;
+    // A pass has a point more than steps, and may end with a shorter one.
+    let room = |taken: f64| (limit - taken).max(0.1 * limit);
+    let (ends, steps) = (2.0 * n_passes as f64, length / settings.max_step);
+    let n_points = (measured.1 as f64 / measured.0.max(f64::MIN_POSITIVE)).max(steps).max(limit);
+    let remedy = if steps + ends > limit {
+        Remedy::LargestStep(length / room(ends))
+    } else {
+        Remedy::ChordTolerance(settings.chord_tolerance * (ESTIMATE * n_points / room(steps + ends)).powi(2))
+    };
+    PathError::TooManyPoints { length, n_points, limit: settings.max_points, remedy: remedy.rounded_up() }
+}
+
+/// How much more points passes may need than an estimate from some of them says.
+const ESTIMATE: f64 = 1.2;
+
+#[cfg(test)]
+mod tests {
+    use crate::layout::lay::lay_passes;
+    use crate::region::Region;
+    use crate::strategy::size::*;
+    use crate::strategy::{CylindricalSections, ParallelPlanes};
+    use crate::test_kit::{plane, surface};
+    use facemill_cl_data::Silent;
+    use nalgebra::Vector3;
+
+    fn planes() -> Strategy {
+        let normal = Vector3::y_axis();
+        Strategy::ParallelPlanes(ParallelPlanes { origin: Point3::origin(), normal, from: None, to: None })
+    }
+
+    fn rings() -> Strategy {
+        let axis_direction = Vector3::z_axis();
+        let axis_origin = Point3::new(-5.0, 3.0, 0.0);
+        Strategy::CylindricalSections(CylindricalSections {
+            axis_origin,
+            axis_direction,
+            from_radius: 10.0,
+            to_radius: 100.0,
+        })
+    }
+
+    #[test]
+    fn passes_with_too_many_points_are_refused_with_a_setting_that_is_enough() {
+        let s = surface(plane(30.0, 20.0, 3, 2));
+        let cases = [
+            (planes(), LaySettings { max_step: 1e-3, max_points: 500, ..LaySettings::default() }),
+            (rings(), LaySettings { chord_tolerance: 1e-4, max_points: 300, ..LaySettings::default() }),
+            (rings(), LaySettings { max_step: 0.2, max_points: 500, ..LaySettings::default() }),
+        ];
+        let laid = |strategy: &Strategy, settings: &LaySettings| {
+            lay_passes(&s, &Region::default(), strategy, settings, &|_| f64::INFINITY, &Silent)
+        };
+        for (strategy, settings) in cases {
+            let Err(PathError::TooManyPoints { limit, remedy, .. }) = laid(&strategy, &settings) else {
+                panic!("{settings:?}")
+            };
+            let enough = match remedy {
+                Remedy::LargestStep(max_step) => LaySettings { max_step, ..settings.clone() },
+                Remedy::ChordTolerance(chord_tolerance) => LaySettings { chord_tolerance, ..settings.clone() },
+                other => panic!("{other}"),
+            };
+            let n: usize =
+                laid(&strategy, &enough).expect("a setting").passes.iter().map(|p| p.pass.points.len()).sum();
+            assert!(n <= limit && n > limit / 8, "{n} of {limit}");
+        }
+    }
+
+    #[test]
+    fn regions_with_too_many_pieces_are_refused_with_a_setting_that_is_enough() {
+        let big = [Point3::origin(), Point3::new(900.0, 0.0, 0.0), Point3::new(0.0, 800.0, 50.0)];
+        let facets = || std::iter::repeat_n(big, 3);
+        for (strategy, fineness) in [
+            (planes(), Fineness { max_edge: 0.01, max_bend: 1.0 }),
+            (rings(), Fineness { max_edge: 50.0, max_bend: 1e-5 }),
+        ] {
+            let Err(PathError::TooManyPieces { remedy, .. }) = check_pieces(facets(), &strategy, &fineness) else {
+                panic!("{strategy:?}")
+            };
+            let enough = match remedy {
+                Remedy::LargestStepOver(max_edge) => Fineness { max_edge, ..fineness },
+                Remedy::ChordTolerance(chord) => Fineness { max_bend: 0.5 * chord, ..fineness },
+                other => panic!("{other}"),
+            };
+            check_pieces(facets(), &strategy, &enough).unwrap();
+        }
+    }
+
+    #[test]
+    fn remedies_are_rounded_up_to_two_digits() {
+        for (value, up) in [(0.1234, 0.13), (1.0, 1.1), (987.0, 990.0), (2.0e-5, 2.1e-5)] {
+            let Remedy::LargestStep(rounded) = Remedy::LargestStep(value).rounded_up() else { panic!() };
+            assert!((rounded / up - 1.0).abs() < 1e-12, "{value}: {rounded}");
+        }
+    }
+}

@@ -1,0 +1,223 @@
+use nalgebra::{Point2, Vector2};
+
+/// Circle or line as `k·|p|²/2 + n·p = h`: a circle of curvature about `k` when `k ≠ 0`, a line when `k = 0`.
+///
+/// With a unit normal `n` and `h = 0` it passes through the origin with that normal there, and bends away from `n` for
+/// `k > 0`. Planes are the limit `k → 0` without loss of digits, which centre and radius do not give.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct LevelCurve {
+    k: f64,
+    normal: Vector2<f64>,
+    level: f64,
+}
+
+/// Which of the two points a vertical line has in common with a [`LevelCurve`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Branch {
+    /// The one that stays when the curve straightens to a line.
+    Near,
+    /// The one that goes to infinity.
+    Far,
+}
+
+impl LevelCurve {
+    /// The curve through the origin with unit normal `normal` and curvature `k`, moved by `offset` along its normal.
+    pub(crate) fn offset_of_surface(k: f64, normal: Vector2<f64>, offset: f64) -> Self {
+        Self { k, normal, level: offset + 0.5 * k * offset * offset }
+    }
+
+    /// Circle about `center`.
+    pub(crate) fn circle(center: Point2<f64>, radius: f64) -> Self {
+        Self { k: 1.0, normal: -center.coords, level: 0.5 * (radius * radius - center.coords.norm_squared()) }
+    }
+
+    /// The line of all points with this y.
+    pub(crate) fn horizontal(y: f64) -> Self {
+        Self { k: 0.0, normal: Vector2::y(), level: y }
+    }
+
+    /// The line `normal`·p = `level`, for a unit normal.
+    pub(crate) fn line(normal: Vector2<f64>, level: f64) -> Self {
+        Self { k: 0.0, normal, level }
+    }
+
+    /// Negative on the side that `k` bends toward (inside of a circle with `k > 0`), 0 on the curve.
+    pub(crate) fn value(&self, p: &Point2<f64>) -> f64 {
+        0.5 * self.k * p.coords.norm_squared() + self.normal.dot(&p.coords) - self.level
+    }
+
+    /// Gradient of [`Self::value`].
+    pub(crate) fn gradient(&self, p: &Point2<f64>) -> Vector2<f64> {
+        p.coords * self.k + self.normal
+    }
+
+    /// Curvature times the gradient's length along the curve; 0 for a line.
+    pub(crate) fn k(&self) -> f64 {
+        self.k
+    }
+
+    /// Signed curvature; 0 for a line.
+    pub(crate) fn curvature(&self) -> f64 {
+        if self.k == 0.0 { 0.0 } else { self.k / self.size_sq().max(0.0).sqrt() }
+    }
+
+    /// Square of the gradient's length along the curve: (k·radius)² for a circle.
+    fn size_sq(&self) -> f64 {
+        self.normal.norm_squared() + 2.0 * self.k * self.level
+    }
+
+    /// Positive where the vertical line at `x` crosses the curve, negative where it misses it.
+    pub(crate) fn reach(&self, x: f64) -> f64 {
+        self.normal.y * self.normal.y - 2.0 * self.k * self.rest(x)
+    }
+
+    fn rest(&self, x: f64) -> f64 {
+        0.5 * self.k * x * x + self.normal.x * x - self.level
+    }
+
+    /// y on a branch at `x`, for a normal with `n.y ≥ 0`; where the vertical line just misses the curve, the y of its
+    /// extreme point.
+    pub(crate) fn y_at(&self, x: f64, branch: Branch) -> f64 {
+        let sum = self.normal.y + self.reach(x).max(0.0).sqrt();
+        match branch {
+            Branch::Near if sum == 0.0 => 0.0,
+            Branch::Near => -2.0 * self.rest(x) / sum,
+            Branch::Far => -sum / self.k,
+        }
+    }
+
+    /// x of the leftmost and rightmost points.
+    pub(crate) fn extremes(&self) -> [Option<f64>; 2] {
+        if self.k == 0.0 {
+            return [None; 2];
+        }
+        let root = self.size_sq().max(0.0).sqrt();
+        [Some((-self.normal.x - root) / self.k), Some((-self.normal.x + root) / self.k)]
+    }
+
+    /// The common points with another curve. Coinciding and concentric curves have none; at a tangency rounding
+    /// decides between none and two that are close together.
+    pub(crate) fn crossings(&self, other: &Self) -> [Option<Point2<f64>>; 2] {
+        // The combination without |p|² is the line through the common points.
+        let (line, level) = if self.k == 0.0 {
+            (self.normal, self.level)
+        } else {
+            (self.normal * other.k - other.normal * self.k, self.level * other.k - other.level * self.k)
+        };
+        let circle = if self.k == 0.0 { other } else { self };
+        let length = line.norm();
+        if length == 0.0 {
+            return [None; 2];
+        }
+        let (across, distance) = (line / length, level / length);
+        let along = Vector2::new(-across.y, across.x);
+        // Along the line p = distance·across + s·along the curve is a·s² + 2·b·s + c = 0.
+        let a = 0.5 * circle.k;
+        let b = 0.5 * circle.normal.dot(&along);
+        let c = 0.5 * circle.k * distance * distance + distance * circle.normal.dot(&across) - circle.level;
+        let at = |s: f64| s.is_finite().then(|| Point2::from(across * distance + along * s));
+        let disc = b * b - a * c;
+        if disc < 0.0 {
+            return [None; 2];
+        }
+        let q = -(b + b.signum() * disc.sqrt());
+        [at(q / a), at(c / q)]
+    }
+}
+
+/// Area between a circular arc of curvature `k` ≥ 0, not longer than half a circle, and its chord.
+pub(crate) fn segment_area(k: f64, chord: f64) -> f64 {
+    // φ − sin φ loses all digits for small angles, where its series is short: in the sine of half the angle, h,
+    // φ/2 − sin φ/2 = ⅔·h³ + ⅕·h⁵ + 3/28·h⁷ + 5/72·h⁹ + ….
+    const SERIES_BELOW: f64 = 0.05;
+    if k == 0.0 || chord == 0.0 {
+        return 0.0;
+    }
+    let h = (0.5 * k * chord).min(1.0);
+    let sq = h * h;
+    if h > SERIES_BELOW {
+        return (h.asin() - h * ((1.0 - h) * (1.0 + h)).sqrt()) / (k * k);
+    }
+    let series =
+        2.0 / 3.0 + sq * (0.2 + sq * (3.0 / 28.0 + sq * (5.0 / 72.0 + sq * (35.0 / 704.0 + sq * 63.0 / 1664.0))));
+    0.125 * chord * chord * chord * k * series
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::section::level_curve::*;
+
+    fn close(a: f64, b: f64) -> bool {
+        (a - b).abs() < 1e-12 * (1.0 + b.abs())
+    }
+
+    #[test]
+    fn branches_are_on_the_circle() {
+        let normal = Vector2::new(0.6, 0.8);
+        for k in [0.05, -0.05, 1e-9, -1e-9, 0.0] {
+            let curve = LevelCurve::offset_of_surface(k, normal, 2.0);
+            for x in [-3.0, 0.0, 1.5] {
+                let y = curve.y_at(x, Branch::Near);
+                assert!(curve.value(&Point2::new(x, y)).abs() < 1e-14, "{k} {x} {y}");
+                if k.abs() > 1e-3 {
+                    let y = curve.y_at(x, Branch::Far);
+                    assert!(curve.value(&Point2::new(x, y)).abs() < 1e-12, "{k} {x} {y}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn an_offset_surface_keeps_its_centre() {
+        for k in [0.05, -0.05] {
+            let curve = LevelCurve::offset_of_surface(k, Vector2::new(0.6, 0.8), 2.0);
+            let radius = (1.0 / k + 2.0).abs();
+            assert!(close(curve.curvature().abs(), 1.0 / radius));
+            let [left, right] = curve.extremes().map(Option::unwrap);
+            assert!(close((right - left).abs(), 2.0 * radius));
+            assert!(close(0.5 * (left + right), -0.6 / k));
+        }
+    }
+
+    #[test]
+    fn crossings_lie_on_both_curves() {
+        let a = LevelCurve::circle(Point2::new(1.0, 2.0), 5.0);
+        let b = LevelCurve::circle(Point2::new(4.0, -1.0), 3.5);
+        // Circles of radius 5 and 3.5 about points √18 apart.
+        let (d, s) = (18f64.sqrt(), (25.0 - 12.25 + 18.0) / (2.0 * 18f64.sqrt()));
+        let h = (25.0 - s * s).sqrt();
+        let expected = [1.0 + (3.0 * s - 3.0 * h) / d, 1.0 + (3.0 * s + 3.0 * h) / d];
+        let mut found = a.crossings(&b).map(|p| p.unwrap().x);
+        found.sort_by(f64::total_cmp);
+        assert!(close(found[0], expected[0]) && close(found[1], expected[1]), "{found:?} {expected:?}");
+
+        let line = LevelCurve::horizontal(2.0);
+        for found in [a.crossings(&line), line.crossings(&a)] {
+            let mut found = found.map(|p| p.unwrap().x);
+            found.sort_by(f64::total_cmp);
+            assert!(close(found[0], -4.0) && close(found[1], 6.0));
+        }
+        assert_eq!(a.crossings(&LevelCurve::circle(Point2::new(1.0, 2.0), 3.0)), [None; 2]);
+        assert_eq!(a.crossings(&LevelCurve::circle(Point2::new(10.0, 2.0), 3.0)), [None; 2]);
+        let slanted = LevelCurve::offset_of_surface(0.0, Vector2::new(0.6, 0.8), 0.0);
+        assert!(slanted.crossings(&line).iter().flatten().any(|p| close(p.x, -8.0 / 3.0) && close(p.y, 2.0)));
+        assert_eq!(line.crossings(&LevelCurve::horizontal(3.0)), [None; 2]);
+    }
+
+    #[test]
+    fn segment_area_is_smooth_where_the_series_ends() {
+        for angle in [0.01, 0.0999, 0.1001, 1.0, 3.0f64] {
+            let chord = 2.0 * (0.5 * angle).sin();
+            // Midpoint rule over the segment's height, an independent way.
+            let n = 200_000;
+            let sum: f64 = (0..n)
+                .map(|i| {
+                    let x = chord * ((f64::from(i) + 0.5) / f64::from(n) - 0.5);
+                    ((1.0 - x * x).sqrt() - (0.5 * angle).cos()) * chord / f64::from(n)
+                })
+                .sum();
+            assert!((segment_area(1.0, chord) - sum).abs() < 1e-8 * sum, "{angle}");
+            assert!((segment_area(0.25, 4.0 * chord) - 16.0 * sum).abs() < 1e-8 * 16.0 * sum);
+        }
+    }
+}

@@ -1,0 +1,277 @@
+//! Which passes lie beside a point of a pass, found in the plane across its feed.
+
+mod crosses;
+mod ends;
+mod found;
+mod section;
+
+use std::cell::Cell;
+
+use facemill_cl_data::{Aabb, CcPoint};
+use facemill_surface_model::Tree;
+
+use crate::cusp::cut_point::{CutPoint, Strip};
+use crate::cusp::neighbours::ends::{BesideEnd, continued};
+use crate::cusp::neighbours::found::Found;
+use crate::cusp::neighbours::section::section_crossing;
+
+/// A pass, or a piece of one, among others.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CutPass {
+    /// Its points in cutting order.
+    pub points: Vec<CutPoint>,
+    /// Whether the uncut stock lies to the left of its feed.
+    pub uncut_left: bool,
+}
+
+/// How far from a point a pass counts as beside it, mm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NeighbourReach {
+    /// Any pass. Larger: wider strips that stay uncut are seen.
+    pub far: f64,
+    /// A pass that has its uncut stock on the same side as the point's, seen from the strip between both: either the file
+    /// names the side of one of them wrongly, or what lies between is not one strip, as between both arms of a hairpin.
+    pub opposed: f64,
+}
+
+/// Passes in cutting order, to be asked what lies beside a point.
+#[derive(Clone, Debug)]
+pub struct Neighbours {
+    passes: Vec<CutPass>,
+    /// Pass of each segment, and the number of its first point.
+    segments: Vec<[u32; 2]>,
+    tree: Tree,
+    /// Pass of each end, and whether it is the first point.
+    ends: Vec<(u32, bool)>,
+    end_tree: Tree,
+    reach: NeighbourReach,
+}
+
+/// A point of one of the passes, by number of the pass and of the point.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct OwnPlace {
+    /// Number of the pass.
+    pub pass: usize,
+    /// Number of the point.
+    pub point: usize,
+}
+
+/// A pass beside a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Neighbour {
+    /// Where the plane across the point's feed meets it, with the posture of the nearer of the two points around; its end where
+    /// it ends beside the point.
+    pub point: CutPoint,
+    /// The surface on the way there.
+    pub strip: Strip,
+    /// Arc length in the plane, mm: more than the step-over where both feeds diverge.
+    pub arc: f64,
+    /// Whether it lies to the left of the feed.
+    pub is_left: bool,
+    /// Whether it is cut before the point.
+    pub is_earlier: bool,
+}
+
+/// What lies beside a point: to the right of its feed, and to the left.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Beside {
+    /// The nearest pass.
+    pub nearest: [Option<Neighbour>; 2],
+    /// The nearest pass of those that are cut before.
+    pub earlier: [Option<Neighbour>; 2],
+}
+
+impl Beside {
+    /// The passes that this point's pass leaves a ridge toward: the nearest ones, where they are cut before. A pass that is
+    /// cut later leaves the ridge itself.
+    pub fn before(&self) -> impl Iterator<Item = &Neighbour> {
+        self.nearest.iter().flatten().filter(|n| n.is_earlier)
+    }
+
+    /// The strip that this point's posture decides on: the widest toward a pass before, else the narrowest toward one behind.
+    pub fn strip(&self) -> Option<Strip> {
+        let widest = |a: Strip, b: Strip| if b.step_over > a.step_over { b } else { a };
+        let narrowest = |a: Strip, b: Strip| if b.step_over < a.step_over { b } else { a };
+        let before = self.before().map(|n| n.strip).reduce(widest);
+        before.or_else(|| self.nearest.iter().flatten().map(|n| n.strip).reduce(narrowest))
+    }
+
+    /// Curvature of the surface across the feed, of the nearest pass.
+    pub fn curvature(&self) -> Option<f64> {
+        let nearer = |a: Strip, b: Strip| if b.step_over < a.step_over { b } else { a };
+        self.nearest.iter().flatten().map(|n| n.strip).reduce(nearer).map(|strip| strip.curvature)
+    }
+}
+
+/// Nearer than this, mm, a crossing is the point itself, or of a pass that is cut again.
+const SAME_POINT: f64 = 1e-6;
+
+/// Least cosine between both feeds: passes that cross each other at more than 60° leave no strip between them.
+const LEAST_ALONG: f64 = 0.5;
+
+/// Largest difference of the sines by which the chord leaves both tangent planes: on a circle it leaves them alike. Two
+/// places of which one is 0.4 chords above the other's tangent plane, beyond what their normals tell, are on different
+/// walls.
+const LARGEST_STEP: f64 = 0.8;
+
+/// How far before the plane a pass may end and still be beside the point, in distances aside: on the diagonal between, halfway to
+/// a pass twice as far, it cuts as little as that.
+const LARGEST_GAP: f64 = 1.0;
+
+impl Neighbours {
+    /// The passes of one place, in cutting order.
+    pub fn new(passes: Vec<CutPass>, reach: NeighbourReach) -> Self {
+        let mut segments = Vec::new();
+        let mut boxes = Vec::new();
+        for (pass, of) in passes.iter().enumerate() {
+            for (k, pair) in of.points.windows(2).enumerate() {
+                segments.push([pass as u32, k as u32]);
+                let [a, b] = [&pair[0].cc, &pair[1].cc];
+                // A curve with these feeds at its ends may bulge by this much.
+                let bulge = 0.25 * (b.position - a.position).norm() * (1.0 - a.feed.dot(&b.feed)).max(0.0).sqrt();
+                boxes.push(Aabb::of_points([&a.position, &b.position]).dilated(bulge));
+            }
+        }
+        let of_pass = |pass: usize| [(pass as u32, true), (pass as u32, false)];
+        let ends: Vec<(u32, bool)> =
+            (0..passes.len()).filter(|&pass| passes[pass].points.len() > 1).flat_map(of_pass).collect();
+        let place = |&(pass, is_first): &(u32, bool)| {
+            let points = &passes[pass as usize].points;
+            points[if is_first { 0 } else { points.len() - 1 }].cc.position
+        };
+        let end_boxes: Vec<Aabb> = ends.iter().map(|end| Aabb::of_points([&place(end)])).collect();
+        Self { tree: Tree::build(&boxes), end_tree: Tree::build(&end_boxes), passes, segments, ends, reach }
+    }
+
+    /// The passes, as they were given.
+    pub fn passes(&self) -> &[CutPass] {
+        &self.passes
+    }
+
+    /// What lies beside a point of one of the passes: those before it, and its own up to it, are cut earlier.
+    pub fn of(&self, at: OwnPlace) -> Beside {
+        self.find(&self.passes[at.pass].points[at.point], Some(at))
+    }
+
+    /// What lies beside a point of another pass, which is cut after all of these.
+    pub fn beside(&self, own: &CutPoint) -> Beside {
+        self.find(own, None)
+    }
+
+    /// Whether any earlier pass comes within a distance of a point of one of the passes, wherever it lies.
+    pub fn is_near_earlier(&self, at: OwnPlace, distance: f64) -> bool {
+        let position = self.passes[at.pass].points[at.point].cc.position;
+        let near = |b: &Aabb| b.distance_sq(&position) <= distance * distance;
+        let earlier = |k: u32| (self.segments[k as usize][0] < at.pass as u32).then_some(());
+        self.tree.find_in_boxes(near, earlier).is_some()
+    }
+
+    fn find(&self, own: &CutPoint, at: Option<OwnPlace>) -> Beside {
+        let mut found = Found::default();
+        let farthest = Cell::new(self.reach.far);
+        let enter = |b: &Aabb| {
+            plane_distance(&own.cc, b) <= SAME_POINT
+                && b.distance_sq(&own.cc.position) <= farthest.get() * farthest.get()
+        };
+        self.tree.visit_boxes(enter, |k| {
+            let [pass, segment] = self.segments[k as usize].map(|n| n as usize);
+            let is_own = at.filter(|at| at.pass == pass);
+            // The segments at the point itself cross the plane there.
+            if is_own.is_some_and(|at| segment == at.point || segment + 1 == at.point) {
+                return;
+            }
+            let points = &self.passes[pass].points;
+            let crossing = section_crossing(&own.cc, [&points[segment], &points[segment + 1]]);
+            let Some(crossing) = crossing.and_then(|point| self.neighbour(own, point)) else { return };
+            let distance = (crossing.point.cc.position - own.cc.position).norm();
+            if at.is_some_and(|at| self.is_apart(at, (pass, &crossing), distance)) {
+                return;
+            }
+            found.take(distance, Neighbour { is_earlier: is_earlier(at, pass, segment), ..crossing });
+            farthest.set(found.farthest(self.reach.far));
+        });
+        found.take_ends(&self.ends_beside(own, at, farthest.get()));
+        found.beside()
+    }
+
+    /// Passes that end beside a point, within a distance.
+    fn ends_beside(&self, own: &CutPoint, at: Option<OwnPlace>, within: f64) -> Vec<BesideEnd> {
+        let enter =
+            |b: &Aabb| plane_distance(&own.cc, b) <= within && b.distance_sq(&own.cc.position) <= 2.0 * within * within;
+        let mut found = Vec::new();
+        self.end_tree.visit_boxes(enter, |k| found.extend(self.end_beside(own, at, self.ends[k as usize])));
+        found
+    }
+
+    fn end_beside(&self, own: &CutPoint, at: Option<OwnPlace>, (pass, is_first): (u32, bool)) -> Option<BesideEnd> {
+        let pass = pass as usize;
+        let points = &self.passes[pass].points;
+        let last = points.len() - 1;
+        let end = if is_first { &points[0] } else { &points[last] };
+        let there = self.neighbour(own, continued(&own.cc, points, is_first)?)?;
+        let aside = (there.point.cc.position - own.cc.position).norm();
+        let ahead = own.cc.feed.dot(&(end.cc.position - own.cc.position));
+        if ahead.abs() > LARGEST_GAP * aside || at.is_some_and(|at| self.is_apart(at, (pass, &there), aside)) {
+            return None;
+        }
+        let is_at_own_end = at.is_some_and(|at| {
+            let points = &self.passes[at.pass].points;
+            let own_end = if ahead > 0.0 { points.first() } else { points.last() };
+            own_end.is_some_and(|end| (end.cc.position - own.cc.position).norm() < aside)
+        });
+        let is_earlier = is_earlier(at, pass, if is_first { 0 } else { last });
+        Some(BesideEnd {
+            neighbour: Neighbour { point: *end, is_earlier, ..there },
+            aside,
+            gap: ahead.abs(),
+            is_at_own_end,
+        })
+    }
+
+    /// Whether a crossing is not a neighbour for the side on which both passes have their uncut stock: of two arms of the same
+    /// pass, or of passes that are far apart, they lie on different sides of the strip between.
+    fn is_apart(&self, at: OwnPlace, (pass, crossing): (usize, &Neighbour), distance: f64) -> bool {
+        let own = &self.passes[at.pass];
+        let cc = &own.points[at.point].cc;
+        let other = &crossing.point.cc;
+        let seen_left = other.left().dot(&(cc.position - other.position)) > 0.0;
+        let opposed = (crossing.is_left == own.uncut_left) == (seen_left == self.passes[pass].uncut_left);
+        opposed && (pass == at.pass || distance > self.reach.opposed)
+    }
+
+    /// A place of another pass in the plane across the feed, as a neighbour; `None` where it is none.
+    fn neighbour(&self, own: &CutPoint, point: CutPoint) -> Option<Neighbour> {
+        let between = point.cc.position - own.cc.position;
+        let chord = between.norm();
+        let along = own.cc.feed.dot(&point.cc.feed).abs();
+        if chord <= SAME_POINT || chord > self.reach.far || along < LEAST_ALONG {
+            return None;
+        }
+        let leaves = -own.cc.normal.dot(&between) / chord;
+        let arrives = point.cc.normal.dot(&between) / chord;
+        // The normals of one strip turn by less than a right angle, and the chord leaves both tangent planes alike.
+        if own.cc.normal.dot(&point.cc.normal) <= 0.0 || (arrives - leaves).abs() > LARGEST_STEP {
+            return None;
+        }
+        // Normals of a convex surface spread apart.
+        let curvature = (arrives + leaves) / chord;
+        let half_turn = 0.5 * chord * curvature;
+        let arc = if half_turn.abs() < 1e-6 { chord } else { 2.0 * half_turn.clamp(-1.0, 1.0).asin() / curvature };
+        // Two lines that diverge are as far apart as across the middle between them.
+        let step_over = arc * along / (0.5 * (1.0 + along)).sqrt();
+        let is_left = own.cc.left().dot(&between) > 0.0;
+        Some(Neighbour { point, strip: Strip { step_over, curvature }, arc, is_left, is_earlier: true })
+    }
+}
+
+/// Whether what is at a point or segment of a pass is cut before a point of one of the passes.
+fn is_earlier(at: Option<OwnPlace>, pass: usize, place: usize) -> bool {
+    at.is_none_or(|at| pass < at.pass || (pass == at.pass && place < at.point))
+}
+
+/// Distance of a box from the plane through a point across its feed; 0 where it meets it.
+fn plane_distance(cc: &CcPoint, b: &Aabb) -> f64 {
+    let (center, half) = (nalgebra::center(&b.min, &b.max), 0.5 * (b.max - b.min));
+    let reaches = cc.feed.x.abs() * half.x + cc.feed.y.abs() * half.y + cc.feed.z.abs() * half.z;
+    (cc.feed.dot(&(center - cc.position)).abs() - reaches).max(0.0)
+}

@@ -1,0 +1,290 @@
+//! How the cutter comes into a pass and leaves it.
+
+use facemill_cl_data::{CcPoint, ClPoint};
+use nalgebra::{Unit, Vector3};
+
+use crate::links::link::between;
+use crate::pose::pose_test::PoseTest;
+use crate::pose::workcell::{Configuration, Hints, Infeasible};
+
+/// Shape of an entry or exit. Angles in rad, lengths in mm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ApproachShape {
+    /// Arc in the plane of feed direction and normal, tangent to the pass: the cutter comes down onto the surface.
+    TangentialArc {
+        /// Radius of the arc.
+        radius: f64,
+        /// Angle it runs through, up to 90°.
+        angle: f64,
+    },
+    /// Arc in the tangent plane, tangent to the pass, from the side that is already cut, rising by a tenth of its sideways
+    /// way: the cutter rolls into the stock, so that its teeth leave it with thin chips.
+    RollIn {
+        /// Radius of the arc.
+        radius: f64,
+        /// Angle it runs through, up to 90°.
+        angle: f64,
+    },
+}
+
+/// How much a roll-in rises for each mm it goes sideways: enough to leave the finished surface, too little to lift the
+/// cutter out of the chip before the arc ends.
+const ROLL_IN_RISE: f64 = 0.1;
+
+/// Which end of a pass an approach belongs to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PassEnd {
+    /// Entry: behind the first point.
+    Entry,
+    /// Exit: beyond the last point.
+    Exit,
+}
+
+/// Poses of an arc, from the one next to the pass outward, at most `step` mm apart, the axis as at the pass.
+///
+/// `uncut_left` says on which side of the feed the uncut stock lies.
+pub fn arc_poses(
+    shape: ApproachShape,
+    end: PassEnd,
+    cc: &CcPoint,
+    cl: &ClPoint,
+    uncut_left: bool,
+    step: f64,
+) -> Vec<ClPoint> {
+    let (ApproachShape::TangentialArc { radius, angle } | ApproachShape::RollIn { radius, angle }) = shape;
+    let along = match end {
+        PassEnd::Entry => -cc.feed.into_inner(),
+        PassEnd::Exit => cc.feed.into_inner(),
+    };
+    let normal = cc.normal.into_inner();
+    let bend = match shape {
+        ApproachShape::TangentialArc { .. } => normal,
+        ApproachShape::RollIn { .. } => {
+            let finished = if uncut_left { -cc.left().into_inner() } else { cc.left().into_inner() };
+            finished + normal * ROLL_IN_RISE
+        }
+    };
+    // A step that is no length makes as few poses as a large one.
+    let n = (radius * angle * bend.norm() / step).ceil().clamp(1.0, MAX_TESTS) as usize;
+    (1..=n)
+        .map(|k| {
+            let (sin, cos) = (angle * k as f64 / n as f64).sin_cos();
+            cl.translated((along * sin + bend * (1.0 - cos)) * radius)
+        })
+        .collect()
+}
+
+/// What an approach must fulfil.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ApproachSettings {
+    /// Shape of the arc.
+    pub shape: ApproachShape,
+    /// Distance between the poses of the arc, mm; between them the tool goes straight.
+    pub step: f64,
+    /// Distance between tested poses on the way, mm. Larger: what is thinner may be passed over.
+    pub test_step: f64,
+    /// Distance that the whole tool keeps from stock, part and fixtures where rapids begin and end, mm.
+    pub rapid_clearance: f64,
+    /// Farthest retract along the tool axis that may be needed to get clear, mm.
+    pub max_retract: f64,
+    /// A direction in which nothing moves: arcs, lifts and retracts are laid into the plane across it. For heads that cannot
+    /// move their tool there while their rotary axes stand.
+    pub still_across: Option<Unit<Vector3<f64>>>,
+}
+
+impl ApproachSettings {
+    /// The part of a motion that is allowed.
+    fn allowed(&self, motion: Vector3<f64>) -> Vector3<f64> {
+        self.still_across.map_or(motion, |across| motion - across.into_inner() * motion.dot(&across))
+    }
+
+    /// The same arc with another radius, and poses in proportion.
+    #[must_use]
+    pub fn scaled(&self, share: f64) -> Self {
+        let shape = match self.shape {
+            ApproachShape::TangentialArc { radius, angle } => {
+                ApproachShape::TangentialArc { radius: radius * share, angle }
+            }
+            ApproachShape::RollIn { radius, angle } => ApproachShape::RollIn { radius: radius * share, angle },
+        };
+        Self { shape, step: self.step * share, ..*self }
+    }
+
+    /// The arc of the same height with a larger radius, so that it is flatter everywhere; `None` of a roll-in.
+    fn flattened(&self, times: f64) -> Option<Self> {
+        let ApproachShape::TangentialArc { radius, angle } = self.shape else { return None };
+        let angle = (1.0 - (1.0 - angle.cos()) / times).acos();
+        Some(Self { shape: ApproachShape::TangentialArc { radius: radius * times, angle }, ..*self })
+    }
+}
+
+/// The way between a pass and the place where rapids begin or end.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Approach {
+    /// Poses from next to the pass outward; the last is clear of everything by the rapid clearance. All are on the branch of
+    /// the pass' end.
+    pub outward: Vec<ClPoint>,
+    /// How the machine stands at the last.
+    pub outer: Configuration,
+}
+
+/// One end of a pass.
+#[derive(Clone, Copy, Debug)]
+pub struct PassEndPose<'a> {
+    /// Which end.
+    pub end: PassEnd,
+    /// CC point.
+    pub cc: &'a CcPoint,
+    /// Tool pose.
+    pub cl: &'a ClPoint,
+    /// How the machine stands there.
+    pub configuration: &'a Configuration,
+    /// Whether the uncut stock lies to the left of the feed.
+    pub uncut_left: bool,
+}
+
+/// Arc and retract at one end of a pass, tested as they are driven: at poses no farther apart than the test step, on the
+/// branch of the pass, the cutter's test body cuts nothing that must stay (the arc is lifted along the normal where facets
+/// ask for it, as poses are seated), bodies hit nothing, axis values exist, and an entry goes down into stock no more steeply than the tool may. Where the arc is not possible as asked, smaller ones of the
+/// same angle are tried, down to an eighth of the radius, and where it goes down too steeply flatter ones of the same height, up
+/// to eight times the radius. From the end of the arc the tool retracts along its axis in steps
+/// until it is clear.
+///
+/// # Errors
+/// The reason why the arc as asked cannot be taken, when no smaller one can either.
+pub fn approach(
+    test: &PoseTest<'_>,
+    settings: &ApproachSettings,
+    at: &PassEndPose<'_>,
+    hints: &mut Hints,
+) -> Result<Approach, Infeasible> {
+    let mut way = |settings: &ApproachSettings| Outward { test, settings, hints, near: *at.configuration }.way(at);
+    let refused = match way(settings) {
+        Ok(approach) => return Ok(approach),
+        Err(why) => why,
+    };
+    let flatter = FLATTER.iter().filter_map(|&times| settings.flattened(times));
+    let flatter = flatter.take_while(|_| matches!(refused, Infeasible::Ramp { .. }));
+    let smaller = SMALLER.iter().map(|&share| settings.scaled(share));
+    flatter.chain(smaller).find_map(|settings| way(&settings).ok()).ok_or(refused)
+}
+
+/// Parts of an arc's radius that are tried.
+const SMALLER: [f64; 3] = [0.5, 0.25, 0.125];
+
+/// Multiples of an arc's radius that are tried where it goes down too steeply.
+const FLATTER: [f64; 3] = [2.0, 4.0, 8.0];
+
+/// Goes outward from the end of a pass, testing on the way.
+struct Outward<'t, 'a> {
+    test: &'t PoseTest<'a>,
+    settings: &'t ApproachSettings,
+    hints: &'t mut Hints,
+    /// How the machine stood at the last tested pose.
+    near: Configuration,
+}
+
+impl Outward<'_, '_> {
+    fn way(mut self, at: &PassEndPose<'_>) -> Result<Approach, Infeasible> {
+        let settings = self.settings;
+        let mut outward = arc_poses(settings.shape, at.end, at.cc, at.cl, at.uncut_left, settings.step);
+        let mut from = *at.cl;
+        let mut lift = 0.0;
+        let normal = settings.allowed(at.cc.normal.into_inner());
+        for pose in &mut outward {
+            if settings.still_across.is_some() {
+                *pose = at.cl.translated(settings.allowed(pose.tip - at.cl.tip));
+            }
+            from = self.go_lifted(&from, pose, normal, &mut lift)?;
+            *pose = from;
+        }
+        let top = from;
+        let mut height = 0.0;
+        let mut steps = 0;
+        while let Some(why) = self.rapid_blocked() {
+            steps += 1;
+            // Written so that a length which is no number ends it, too.
+            let may_go_on = height < settings.max_retract && steps < MAX_RETRACT_STEPS;
+            if !may_go_on {
+                return Err(why);
+            }
+            height = (height + settings.step.max(settings.test_step)).min(settings.max_retract);
+            let pose = top.translated(settings.allowed(top.axis.into_inner()) * height);
+            self.go(&from, &pose)?;
+            from = pose;
+        }
+        if height > 0.0 {
+            outward.push(from);
+        }
+        if at.end == PassEnd::Entry {
+            self.check_ramp(at.cl, &outward)?;
+        }
+        Ok(Approach { outward, outer: self.near })
+    }
+
+    /// Goes to a pose of the arc, lifted along the normal as far as the one before, or farther where the way gouges, by up to
+    /// the largest lift that seats a pose: the end of a pass stands on its facets, and what is next to it need not be lower.
+    /// Gives the lifted pose.
+    fn go_lifted(
+        &mut self,
+        from: &ClPoint,
+        pose: &ClPoint,
+        normal: Vector3<f64>,
+        lift: &mut f64,
+    ) -> Result<ClPoint, Infeasible> {
+        let (near, max_lift) = (self.near, self.test.cell.max_lift);
+        loop {
+            let to = pose.translated(normal * *lift);
+            match self.go(from, &to) {
+                Err(Infeasible::Gouge { .. }) if *lift < max_lift => {
+                    self.near = near;
+                    *lift = (*lift + max_lift / LIFTS).min(max_lift);
+                }
+                result => return result.map(|()| to),
+            }
+        }
+    }
+
+    /// Tests the straight way between two poses, without its start.
+    fn go(&mut self, from: &ClPoint, to: &ClPoint) -> Result<(), Infeasible> {
+        let n = ((to.tip - from.tip).norm() / self.settings.test_step).ceil().clamp(1.0, MAX_TESTS) as usize;
+        for k in 1..=n {
+            self.near = self.test.try_pose(&between(from, to, k as f64 / n as f64), &self.near, self.hints)?;
+        }
+        Ok(())
+    }
+
+    /// What is nearer than the rapid clearance to the whole tool where it is, stock included.
+    fn rapid_blocked(&mut self) -> Option<Infeasible> {
+        let clearance = self.settings.rapid_clearance;
+        let (distance, nearest) = self.test.rapid_distance(&self.near.axes, clearance, self.hints);
+        nearest.filter(|_| distance < clearance)
+    }
+
+    /// An entry may go down, against the cutter's bottom, by the tool's ramp angle where it is in the stock.
+    fn check_ramp(&mut self, cl: &ClPoint, outward: &[ClPoint]) -> Result<(), Infeasible> {
+        let mut inner = cl;
+        for outer in outward {
+            let way = inner.tip - outer.tip;
+            let angle = (-way.dot(&outer.axis)).atan2((way - outer.axis.into_inner() * way.dot(&outer.axis)).norm());
+            let steepest = self.test.cell.tool.max_ramp_angle() + RAMP_SLACK;
+            if angle > steepest && self.test.cutter_in_stock(inner, self.hints) {
+                return Err(Infeasible::Ramp { angle });
+            }
+            inner = outer;
+        }
+        Ok(())
+    }
+}
+
+/// Steps in which an arc is lifted up to the largest lift.
+const LIFTS: f64 = 8.0;
+
+/// How much a chord of the arc may be steeper than the tool's ramp angle, rad: less than inserts notice.
+const RAMP_SLACK: f64 = 1e-3;
+
+/// Steps of a retract, at most.
+const MAX_RETRACT_STEPS: usize = 2_000;
+
+/// Tested poses of one straight piece, at most: beyond, a length of the job is absurd.
+const MAX_TESTS: f64 = 2e4;

@@ -1,0 +1,218 @@
+//! The graph of postures along a pass: layers of feasible ones, and the cheapest way through.
+
+use facemill_cl_data::{Cancelled, Monitor, Posture};
+use facemill_inverse_kinematics::{Branch, BranchPreference};
+
+use crate::passes::cost::MotionScale;
+use crate::passes::layers::ShortestWays;
+use crate::passes::smooth_pass::{Gap, Node, PassClock, SmoothPass, seen_from};
+use crate::pose::workcell::{Configuration, Hints};
+use crate::search;
+
+/// What a turn or the step of an axis beyond its limit, or a change of branch, costs, s: more than a pass of any length saves by
+/// it, and the more the larger it is.
+const JUMP: f64 = 1e4;
+
+/// The graph of one pass. Of a layer are kept the indices of its nodes, so that memory per point is small; the machine is made
+/// to stand in them again where they are looked at again.
+pub(crate) struct PassGraph<'g, 's, 'a> {
+    pass: &'g SmoothPass<'s, 'a>,
+    pub(crate) clock: &'g PassClock,
+    pub(crate) scale: &'g MotionScale,
+    layers: Vec<Layer>,
+}
+
+/// A CC point at which postures are chosen.
+struct Layer {
+    point: usize,
+    /// A posture besides the lattice: the smallest feasible one of the search curve.
+    found: Option<Posture>,
+    /// The nodes; `None` as long as nothing has been tested.
+    nodes: Option<Vec<NodeIndex>>,
+}
+
+/// Posture by index, the one besides the lattice being the last, and the way to stand in it among all of these.
+type NodeIndex = (u16, u8);
+
+/// The cheapest sequence.
+pub(crate) struct Chosen {
+    /// One of every layer that has nodes.
+    pub(crate) nodes: Vec<ChosenNode>,
+    /// What it costs, s.
+    pub(crate) cost: f64,
+}
+
+/// A node of the cheapest sequence.
+pub(crate) struct ChosenNode {
+    pub(crate) point: usize,
+    /// Time from one half of the way from the layer before to one half of that to the next, s.
+    pub(crate) share: f64,
+    pub(crate) node: Node,
+    index: NodeIndex,
+}
+
+impl<'g, 's, 'a> PassGraph<'g, 's, 'a> {
+    /// A graph with layers at these points, in order.
+    pub(crate) fn new(
+        pass: &'g SmoothPass<'s, 'a>,
+        clock: &'g PassClock,
+        scale: &'g MotionScale,
+        points: Vec<usize>,
+    ) -> Self {
+        let layers = points.into_iter().map(|point| Layer { point, found: None, nodes: None }).collect();
+        Self { pass, clock, scale, layers }
+    }
+
+    /// The cheapest sequence of nodes. Layers are tested when they are first come to.
+    pub(crate) fn cheapest(&mut self, hints: &mut Hints, monitor: &dyn Monitor) -> Result<Chosen, Cancelled> {
+        let mut used: Vec<usize> = Vec::new();
+        let mut ways: Option<ShortestWays> = None;
+        let mut before: Vec<Node> = Vec::new();
+        for k in 0..self.layers.len() {
+            monitor.checkpoint()?;
+            let nodes = self.nodes(k, hints);
+            if nodes.is_empty() {
+                continue;
+            }
+            let share = self.share(k);
+            let mut costs: Vec<f64> = nodes.iter().map(|node| share * node.cusp_rate).collect();
+            match (&mut ways, used.last()) {
+                (Some(ways), Some(&last)) => {
+                    let gap = self.clock.gap(self.layers[last].point, self.layers[k].point);
+                    ways.extend(&costs, |from, to| self.step(&before[from], &nodes[to], gap));
+                }
+                _ => {
+                    for (cost, node) in costs.iter_mut().zip(&nodes) {
+                        *cost += self.start(node);
+                    }
+                    ways = Some(ShortestWays::new(costs));
+                }
+            }
+            used.push(k);
+            before = nodes;
+        }
+        let Some(way) = ways.and_then(|ways| ways.cheapest()) else {
+            return Ok(Chosen { nodes: Vec::new(), cost: 0.0 });
+        };
+        let chosen = used.iter().zip(&way.nodes).filter_map(|(&k, &at)| self.chosen(k, at)).collect();
+        Ok(Chosen { nodes: chosen, cost: way.cost })
+    }
+
+    fn chosen(&self, layer: usize, at: usize) -> Option<ChosenNode> {
+        let Layer { point, nodes, .. } = &self.layers[layer];
+        let index = *nodes.as_ref()?.get(at)?;
+        let node = *self.standing(layer, index.0).get(usize::from(index.1))?;
+        Some(ChosenNode { point: *point, share: self.share(layer), node, index })
+    }
+
+    /// Time share of a layer, s.
+    fn share(&self, layer: usize) -> f64 {
+        let time = |k: usize| self.clock.times[self.layers[k].point];
+        0.5 * (time((layer + 1).min(self.layers.len() - 1)) - time(layer.saturating_sub(1)))
+    }
+
+    /// Takes a node out that turned out not to stand where it is seated (it is free at the largest lift only), and with it the
+    /// others of its layer that do not stand either. A layer that is left without nodes is no part of what is compared.
+    pub(crate) fn remove(&mut self, fallen: &ChosenNode, hints: &mut Hints) {
+        let Some(k) = self.layers.iter().position(|layer| layer.point == fallen.point) else { return };
+        let indices = self.layers[k].nodes.take().unwrap_or_default();
+        let left: Vec<NodeIndex> =
+            indices.into_iter().filter(|&index| index != fallen.index && self.stands(k, index, hints)).collect();
+        if left.is_empty() {
+            self.layers.remove(k);
+        } else {
+            self.layers[k].nodes = Some(left);
+        }
+    }
+
+    /// Whether a node is feasible as it is seated, the machine as it stands in it.
+    fn stands(&self, layer: usize, (posture, way): NodeIndex, hints: &mut Hints) -> bool {
+        let Some(node) = self.standing(layer, posture).get(usize::from(way)).copied() else { return false };
+        let cc = &self.pass.task.pass.points[self.layers[layer].point];
+        let pose = self.pass.test.try_posture(cc, node.posture, Some(&node.configuration), hints);
+        pose.is_ok_and(|pose| pose.configuration.branch == node.configuration.branch)
+    }
+
+    /// The nodes of a layer: of the lattice, and that of the search, which is at the border of what is feasible.
+    fn nodes(&mut self, layer: usize, hints: &mut Hints) -> Vec<Node> {
+        if let Some(indices) = &self.layers[layer].nodes {
+            let of_posture = |chunk: &[NodeIndex]| -> Vec<Node> {
+                let all = self.standing(layer, chunk[0].0);
+                chunk.iter().map(|index| all[usize::from(index.1)]).collect()
+            };
+            return indices.chunk_by(|a, b| a.0 == b.0).flat_map(of_posture).collect();
+        }
+        let cc = &self.pass.task.pass.points[self.layers[layer].point];
+        let (mut indices, mut nodes) = (Vec::new(), Vec::new());
+        let end = self.pass.lattice.postures.len();
+        for posture in 0..=end {
+            if posture == end {
+                let search_settings = &self.pass.settings.search;
+                let found = search(self.pass.test, cc, &self.pass.task.curve, search_settings, 0.0, None, hints);
+                self.layers[layer].found = found.ok().map(|f| f.pose.posture);
+            }
+            let Some(asked) = self.posture(layer, posture as u16) else { continue };
+            let Ok(free) = self.pass.test.stances_of(cc, asked, hints) else { continue };
+            let is_free = |node: &Node| free.iter().any(|c| c.branch == node.configuration.branch);
+            for (way, node) in self.standing(layer, posture as u16).into_iter().enumerate() {
+                if is_free(&node) {
+                    indices.push((posture as u16, way as u8));
+                    nodes.push(node);
+                }
+            }
+        }
+        self.layers[layer].nodes = Some(indices);
+        nodes
+    }
+
+    /// A posture of the lattice at a layer, by index; behind its end, the one found besides.
+    fn posture(&self, layer: usize, index: u16) -> Option<Posture> {
+        let amount = self.pass.lattice.postures.get(usize::from(index));
+        amount.map(|amount| self.pass.signed(*amount)).or(self.layers[layer].found)
+    }
+
+    /// All ways to stand in a posture at the largest lift, feasible or not.
+    fn standing(&self, layer: usize, index: u16) -> Vec<Node> {
+        let point = self.layers[layer].point;
+        let (cc, strip) = (&self.pass.task.pass.points[point], self.pass.strip(point));
+        let Some(posture) = self.posture(layer, index) else { return Vec::new() };
+        let cusp_rate = if usize::from(index) < self.pass.lattice.postures.len() {
+            self.pass.cusps.rate(usize::from(index), &strip)
+        } else {
+            self.pass.cusp_scale().rate(posture, &strip)
+        };
+        let axis = seen_from(cc, &cc.tool_axis(posture));
+        let machine = self.pass.test.cell.machine;
+        let configurations = self.pass.test.lifted_configurations(cc, posture);
+        configurations
+            .iter()
+            .flat_map(|c| machine.windings(&c.axes).into_iter().map(|axes| Configuration { axes, ..*c }))
+            .map(|configuration| Node {
+                posture,
+                scaled: self.scale.scaled(&configuration.axes),
+                configuration,
+                axis,
+                cusp_rate,
+            })
+            .collect()
+    }
+
+    /// Cost of beginning with a node.
+    pub(crate) fn start(&self, node: &Node) -> f64 {
+        let wanted = match self.pass.test.cell.preferred_branch {
+            BranchPreference::Nearest => return 0.0,
+            BranchPreference::Positive => Branch::Positive,
+            BranchPreference::Negative => Branch::Negative,
+        };
+        if node.configuration.branch == wanted { 0.0 } else { JUMP }
+    }
+
+    /// Cost of the way from one node to the next.
+    pub(crate) fn step(&self, from: &Node, to: &Node, gap: Gap) -> f64 {
+        let motion = self.scale.cost(&from.scaled, &to.scaled, gap.time);
+        let branch = if from.configuration.branch == to.configuration.branch { 0.0 } else { JUMP };
+        let limits =
+            self.pass.excess(&from.axis, &to.axis, gap) + self.scale.excess(&from.scaled, &to.scaled, gap.time);
+        motion + branch + JUMP * limits
+    }
+}

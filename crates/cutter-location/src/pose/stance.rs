@@ -1,0 +1,188 @@
+//! Where tool and machine are at a pose, and how far they move to another.
+
+use facemill_cl_data::{ClPoint, Solid};
+use facemill_inverse_kinematics::{AxisValues, Carrier, Machine};
+use nalgebra::{Isometry3, Point3, UnitQuaternion};
+
+use crate::pose::machine_obstacles::is_moved_along;
+use crate::pose::pose_test::PoseTest;
+use crate::pose::workcell::{Configuration, angle_between};
+
+/// Where tool and machine are at one pose.
+pub(crate) struct Stance<'m> {
+    machine: &'m Machine,
+    tool_length: f64,
+    axes: AxisValues,
+    cl: ClPoint,
+    tool_reach: f64,
+    /// Of the machine, those that this head brings near the workpiece.
+    bodies: Vec<PlacedBody>,
+    /// Of these, the obstacles.
+    obstacles: Vec<PlacedBody>,
+    /// Indices of the bodies of this head, and of those of the other one; empty where there is no other.
+    heads: [Vec<usize>; 2],
+}
+
+/// A body seen from the tool tip.
+struct PlacedBody {
+    /// Of the workpiece from the body.
+    rotation: UnitQuaternion<f64>,
+    /// The tool tip in the body's frame.
+    tip: Point3<f64>,
+    /// Distance from the tip to the body's farthest point, mm.
+    farthest: f64,
+}
+
+impl PlacedBody {
+    fn new(solid: &Solid, work_from_body: &Isometry3<f64>, tip: &Point3<f64>) -> Self {
+        let tip = work_from_body.inverse_transform_point(tip);
+        let bounds = solid.aabb();
+        let farthest = (bounds.min - tip).abs().sup(&(bounds.max - tip).abs()).norm();
+        Self { rotation: work_from_body.rotation, tip, farthest }
+    }
+
+    /// Largest motion of a point of the body against one that goes with the tip.
+    fn motion_to(&self, other: &Self) -> f64 {
+        self.rotation.angle_to(&other.rotation) * self.farthest.max(other.farthest) + (other.tip - self.tip).norm()
+    }
+}
+
+impl<'m> Stance<'m> {
+    /// Where tool and machine are when the machine stands so.
+    pub(crate) fn new(test: &PoseTest<'m>, configuration: &Configuration) -> Self {
+        let machine = test.cell.machine;
+        let axes = &configuration.axes;
+        let work_from_table = test.work_from_table();
+        let cl = machine.cl_point(axes, test.cell.tool.gauge_length()).transformed(work_from_table);
+        let poses: Vec<_> = machine.body_poses(axes).collect();
+        let placed = |k: usize| {
+            PlacedBody::new(&poses[k].body.body.solid, &(work_from_table * poses[k].table_from_solid), &cl.tip)
+        };
+        let moving = (0..poses.len()).filter(|&k| is_moved_along(poses[k].body));
+        let of_bed = test.machine_obstacles.iter().filter(|o| !o.is_other_head);
+        let of_other: Vec<usize> = test.machine_obstacles.iter().filter(|o| o.is_other_head).map(|o| o.body).collect();
+        let of_own =
+            (0..poses.len()).filter(|&k| poses[k].body.carrier() == Some(Carrier::Head) && !of_other.is_empty());
+        Self {
+            machine,
+            tool_length: test.cell.tool.gauge_length(),
+            axes: *axes,
+            bodies: moving.map(placed).collect(),
+            obstacles: of_bed.map(|o| placed(o.body)).collect(),
+            heads: [of_own.collect(), of_other],
+            tool_reach: test.reach(),
+            cl,
+        }
+    }
+
+    /// Largest distance by which any point of tool and machine can come nearer to any point of workpiece and machine on the
+    /// way to another stance, mm, as long as every body turns one way and the tip goes straight.
+    ///
+    /// A point moves with the tip, turns about it with its body, and moves as the body does against the tip (a ram that does
+    /// not tilt with the tool). The tool is round: turning about its own axis moves nothing. What moves on the other side
+    /// (a column, seen from the workpiece) adds to it. Against the other head, which moves on its own, counts what either
+    /// does on the bed, by all that its axes do.
+    pub(crate) fn motion_to(&self, other: &Self) -> f64 {
+        let largest = |a: &[PlacedBody], b: &[PlacedBody], least: f64| {
+            a.iter().zip(b).map(|(a, b)| a.motion_to(b)).fold(least, f64::max)
+        };
+        let tip = (other.cl.tip - self.cl.tip).norm();
+        let of_tool = angle_between(&self.cl.axis, &other.cl.axis) * self.tool_reach;
+        let own = tip + largest(&self.bodies, &other.bodies, of_tool);
+        let against_bed =
+            if self.obstacles.is_empty() { own } else { own + tip + largest(&self.obstacles, &other.obstacles, 0.0) };
+        against_bed.max(self.of_both_heads_to(other))
+    }
+
+    /// The same for tool and bodies of this head against the bodies of the other head; 0 without one.
+    fn of_both_heads_to(&self, other: &Self) -> f64 {
+        let [own, others] = &self.heads;
+        if others.is_empty() {
+            return 0.0;
+        }
+        let way = |bodies: &[usize]| {
+            let ways = bodies.iter().map(|&k| self.machine.body_way_on_bed(k, &self.axes, &other.axes));
+            ways.fold(0.0, f64::max)
+        };
+        let of_tool = self.machine.tool_way_on_bed(&self.axes, &other.axes, self.tool_length, self.tool_reach);
+        of_tool.max(way(own)) + way(others)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use facemill_inverse_kinematics::Branch;
+
+    use crate::pose::stance::*;
+    use crate::test_scene::{Random, bare_cell, tool};
+
+    /// Some point of a solid, table frame, as a function of the axes.
+    fn corner(machine: &Machine, body: usize, corner: [f64; 3], axes: &AxisValues) -> Option<Point3<f64>> {
+        let pose = machine.body_poses(axes).nth(body)?;
+        let bounds = pose.body.body.solid.aabb();
+        let part = |k: usize| bounds.min[k] + (bounds.max[k] - bounds.min[k]) * corner[k];
+        Some(pose.table_from_solid * Point3::new(part(0), part(1), part(2)))
+    }
+
+    #[test]
+    fn points_of_both_heads_come_no_nearer_than_the_motion_says_while_both_move() {
+        let mut random = Random(61);
+        let (mut tight, tool) = (0, tool());
+        for name in ["dual-c-horizontal-xyzb", "dual-c-horizontal-xzab"] {
+            let path = format!("{}/../../assets/machines/{name}.json", env!("CARGO_MANIFEST_DIR"));
+            for machine in Machine::heads_from_json(&std::fs::read(path).unwrap()).unwrap() {
+                let cell = bare_cell(&machine, &tool, Isometry3::identity());
+                let test = PoseTest::new(&cell);
+                let of = |c| {
+                    let all = machine.bodies().iter().enumerate().filter(move |(_, b)| b.carrier() == Some(c));
+                    all.map(|(k, _)| k).collect::<Vec<_>>()
+                };
+                let (ours, theirs) = (of(Carrier::Head), of(Carrier::OtherHead));
+                let stance = |axes| Stance::new(&test, &Configuration { axes, branch: Branch::Positive });
+                // Head on: the bound is what they do.
+                let zero = AxisValues::zeros(machine.axes().len());
+                let mut nearer = zero;
+                for (k, axis) in machine.axes().iter().enumerate() {
+                    nearer[k] = if axis.letter.as_str().starts_with('Z') { -300.0 } else { 0.0 };
+                }
+                assert!((stance(zero).of_both_heads_to(&stance(nearer)) - 600.0).abs() < 1e-9);
+                for _ in 0..60 {
+                    let size = 10f64.powf(random.between(-1.5, 0.0));
+                    let from = AxisValues::from_fn(machine.axes().len(), |k| {
+                        let a = &machine.axes()[k];
+                        if a.endless { random.between(-3.0, 3.0) } else { random.between(a.min, a.max) }
+                    });
+                    let to = AxisValues::from_fn(from.len(), |k| {
+                        let is_linear = machine.axes()[k].kind == facemill_inverse_kinematics::AxisKind::Linear;
+                        from[k] + size * random.between(-1.0, 1.0) * if is_linear { 400.0 } else { 1.2 }
+                    });
+                    let motion = stance(from).of_both_heads_to(&stance(to));
+                    assert!(stance(from).motion_to(&stance(to)) >= motion);
+                    for _ in 0..12 {
+                        let mut part = || [0; 3].map(|_| random.between(0.0, 1.0));
+                        let (a, b) = (part(), part());
+                        let pick = random.between(0.0, 1.0);
+                        // A point of the tool, or of a body of this head.
+                        let own = (pick * (ours.len() + 1) as f64) as usize;
+                        let on_tool = Point3::new(30.0 * a[0], 0.0, 170.0 * a[1]);
+                        let at = |axes: &AxisValues| match ours.get(own) {
+                            Some(&k) => corner(&machine, k, a, axes).unwrap(),
+                            None => machine.forward(axes, tool.gauge_length()) * on_tool,
+                        };
+                        let other = theirs[(random.between(0.0, 1.0) * theirs.len() as f64) as usize];
+                        let distance =
+                            |axes: &AxisValues| (at(axes) - corner(&machine, other, b, axes).unwrap()).norm();
+                        let start = distance(&from);
+                        let mut nearest = start;
+                        for k in 1..=20 {
+                            nearest = nearest.min(distance(&from.lerp(&to, f64::from(k) / 20.0)));
+                        }
+                        assert!(start - nearest <= motion + 1e-9, "{} beyond {motion}", start - nearest);
+                        tight += usize::from(start - nearest > 0.1 * motion);
+                    }
+                }
+            }
+        }
+        assert!(tight > 30, "{tight}");
+    }
+}

@@ -1,0 +1,168 @@
+use facemill_cl_data::{ClPoint, Posture};
+use facemill_interference::Interference;
+use facemill_inverse_kinematics::{AxisValues, Branch, BranchPreference, Machine, Unreachable};
+use facemill_tool_model::ToolAssembly;
+use facemill_z_map::ZMap;
+use nalgebra::{Isometry3, Point3, Unit, UnitQuaternion, Vector3};
+
+/// Something that must not be cut or hit, as a mesh in the workpiece frame.
+#[derive(Clone)]
+pub struct Obstacle<'a> {
+    /// What a finding calls it.
+    pub name: String,
+    /// The mesh.
+    pub mesh: &'a dyn Interference,
+    /// Distance that the cutter's test body keeps from the mesh, mm; `None` where the cutter may go (stock).
+    pub gouge_allowance: Option<f64>,
+    /// Distance that every dilated non-cutting body keeps from the mesh, mm: the thickness of the stock on it.
+    pub collision_allowance: f64,
+    /// Index among the machine's bodies, where it is one that stands still against the workpiece.
+    pub machine_body: Option<usize>,
+    /// Names of its pieces, for messages, where it has several.
+    pub pieces: Option<&'a dyn Pieces>,
+}
+
+/// Something of several pieces that have names.
+pub trait Pieces: Sync {
+    /// Name of the piece that is at a place, workpiece frame.
+    fn name_at(&self, place: &Point3<f64>) -> String;
+}
+
+/// Directions the tool axis may point in, workpiece frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AxisCone {
+    /// Middle of the cone.
+    pub axis: Unit<Vector3<f64>>,
+    /// Angle from the middle to the border, rad.
+    pub half_angle: f64,
+}
+
+/// Everything a pose is judged by.
+#[derive(Clone)]
+pub struct Workcell<'a> {
+    /// Machine.
+    pub machine: &'a Machine,
+    /// Pose of the workpiece frame on the machine's table (or workpiece holder).
+    pub table_from_work: Isometry3<f64>,
+    /// Tool assembly.
+    pub tool: &'a ToolAssembly,
+    /// What must not be cut or hit. Bodies of the machine that move against the workpiece are held against tool and head
+    /// besides; those of the table that stand still against it belong here.
+    pub obstacles: Vec<Obstacle<'a>>,
+    /// Branch of the inverse solution to take where nothing comes before.
+    pub preferred_branch: BranchPreference,
+    /// Directions allowed to the tool axis.
+    pub axis_cone: Option<AxisCone>,
+    /// Tolerance t of the cutter's test body, mm.
+    pub gouge_tolerance: f64,
+    /// Largest lift along the normal by which a pose may be seated, mm.
+    pub max_lift: f64,
+    /// Accuracy of the seating lift, mm.
+    pub lift_resolution: f64,
+    /// Z-map of all obstacles, dilated nowhere, with its pose: answers first for bodies that are far above it.
+    pub z_map: Option<(&'a ZMap, Isometry3<f64>)>,
+}
+
+/// How a machine stands at a pose: axis values, and the branch of the inverse solution that they belong to. At the pole both
+/// branches have the same values.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Configuration {
+    /// Axis values.
+    pub axes: AxisValues,
+    /// Branch.
+    pub branch: Branch,
+}
+
+/// A pose that has been tested and found feasible.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FeasiblePose {
+    /// Tilt and rotate.
+    pub posture: Posture,
+    /// Tool pose in the workpiece frame, seated.
+    pub cl: ClPoint,
+    /// How the machine stands.
+    pub configuration: Configuration,
+    /// How far the pose was lifted along the normal to free it of facets, mm.
+    pub lift: f64,
+}
+
+/// Why a posture cannot be taken: a result, not an error.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Infeasible {
+    /// The tool axis leaves the job's cone by `excess` rad.
+    OutsideCone {
+        /// Angle outside the cone, rad.
+        excess: f64,
+    },
+    /// The tool axis is so near to the rotary axis nearest to the workpiece that this one would have to turn fast; only where
+    /// the test avoids that ([`PoseTest::avoiding_pole`](crate::pose::pose_test::PoseTest::avoiding_pole)).
+    Singular {
+        /// Angle inside the cone to avoid, rad.
+        within: f64,
+    },
+    /// The posture asked for has the tool axis 90° or more from the surface's normal, or no direction at all.
+    FromBelow,
+    /// No axis values within the limits give this pose.
+    Unreachable(Unreachable),
+    /// The pose can be reached, but only on the other branch, and it belongs to a way on this one.
+    OtherBranch(Branch),
+    /// The cutter's test body cuts an obstacle, and the largest lift does not free it.
+    Gouge {
+        /// Index of the obstacle; those of the machine come behind those of the workcell.
+        obstacle: usize,
+        /// A point of the obstacle inside the test body, workpiece frame, at the largest lift.
+        place: Point3<f64>,
+    },
+    /// A way has more steps than can be tested.
+    TooLong,
+    /// A limited rotary axis would have to turn back on the way.
+    Rewind {
+        /// Index of the axis.
+        axis: usize,
+    },
+    /// An entry goes down into the stock more steeply than the tool may.
+    Ramp {
+        /// Angle below the cutter's bottom plane, rad.
+        angle: f64,
+    },
+    /// A dilated non-cutting body hits an obstacle, or the cutter something that it must keep away from.
+    Collision {
+        /// The body.
+        body: Body,
+        /// Index of the obstacle; those of the machine come behind those of the workcell.
+        obstacle: usize,
+        /// A point of the obstacle inside the dilated body, workpiece frame.
+        place: Point3<f64>,
+    },
+}
+
+/// A body of tool or machine.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Body {
+    /// The cutter.
+    Cutter,
+    /// Of the tool assembly, by index.
+    Tool(usize),
+    /// Of the machine, by index.
+    Machine(usize),
+}
+
+/// The triangles that answered last, one per pair of body and obstacle: neighbouring poses are usually blocked by the same.
+#[derive(Clone, Debug, Default)]
+pub struct Hints {
+    pub(crate) gouge: Vec<Option<u32>>,
+    pub(crate) collision: Vec<Option<u32>>,
+    pub(crate) distance: Vec<Option<u32>>,
+}
+
+/// A tool frame at a pose: origin at the tip, z along the axis, x anywhere. For bodies of revolution only.
+pub fn tool_frame(cl: &ClPoint) -> Isometry3<f64> {
+    let rotation = UnitQuaternion::rotation_between(&Vector3::z(), &cl.axis)
+        .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI));
+    Isometry3::from_parts(cl.tip.into(), rotation)
+}
+
+/// Angle between two directions, rad, accurate near 0 and π.
+pub fn angle_between(a: &Unit<Vector3<f64>>, b: &Unit<Vector3<f64>>) -> f64 {
+    a.cross(b).norm().atan2(a.dot(b))
+}

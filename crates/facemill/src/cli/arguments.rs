@@ -1,0 +1,5 @@
+//! Arguments that several commands share.
+
+pub(crate) mod ad_hoc_setup;
+pub(crate) mod dialect;
+pub(crate) mod program;

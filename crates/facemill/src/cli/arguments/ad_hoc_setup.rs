@@ -1,0 +1,252 @@
+//! Arguments that name what a program is run on one by one, in place of a job.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use facemill::job_file::{UnitFile, UpAxisFile};
+use facemill::nc_program::Dialect;
+use facemill::surface_model::MeshFormat;
+use facemill::virtual_machine::Assumption;
+use facemill::{Failure, Job, STAND_GOUGE_LIMIT, Stand, StandStock};
+
+/// Register that holds the work offset where nobody says it.
+const WORK_REGISTER: &str = "G54";
+
+#[derive(Args)]
+pub(crate) struct StandArguments {
+    /// Mesh of the part (.obj, .stl, .gltf, .glb), in place of a job: its frame is the workpiece frame
+    #[arg(long, value_name = "MESH", requires_all = ["stock", "machine", "tool"], conflicts_with_all = ["job", "setup"])]
+    part: Option<PathBuf>,
+    /// Material before the program: box (the smallest around the part), offset:MM (so much on the part), or a mesh
+    #[arg(long, value_name = "MESH|box|offset:MM", value_parser = stock, requires = "part")]
+    stock: Option<StandStock>,
+    /// Machine file
+    #[arg(long, value_name = "FILE", requires = "part")]
+    machine: Option<PathBuf>,
+    /// Tool file
+    #[arg(long, value_name = "FILE", requires = "part")]
+    tool: Option<PathBuf>,
+    /// Mesh that nothing may touch, such as a clamp; several can be given
+    #[arg(long, value_name = "MESH", requires = "part")]
+    fixture: Vec<PathBuf>,
+    /// Unit of all meshes: metre, centimetre, millimetre, inch; metre for glTF and millimetre for others where it is not given
+    #[arg(long, value_name = "UNIT", value_parser = unit, requires = "part")]
+    mesh_unit: Option<UnitFile>,
+    /// Up axis of all meshes: x, y, z; y for glTF and z for others where it is not given
+    #[arg(long, value_name = "AXIS", value_parser = up_axis, requires = "part")]
+    mesh_up: Option<UpAxisFile>,
+    /// Where the workpiece frame is on the machine's table, mm; 0,0,0 where it is not given
+    #[arg(long, value_name = "X,Y,Z", value_parser = place, allow_hyphen_values = true, requires = "part")]
+    mount: Option<[f64; 3]>,
+    /// Machine positions of X, Y and Z where the program's words are 0, mm; 0,0,0 where it is not given
+    #[arg(long, value_name = "X,Y,Z", value_parser = place, allow_hyphen_values = true, requires = "part")]
+    work_offset: Option<[f64; 3]>,
+    /// Register that holds the work offset: G54, G54P1 and on, also for controls that call them otherwise (preset 1 of Heidenhain
+    /// is G54); G54 where it is not given
+    #[arg(long, value_name = "NAME", requires = "part")]
+    work_register: Option<String>,
+    /// Dialect file of the control, for functions that its machine builder made harmless; the dialect's own where it is not
+    /// given
+    #[arg(long, value_name = "FILE", requires = "part")]
+    dialect_file: Option<PathBuf>,
+    /// Register that holds the tool's length (H); the tool file's where it is not given
+    #[arg(long, value_name = "N", requires = "part")]
+    length_register: Option<u32>,
+}
+
+impl StandArguments {
+    /// What is taken where nobody says it, and what is found depends on; none where no part is named. `dialect` is what is said of
+    /// the control.
+    pub(crate) fn assumptions(&self, dialect: Option<Dialect>) -> Vec<Assumption> {
+        let (Some(part), Some(tool)) = (&self.part, &self.tool) else { return Vec::new() };
+        let control = dialect.unwrap_or_default();
+        let has_registers = !matches!(control, Dialect::Siemens840d | Dialect::Heidenhain);
+        let [units, ups] = self.taken_meshes(part);
+        let taken = [
+            (dialect.is_none(), format!("no --dialect: the program is read as one for {}", control.name())),
+            (self.mount.is_none(), "no --mount: the workpiece frame is taken to be that of the table".to_owned()),
+            (
+                self.work_offset.is_none(),
+                "no --work-offset: the program's X, Y and Z are taken to be 0 where those of the machine are"
+                    .to_owned(),
+            ),
+            (
+                self.work_register.is_none(),
+                format!("no --work-register: the work offset is taken to be in {WORK_REGISTER}"),
+            ),
+            (
+                self.length_register.is_none() && has_registers,
+                format!("no --length-register: the tool's length is taken to be where {} says", tool.display()),
+            ),
+            (self.mesh_unit.is_none(), format!("no --mesh-unit: {units}")),
+            (self.mesh_up.is_none(), format!("no --mesh-up: {ups}")),
+        ];
+        taken.into_iter().filter(|(is_taken, _)| *is_taken).map(|(_, text)| Assumption { line: None, text }).collect()
+    }
+
+    /// What the unit and the up axis of part, stock and fixtures are where nobody says it, by their formats.
+    fn taken_meshes(&self, part: &Path) -> [String; 2] {
+        let stock = self.stock.iter().filter_map(|stock| match stock {
+            StandStock::Mesh(file) => Some(file.as_path()),
+            StandStock::Box | StandStock::Offset(_) => None,
+        });
+        let mut meshes: Vec<&Path> = vec![part];
+        for mesh in stock.chain(self.fixture.iter().map(PathBuf::as_path)) {
+            if !meshes.contains(&mesh) {
+                meshes.push(mesh);
+            }
+        }
+        let taken = |mesh: &Path| match MeshFormat::from_extension(mesh.extension()?.to_str()?)? {
+            MeshFormat::Gltf => Some(["metres", "y"]),
+            MeshFormat::Obj | MeshFormat::Stl => Some(["millimetres", "z"]),
+        };
+        let of_each = |told: &dyn Fn(&Path, [&str; 2]) -> String| {
+            let all = meshes.iter().filter_map(|mesh| Some(told(mesh, taken(mesh)?)));
+            all.collect::<Vec<_>>().join(", ")
+        };
+        [
+            of_each(&|mesh, [unit, _]| format!("{} is taken in {unit}", mesh.display())),
+            of_each(&|mesh, [_, up]| format!("{up} of {} is taken to be up", mesh.display())),
+        ]
+    }
+
+    /// Depth of the cutter that is a finding where nobody says it, mm; `None` where no part is named, where the job says it.
+    pub(crate) fn gouge_limit(&self) -> Option<f64> {
+        self.part.as_ref().map(|_| STAND_GOUGE_LIMIT)
+    }
+
+    /// The job that they stand for, for a program of this control; `None` where no part is named.
+    ///
+    /// # Errors
+    /// As [`Job::of_stand`].
+    pub(crate) fn job(&self, dialect: Dialect) -> Result<Option<Job>, Failure> {
+        // clap has seen to it that all four are there where one is.
+        let (Some(part), Some(stock), Some(machine), Some(tool)) = (&self.part, &self.stock, &self.machine, &self.tool)
+        else {
+            return Ok(None);
+        };
+        let stand = Stand {
+            part: part.clone(),
+            fixtures: self.fixture.clone(),
+            unit: self.mesh_unit,
+            up_axis: self.mesh_up,
+            stock: stock.clone(),
+            machine: machine.clone(),
+            tool: tool.clone(),
+            length_register: self.length_register,
+            dialect,
+            dialect_file: self.dialect_file.clone(),
+            mount: self.mount.unwrap_or_default(),
+            work_offset: self.work_offset.unwrap_or_default(),
+            register: self.work_register.clone().unwrap_or_else(|| WORK_REGISTER.to_owned()),
+        };
+        Job::of_stand(&stand).map(Some)
+    }
+}
+
+fn stock(text: &str) -> Result<StandStock, String> {
+    if text == "box" {
+        return Ok(StandStock::Box);
+    }
+    let Some(allowance) = text.strip_prefix("offset:") else { return Ok(StandStock::Mesh(PathBuf::from(text))) };
+    match allowance.parse::<f64>() {
+        Ok(mm) if mm >= 0.0 && mm.is_finite() => Ok(StandStock::Offset(mm)),
+        _ => Err("behind offset: there must be a thickness in mm of at least 0, as in offset:2.5".to_owned()),
+    }
+}
+
+/// A place from three numbers, mm.
+fn place(text: &str) -> Result<[f64; 3], String> {
+    let numbers: Result<Vec<f64>, _> = text.split(',').map(|part| part.trim().parse::<f64>()).collect();
+    match numbers.as_deref() {
+        Ok(&[x, y, z]) if [x, y, z].iter().all(|v| v.is_finite()) => Ok([x, y, z]),
+        _ => Err("must be three numbers in mm with commas between, X,Y,Z".to_owned()),
+    }
+}
+
+fn unit(text: &str) -> Result<UnitFile, String> {
+    match text {
+        "metre" => Ok(UnitFile::Metre),
+        "centimetre" => Ok(UnitFile::Centimetre),
+        "millimetre" => Ok(UnitFile::Millimetre),
+        "inch" => Ok(UnitFile::Inch),
+        _ => Err("must be metre, centimetre, millimetre or inch".to_owned()),
+    }
+}
+
+fn up_axis(text: &str) -> Result<UpAxisFile, String> {
+    match text {
+        "x" => Ok(UpAxisFile::X),
+        "y" => Ok(UpAxisFile::Y),
+        "z" => Ok(UpAxisFile::Z),
+        _ => Err("must be x, y or z".to_owned()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::cli::arguments::ad_hoc_setup::*;
+    use crate::cli::arguments::program::ProgramArguments;
+
+    #[derive(clap::Parser)]
+    struct Command {
+        #[command(flatten)]
+        program: ProgramArguments,
+        #[command(flatten)]
+        stand: StandArguments,
+    }
+
+    fn taken(options: &str) -> Vec<String> {
+        let words = ["verify", "a.nc"].into_iter().chain(options.split_whitespace());
+        let command = <Command as clap::Parser>::try_parse_from(words).unwrap_or_else(|e| panic!("{options}: {e}"));
+        command.stand.assumptions(command.program.dialect).into_iter().map(|a| a.text).collect()
+    }
+
+    /// Each option that is given takes its own assumption away, and no other one.
+    #[test]
+    fn what_is_not_said_of_a_stand_is_told() {
+        const STAND: &str = "--part p.stl --stock box --machine m.json --tool t.json";
+        let all = taken(STAND);
+        let options = [
+            ("--mount", "0,0,0"),
+            ("--work-offset", "0,0,0"),
+            ("--work-register", "G55"),
+            ("--length-register", "3"),
+            ("--mesh-unit", "inch"),
+            ("--mesh-up", "z"),
+        ];
+        assert_eq!(all.len(), options.len() + 1);
+        for (option, value) in options {
+            let text = all.iter().find(|text| text.starts_with(&format!("no {option}:"))).expect(option);
+            let left = taken(&format!("{STAND} {option} {value}"));
+            assert_eq!(left, all.iter().filter(|other| *other != text).cloned().collect::<Vec<_>>());
+        }
+        let siemens = taken(&format!("{STAND} --dialect siemens_840d"));
+        assert!(!siemens.iter().any(|text| text.contains("--dialect") || text.contains("--length-register")));
+        assert!(all.iter().any(|text| text == "no --dialect: the program is read as one for fanuc"), "{all:?}");
+        assert!(all.iter().any(|text| text.ends_with("p.stl is taken in millimetres")), "{all:?}");
+        let gltf = taken(&STAND.replace("p.stl", "p.glb"));
+        assert!(gltf.iter().any(|text| text.ends_with("p.glb is taken in metres")), "{gltf:?}");
+        // Each mesh by its own format, once.
+        let beside = taken(&format!("{} --fixture c.glb --fixture p.stl", STAND.replace("box", "s.obj")));
+        for told in [
+            "no --mesh-unit: p.stl is taken in millimetres, s.obj is taken in millimetres, c.glb is taken in metres",
+            "no --mesh-up: z of p.stl is taken to be up, z of s.obj is taken to be up, y of c.glb is taken to be up",
+        ] {
+            assert!(beside.iter().any(|text| text == told), "{beside:?}");
+        }
+        assert_eq!(taken(""), Vec::<String>::new());
+    }
+
+    #[test]
+    fn stock_is_a_box_a_thickness_or_a_file() {
+        assert_eq!(stock("box"), Ok(StandStock::Box));
+        assert_eq!(stock("offset:2.5"), Ok(StandStock::Offset(2.5)));
+        assert_eq!(stock("cast.stl"), Ok(StandStock::Mesh("cast.stl".into())));
+        for wrong in ["offset:", "offset:-1", "offset:nan", "offset:2mm"] {
+            assert!(stock(wrong).is_err_and(|why| why.contains("offset:2.5")), "{wrong}");
+        }
+        assert_eq!(place("1, -2,3.5"), Ok([1.0, -2.0, 3.5]));
+        assert!(["1,2", "1,2,3,4", "1,2,inf", "a,b,c"].iter().all(|text| place(text).is_err()));
+    }
+}

@@ -1,0 +1,111 @@
+//! Arguments of commands that run a program as a job's setup stands.
+
+use std::fs::File;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use facemill::nc_program::{Dialect, is_cl_file};
+use facemill::{Failure, Job, files, no_program};
+
+use crate::cli::arguments::ad_hoc_setup::StandArguments;
+use crate::cli::arguments::dialect::dialect;
+
+#[derive(Args)]
+pub(crate) struct ProgramArguments {
+    /// NC program, from anywhere
+    pub(crate) program: PathBuf,
+    /// Job file, or a folder with job.json: machine, tool, mounting, work offset, part, fixtures and stock are taken from it
+    #[arg(long, value_name = "FILE")]
+    job: Option<PathBuf>,
+    /// Name of the job's setup, or its number from 1; where it is not given, the job must have one
+    #[arg(long, value_name = "SETUP")]
+    setup: Option<String>,
+    /// Control that the program is for: fanuc, haas, mazak, linuxcnc, siemens_840d, heidenhain; the job's where it is not given
+    #[arg(long, value_name = "NAME", value_parser = dialect)]
+    pub(crate) dialect: Option<Dialect>,
+}
+
+/// What the arguments name.
+pub(crate) struct ProgramOfJob {
+    pub(crate) job: Job,
+    /// Index of the setup.
+    pub(crate) setup: usize,
+    pub(crate) dialect: Dialect,
+    /// Text of the program.
+    pub(crate) text: Vec<u8>,
+}
+
+impl ProgramArguments {
+    /// Reads the job, then the program.
+    pub(crate) fn read(&self) -> Result<ProgramOfJob, Failure> {
+        match &self.job {
+            Some(job) => self.read_on(Job::read(job)?),
+            None => Err(Failure::input(&self.program, "needs --job: nothing else says what it is run on")),
+        }
+    }
+
+    /// Reads what the program is run on, a job or a stand, then the program.
+    pub(crate) fn read_with(&self, stand: &StandArguments) -> Result<ProgramOfJob, Failure> {
+        match stand.job(self.dialect.unwrap_or_default())? {
+            Some(job) => self.read_on(job),
+            None => self.read(),
+        }
+    }
+
+    fn read_on(&self, job: Job) -> Result<ProgramOfJob, Failure> {
+        let setup = setup_of(&job, self.setup.as_deref())?;
+        let text = read_nc(&self.program)?;
+        let dialect = self.dialect.unwrap_or_else(|| job.post.dialect());
+        Ok(ProgramOfJob { job, setup, dialect, text })
+    }
+}
+
+/// Text of an NC program.
+///
+/// # Errors
+/// When the file cannot be read, or is a CL file or of another format.
+pub(crate) fn read_nc(path: &Path) -> Result<Vec<u8>, Failure> {
+    let text = files::read(path)?;
+    no_other_format(path, &text)?;
+    Ok(text)
+}
+
+/// Opens an NC program to be read line by line.
+///
+/// # Errors
+/// As [`read_nc`].
+pub(crate) fn open_nc(path: &Path) -> Result<File, Failure> {
+    let file = files::open(path)?;
+    let mut head = Vec::new();
+    let read = (&file).take(HEAD).read_to_end(&mut head);
+    read.map_err(|source| Failure::Read { file: path.to_owned(), source })?;
+    no_other_format(path, &head)?;
+    Ok(file)
+}
+
+/// Bytes at the start of a program by which a CL file is known.
+const HEAD: u64 = 1 << 16;
+
+fn no_other_format(path: &Path, head: &[u8]) -> Result<(), Failure> {
+    if is_cl_file(head) {
+        let what = "is a CL file (APT): it says where the tool is and not where axes are; give the NC program that a post wrote from it";
+        return Err(Failure::input(path, what));
+    }
+    no_program(path, head).map_or(Ok(()), |what| Err(Failure::input(path, what)))
+}
+
+/// Index of the setup of this name or number.
+fn setup_of(job: &Job, asked: Option<&str>) -> Result<usize, Failure> {
+    let setups = &job.file.setups;
+    let names: Vec<&str> = setups.iter().map(|s| s.name.as_str()).collect();
+    let Some(asked) = asked else {
+        return match setups.len() {
+            1 => Ok(0),
+            _ => Err(job.wrong(format!("has several setups; say which with --setup: {}", names.join(", ")))),
+        };
+    };
+    let number = asked.parse::<usize>().ok().filter(|n| (1..=setups.len()).contains(n));
+    let found = names.iter().position(|n| *n == asked).or(number.map(|n| n - 1));
+    found.ok_or_else(|| job.wrong(format!("has no setup \"{asked}\"; it has {}", names.join(", "))))
+}

@@ -1,0 +1,382 @@
+//! Axis values over a set of tool poses, bounded from outside.
+//!
+//! For tool axes within a cone and tips within a ball: the second rotary axis stands by the angle between tool axis and first
+//! rotary axis alone, and monotonically; the first by that and by the tool axis' azimuth, which a cone beside the pole
+//! bounds. What the linear axes have to make up for is bounded by the ways of the tip about both rotary axes.
+
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+use facemill_cl_data::{Aabb, ClPoint};
+use nalgebra::{Isometry3, Point3, Vector3};
+
+use crate::axes::axis::{Axis, AxisKind, Carrier};
+use crate::axes::axis_values::{AxisValues, MAX_AXES};
+use crate::machine::Machine;
+use crate::solver::Solver;
+use crate::solver::direction_pair::DirectionPair;
+use crate::solver::inverse_solution::{Branch, InverseSolution, Unreachable};
+use crate::solver::screw_chain::Screw;
+
+/// Tool poses in the table frame: axes within an angle of one, tips within a distance of one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PoseSet {
+    /// The pose in the middle.
+    pub cl: ClPoint,
+    /// Largest angle between the tool axis and that in the middle, rad.
+    pub turn: f64,
+    /// Largest distance between the tip and that in the middle, mm.
+    pub shift: f64,
+}
+
+/// Axis values of one branch over a [`PoseSet`]; limits are not asked.
+///
+/// Axes that do not [move the tool](Machine::moves_tool) are no matter of the poses: they stand at home, with 0 for the
+/// half. Whoever moves them sets both before [`Machine::body_travel`] is asked.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AxisRange {
+    /// The branch.
+    pub branch: Branch,
+    /// Values in the middle, at the turns nearest to home.
+    pub middle: AxisValues,
+    /// No value is farther from that in the middle, up to full turns.
+    pub half: AxisValues,
+}
+
+/// What is known of the axis values over a [`PoseSet`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[expect(clippy::large_enum_variant, reason = "copied about on the stack only, where a box would cost more")]
+pub enum AxisRanges {
+    /// Every pose has exactly these two solutions, limits aside.
+    Both([AxisRange; 2]),
+    /// No pose of the set is in reach, whatever the limits.
+    OutOfReach(Unreachable),
+    /// Nothing is proven: the set reaches to the pole or to the edge of the reach, or the machine's joints stand in an order
+    /// that is not treated (a rotary joint between two linear ones, or three rotary joints).
+    Unknown,
+}
+
+/// Axis limits over an [`AxisRange`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LimitVerdict {
+    /// All values of all axes can be taken within the limits.
+    Within,
+    /// One axis is beyond its limits everywhere; told are its values in the middle.
+    Beyond(Unreachable),
+    /// Neither is proven.
+    Unknown,
+}
+
+/// Added to every half range, mm or rad: rounding of the closed forms, which is 1e-12 of some metres, and the excess over a
+/// limit that counts as rounding (2e-10).
+const SLACK: f64 = 1e-8;
+
+/// Distance that the cone keeps from the pole and from the edge of the reach, rad: nearer, angles are noise.
+const FROM_POLE: f64 = 1e-6;
+
+impl Machine {
+    /// The axis values that tool poses of a set ask for: closed form, conservative.
+    pub fn axis_ranges(&self, set: &PoseSet, tool_length: f64) -> AxisRanges {
+        // Also refuses what is not a number.
+        if !(set.turn >= 0.0 && set.turn < FRAC_PI_2 && set.shift >= 0.0 && set.shift.is_finite()) {
+            return AxisRanges::Unknown;
+        }
+        let Solver::Closed { rotaries, .. } = &self.solver else { return AxisRanges::Unknown };
+        let solutions = match self.unlimited_pair(rotaries, &set.cl, tool_length, &self.home()) {
+            Ok((first, Some(second))) => [first, second],
+            Err(why @ Unreachable::Direction { by, .. }) if by > set.turn + FROM_POLE => {
+                return AxisRanges::OutOfReach(why);
+            }
+            _ => return AxisRanges::Unknown,
+        };
+        let ranges = solutions.map(|s| self.range_of(rotaries, set, tool_length, &s));
+        match ranges {
+            [Some(first), Some(second)] => AxisRanges::Both([first, second]),
+            _ => AxisRanges::Unknown,
+        }
+    }
+
+    fn range_of(
+        &self,
+        rotaries: &DirectionPair,
+        set: &PoseSet,
+        tool_length: f64,
+        solution: &InverseSolution,
+    ) -> Option<AxisRange> {
+        let rotary = self.rotary_halves(set)?;
+        let joints = Joints::new(self, &solution.values, tool_length);
+        let linear = self.linear_halves(&joints, &rotary, set)?;
+        let mut half = AxisValues::zeros(self.axes.len());
+        let mut n_linear = 0;
+        for screw in &self.chain.screws {
+            half[screw.axis] = SLACK
+                + match screw.kind {
+                    AxisKind::Rotary if screw.axis == rotaries.first.axis => rotary[0],
+                    AxisKind::Rotary => rotary[1],
+                    AxisKind::Linear => {
+                        n_linear += 1;
+                        linear[n_linear - 1]
+                    }
+                };
+        }
+        half.is_finite().then_some(AxisRange { branch: solution.branch, middle: solution.values, half })
+    }
+
+    /// How far the two rotary axes get from their values in the middle.
+    fn rotary_halves(&self, set: &PoseSet) -> Option<[f64; 2]> {
+        let mut rotaries = self.chain.screws.iter().filter(|s| s.kind == AxisKind::Rotary);
+        let (first, second) = (rotaries.next()?.direction, rotaries.next()?.direction);
+        let sides = Sides { between: angle(&first, &second), spindle: angle(&self.chain.spindle_at_zero(), &second) };
+        let to_first = angle(&set.cl.axis, &first);
+        let (least, most) = (to_first - set.turn, to_first + set.turn);
+        let (nearest, farthest) = sides.reach();
+        let beside = least > nearest.max(0.0) + FROM_POLE && most < farthest.min(PI) - FROM_POLE;
+        if !beside {
+            return None;
+        }
+        let [first_half, second_half] = sides.halves(to_first, set.turn);
+        let azimuth = (set.turn.sin() / to_first.sin()).min(1.0).asin();
+        Some([azimuth + first_half, second_half])
+    }
+
+    /// How far the three linear axes get from their values in the middle, in chain order.
+    ///
+    /// Whatever way the rotaries go, D·(linear rates) is the tip's rate less what the rotaries give it, each no more than its
+    /// own rate times the tip's distance from its axis.
+    fn linear_halves(&self, joints: &Joints<'_>, rotary: &[f64; 2], set: &PoseSet) -> Option<[f64; 3]> {
+        let screws = &self.chain.screws;
+        let first = screws.iter().position(|s| s.kind == AxisKind::Linear)?;
+        let last = screws.iter().rposition(|s| s.kind == AxisKind::Linear)?;
+        // With a rotary joint between them their directions would not keep their angles.
+        if last - first != 2 {
+            return None;
+        }
+        let way = set.shift + joints.tip_ways(rotary, set.shift)?;
+        let [x, y, z] = [0, 1, 2].map(|k| screws[first + k].direction.into_inner());
+        let (yz, zx, xy) = (y.cross(&z), z.cross(&x), x.cross(&y));
+        let determinant = x.dot(&yz).abs();
+        (determinant > 1e-6).then(|| [yz, zx, xy].map(|row| way * row.norm() / determinant))
+    }
+
+    /// The limits over a range of axis values. Axes that do not move the tool are not asked, as for a solution.
+    pub fn limits_over(&self, range: &AxisRange) -> LimitVerdict {
+        let mut all_within = true;
+        for (index, axis) in self.axes.iter().enumerate().filter(|(k, _)| self.moves_tool(*k)) {
+            let (value, half) = (range.middle.get_or_zero(index), range.half.get_or_zero(index));
+            match on_axis(axis, value, half) {
+                Some(true) => {}
+                Some(false) => {
+                    let &Axis { letter, kind, min, max, .. } = axis;
+                    let value = if kind == AxisKind::Rotary { nearest_to(axis, value) } else { value };
+                    return LimitVerdict::Beyond(Unreachable::AxisLimit { axis: letter, index, kind, value, min, max });
+                }
+                None => all_within = false,
+            }
+        }
+        if all_within { LimitVerdict::Within } else { LimitVerdict::Unknown }
+    }
+
+    /// Distance, mm, within which every point of a body of the machine stays of its place in the middle of the range, table
+    /// frame. The smaller of two bounds: the joints between table and body moving the body, or tip and tool axis and the
+    /// joints between tool and body. A body of the other head moves by that one's axes too, as far as the range says.
+    pub fn body_travel(&self, body: usize, range: &AxisRange, set: &PoseSet, tool_length: f64) -> f64 {
+        let body = &self.bodies[body];
+        let chain = self.chain_to(body);
+        let pose = chain.motion_behind(body.n_joints, &range.middle) * body.table_from_solid_at_zero;
+        let bounds = body.body.solid.aabb();
+        let center = pose * nalgebra::center(&bounds.min, &bounds.max);
+        let joints = Joints::new(self, &range.middle, tool_length);
+        let lines = match &self.other {
+            Some(other) if body.carrier() == Some(Carrier::OtherHead) => lines_of(&other.chain.screws, &range.middle),
+            _ => joints.axes,
+        };
+        let half = |screw: &Screw| range.half.get_or_zero(screw.axis);
+        // Each joint carries what is behind it; the distances from it grow with the joints on the way.
+        let reach = (bounds.max - bounds.min).norm() * 0.5;
+        let way = |order: &mut dyn Iterator<Item = (&Screw, &Line)>| {
+            order.fold(0.0, |way, (screw, line)| {
+                let rate = match screw.kind {
+                    AxisKind::Linear => 1.0,
+                    AxisKind::Rotary => distance(line, &center) + reach + way,
+                };
+                way + half(screw) * rate
+            })
+        };
+        let to_body = || chain.screws[..body.n_joints].iter().zip(&lines);
+        let by_table = way(&mut to_body().rev());
+        let turn: f64 = self.chain.screws.iter().filter(|s| s.kind == AxisKind::Rotary).map(half).sum();
+        // To the other head the way leads from the tool back to the bed, where both chains part.
+        let parts_at = match &self.other {
+            Some(other) if body.carrier() == Some(Carrier::OtherHead) => other.n_shared,
+            _ => body.n_joints,
+        };
+        let to_tool = self.chain.screws.iter().zip(&joints.axes).skip(parts_at);
+        let against_tool = way(&mut to_body().skip(parts_at).rev().chain(to_tool));
+        let from_tip = |p: &Point3<f64>| p - joints.tip;
+        let tool_axis = self.linear_map(&range.middle, tool_length).tool_axis;
+        // The tool's frame turns as its axis does, and about its axis by no more than it turns in all and back.
+        let all = corners(&bounds).map(|p| pose * p);
+        let largest = |of: &dyn Fn(&Point3<f64>) -> f64| all.iter().map(of).fold(0.0, f64::max);
+        let by_axis =
+            largest(&|p| set.turn * from_tip(p).norm() + (turn + set.turn) * from_tip(p).cross(&tool_axis).norm());
+        let by_tool = set.shift + by_axis.min(largest(&|p| turn * from_tip(p).norm())) + against_tool;
+        by_table.min(by_tool) + SLACK
+    }
+}
+
+fn corners(bounds: &Aabb) -> [Point3<f64>; 8] {
+    let pick = |k: usize, axis: usize| if k >> axis & 1 == 0 { bounds.min[axis] } else { bounds.max[axis] };
+    std::array::from_fn(|k| Point3::new(pick(k, 0), pick(k, 1), pick(k, 2)))
+}
+
+/// The sides of the spherical triangle of first axis, second axis and tool axis that do not change.
+#[derive(Debug)]
+struct Sides {
+    /// Between the two rotary axes.
+    between: f64,
+    /// Between spindle and second axis.
+    spindle: f64,
+}
+
+impl Sides {
+    /// Least and largest angle between tool axis and first axis.
+    fn reach(&self) -> (f64, f64) {
+        let sum = self.between + self.spindle;
+        ((self.between - self.spindle).abs(), sum.min(TAU - sum))
+    }
+
+    /// Angles at the first and at the second axis (half-angle formulas).
+    fn angles(&self, to_first: f64) -> [f64; 2] {
+        let half = 0.5 * (to_first + self.between + self.spindle);
+        let [first, between, spindle, all] =
+            [half - to_first, half - self.between, half - self.spindle, PI - half].map(|m| m.max(0.0).sin().max(0.0));
+        let at_first = 2.0 * (between * first).sqrt().atan2((all * spindle).sqrt());
+        [at_first, 2.0 * (between * spindle).sqrt().atan2((all * first).sqrt())]
+    }
+
+    /// How far both angles get from those at `to_first` when it changes by up to `turn`. The second is monotone; the first turns
+    /// back at most once.
+    fn halves(&self, to_first: f64, turn: f64) -> [f64; 2] {
+        let (least, most) = (to_first - turn, to_first + turn);
+        let at = self.angles(to_first);
+        let turning = self.turning_point().filter(|a| least < *a && *a < most);
+        let extremes = [least, most].into_iter().chain(turning);
+        extremes
+            .map(|a| self.angles(a))
+            .fold([0.0, 0.0], |far: [f64; 2], e| [far[0].max((e[0] - at[0]).abs()), far[1].max((e[1] - at[1]).abs())])
+    }
+
+    /// Where the angle at the first axis is largest or smallest: its cosine (cos c − cos a·cos b)/(sin a·sin b) has the derivative
+    /// (cos b − cos c·cos a)/(sin²a·sin b), with a the side to the tool axis, b between, c of the spindle.
+    fn turning_point(&self) -> Option<f64> {
+        let cosine = self.between.cos() / self.spindle.cos();
+        (cosine.abs() <= 1.0).then(|| cosine.acos())
+    }
+}
+
+/// The joints of a machine as they stand, table frame.
+struct Joints<'m> {
+    screws: &'m [Screw],
+    axes: [Line; MAX_AXES],
+    tip: Point3<f64>,
+}
+
+/// Direction and a point of a joint's axis.
+pub(crate) type Line = (Vector3<f64>, Point3<f64>);
+
+/// The lines of the joints of a chain as they stand, table frame.
+pub(crate) fn lines_of(screws: &[Screw], q: &AxisValues) -> [Line; MAX_AXES] {
+    let mut lines = [(Vector3::zeros(), Point3::origin()); MAX_AXES];
+    let mut motion = Isometry3::identity();
+    for (line, screw) in lines.iter_mut().zip(screws) {
+        *line = (motion.rotation * screw.direction.into_inner(), motion * Point3::from(screw.point));
+        motion *= screw.motion(q.get_or_zero(screw.axis));
+    }
+    lines
+}
+
+pub(crate) fn distance((direction, point): &Line, p: &Point3<f64>) -> f64 {
+    direction.cross(&(p - point)).norm()
+}
+
+impl<'m> Joints<'m> {
+    fn new(machine: &'m Machine, q: &AxisValues, tool_length: f64) -> Self {
+        let screws = &machine.chain.screws;
+        Self { screws, axes: lines_of(screws, q), tip: machine.cl_point(q, tool_length).tip }
+    }
+
+    /// Distance of a point from the axis of a rotary joint.
+    fn distance_from(&self, k: usize, p: &Point3<f64>) -> f64 {
+        distance(&self.axes[k], p)
+    }
+
+    /// Sum of the ways that the rotary joints move the tip, for their half ranges in chain order.
+    ///
+    /// The tip's distance from an axis changes with the joints behind it; or, seen from the link before the axis, with the
+    /// tip and the joints in front of it. Linear joints, whose ways are not known yet, may stand on one side only.
+    fn tip_ways(&self, rotary: &[f64; 2], shift: f64) -> Option<f64> {
+        let at: Vec<usize> = (0..self.screws.len()).filter(|&k| self.screws[k].kind == AxisKind::Rotary).collect();
+        let (first, second) = (*at.first()?, *at.get(1)?);
+        let linear_in = |from: usize, to: usize| self.screws[from..to].iter().any(|s| s.kind == AxisKind::Linear);
+        let unless = |unknown: bool, reach: f64| if unknown { f64::INFINITY } else { reach };
+        let (from_first, from_second) = (self.distance_from(first, &self.tip), self.distance_from(second, &self.tip));
+        let n = self.screws.len();
+        let front_first = unless(linear_in(0, first), from_first + shift);
+        let back_second = unless(linear_in(second, n), from_second);
+        let front_second = unless(linear_in(0, second), from_second + shift + rotary[0] * front_first);
+        let back_first = unless(linear_in(first, n), from_first + rotary[1] * back_second);
+        let (reach_first, reach_second) = (front_first.min(back_first), back_second.min(front_second));
+        let ways = rotary[0] * reach_first + rotary[1] * reach_second;
+        ways.is_finite().then_some(ways)
+    }
+}
+
+/// Whether values within `half` of `value` can all be taken within the limits (`Some(true)`), or none (`Some(false)`).
+fn on_axis(axis: &Axis, value: f64, half: f64) -> Option<bool> {
+    let value = if axis.kind == AxisKind::Rotary { nearest_to(axis, value) } else { value };
+    if axis.min <= value - half && value + half <= axis.max {
+        return Some(true);
+    }
+    // Of a rotary axis, the turn nearest to the limits is outside: all others are farther, but for those on the other side.
+    let beyond = |v: f64| v - half > axis.max || v + half < axis.min;
+    let turns: &[f64] = if axis.kind == AxisKind::Rotary { &[-TAU, 0.0, TAU] } else { &[0.0] };
+    turns.iter().all(|turn| beyond(value + turn)).then_some(false)
+}
+
+/// The value plus full turns that is nearest to the middle of the limits.
+fn nearest_to(axis: &Axis, value: f64) -> f64 {
+    let middle = if axis.min.is_finite() && axis.max.is_finite() { 0.5 * (axis.min + axis.max) } else { axis.home };
+    crate::inverse::nearest_turn(value, middle)
+}
+
+fn angle(a: &Vector3<f64>, b: &Vector3<f64>) -> f64 {
+    a.cross(b).norm().atan2(a.dot(b))
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::inverse::axis_ranges::*;
+
+    #[test]
+    fn angles_at_both_axes_stay_within_their_halves_where_the_first_turns_back_too() {
+        let mut turned_back = 0;
+        for (between, spindle) in [(0.5, 0.9), (1.2, 0.4), (1.3, 0.9), (2.0, 0.7), (0.7, 0.7), (1.5, 1.6)] {
+            let sides = Sides { between, spindle };
+            let (nearest, farthest) = sides.reach();
+            for k in 1..60 {
+                let to_first = nearest + (farthest - nearest) * f64::from(k) / 60.0;
+                let turn = 0.9 * (to_first - nearest).min(farthest - to_first);
+                let [first, second] = sides.halves(to_first, turn);
+                let at = sides.angles(to_first);
+                let mut seen = [0.0f64; 2];
+                for j in 0..=200 {
+                    let a = sides.angles(to_first + turn * (f64::from(j) / 100.0 - 1.0));
+                    seen = [seen[0].max((a[0] - at[0]).abs()), seen[1].max((a[1] - at[1]).abs())];
+                }
+                assert!(seen[0] <= first + 1e-12 && seen[1] <= second + 1e-12, "{sides:?} {to_first} {seen:?}");
+                assert!(seen[0] > 0.99 * first - 1e-9 && seen[1] > 0.99 * second - 1e-9, "no larger than need be");
+                turned_back += usize::from(sides.turning_point().is_some_and(|a| (a - to_first).abs() < turn));
+            }
+        }
+        assert!(turned_back > 10, "{turned_back}");
+    }
+}

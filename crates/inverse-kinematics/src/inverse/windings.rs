@@ -1,0 +1,49 @@
+use std::f64::consts::TAU;
+
+use crate::axes::axis::Axis;
+use crate::axes::axis_values::AxisValues;
+use crate::machine::Machine;
+
+/// The most windings of one axis that are told: a cable is never wound further, a limit may be.
+const MOST: usize = 5;
+
+impl Machine {
+    /// The same position with its rotary axes at every number of full turns that their limits allow.
+    ///
+    /// An endless axis has one winding, the value it has: it turns on from wherever it stands. Of an axis with more than five
+    /// the five nearest to home are told. Ascending, the axes of [`Machine::axes`] in turn; empty where no turn brings an axis
+    /// within its limits. The tool stands the same in all of them; axes that do not move it keep their values.
+    pub fn windings(&self, q: &AxisValues) -> Vec<AxisValues> {
+        let mut all = vec![*q];
+        for (k, axis) in self.axes.iter().enumerate() {
+            if !self.is_rotary(k) || axis.endless {
+                continue;
+            }
+            let turned = turns(axis, q.get_or_zero(k));
+            all = all
+                .iter()
+                .flat_map(|q| {
+                    turned.iter().map(|&value| {
+                        let mut q = *q;
+                        q[k] = value;
+                        q
+                    })
+                })
+                .collect();
+        }
+        all
+    }
+}
+
+/// The values of an axis at all of its windings, ascending.
+fn turns(axis: &Axis, value: f64) -> Vec<f64> {
+    let nearest = value + TAU * ((axis.home - value) / TAU).round();
+    let reach = MOST as i32;
+    let mut values: Vec<f64> =
+        (-reach..=reach).map(|n| if n == 0 { nearest } else { nearest + TAU * f64::from(n) }).collect();
+    values.retain(|&v| axis.holds(v));
+    values.sort_by(|a, b| (a - axis.home).abs().total_cmp(&(b - axis.home).abs()));
+    values.truncate(MOST);
+    values.sort_by(f64::total_cmp);
+    values
+}

@@ -1,0 +1,254 @@
+use facemill_cl_data::PlacedSolid;
+use nalgebra::{Isometry3, Point3, Translation3, Unit, UnitQuaternion, Vector3};
+
+use crate::axes::axis::{Axis, AxisKind, AxisLetter, Carrier};
+use crate::axes::axis_values::AxisValues;
+use crate::machine::Machine;
+use crate::machine::bodies::{LinkId, MachineBody, pose_of, solid_of};
+use crate::machine::check::{check_assumed, check_bodies, check_feed, check_motion, check_name, check_row, joint_axis};
+use crate::machine::heads::OtherChain;
+use crate::machine_file::error::MachineError;
+use crate::machine_file::{BodyFile, DhRow, Joint, MachineFile, Sense};
+use crate::solver::Solver;
+use crate::solver::inverse_solution::OwnAxes;
+use crate::solver::screw_chain::{Screw, ScrewChain};
+
+/// One chain walked from the bed at the zero pose.
+struct WalkedChain {
+    /// Axis, sense and frame of every joint, from the bed outward; the joint acts along or about the frame's z.
+    joints: Vec<(Axis, Sense, Isometry3<f64>)>,
+    /// Frame behind every row.
+    bed_from_link: Vec<Isometry3<f64>>,
+    /// Joints up to and including every row.
+    joints_up_to: Vec<usize>,
+}
+
+/// All chains of a file, each walked from the bed.
+struct Walked {
+    table: WalkedChain,
+    heads: Vec<WalkedChain>,
+}
+
+/// Validates a file and sets up the machine of its one head.
+pub(crate) fn build(file: MachineFile) -> Result<Machine, MachineError> {
+    if file.tool_chains.len() == 2 {
+        return Err(MachineError::TwoHeads);
+    }
+    build_view(file, 0)
+}
+
+/// Validates a file and sets up a view for each of its heads.
+pub(crate) fn build_heads(file: MachineFile) -> Result<Vec<Machine>, MachineError> {
+    let walked = Walked::new(&file)?;
+    (0..walked.heads.len()).map(|head| walked.view(file.clone(), head)).collect()
+}
+
+/// As [`build_heads`], one of them.
+pub(crate) fn build_view(file: MachineFile, head: usize) -> Result<Machine, MachineError> {
+    Walked::new(&file)?.view(file, head)
+}
+
+impl Walked {
+    fn new(file: &MachineFile) -> Result<Self, MachineError> {
+        check_name("name", &file.name)?;
+        check_assumed(file)?;
+        check_motion(&file.motion)?;
+        check_feed(&file.feed)?;
+        check_bodies("bed_bodies", &file.bed_bodies)?;
+        let n_heads = file.tool_chains.len();
+        if !(1..=2).contains(&n_heads) {
+            return Err(MachineError::HeadCount { n_heads });
+        }
+        let table = walk("workpiece_chain", &file.workpiece_chain.rows, Carrier::Table)?;
+        let mut heads = Vec::new();
+        for (k, chain) in file.tool_chains.iter().enumerate() {
+            heads.push(walk(&format!("tool_chains[{k}]"), &chain.rows, Carrier::Head)?);
+        }
+        refuse_duplicates(file, &table, &heads)?;
+        for (head, chain) in heads.iter().enumerate() {
+            refuse_structure(&table, head, chain)?;
+        }
+        if n_heads > 1 && table.joints.is_empty() {
+            return Err(MachineError::NothingShared);
+        }
+        Ok(Self { table, heads })
+    }
+
+    /// The machine as a head sees it.
+    fn view(&self, file: MachineFile, head: usize) -> Result<Machine, MachineError> {
+        let axes = self.axes(head);
+        let chain = self.chain(head, &axes);
+        let solver = Solver::new(&chain, &axes)?;
+        let bodies = self.bodies(&file, head)?;
+        let other = self.other(&file, head, &axes, &chain);
+        let machine = Machine { file, axes, chain, solver, bodies, head, other };
+        refuse_dependent_linears(&machine)?;
+        Ok(machine)
+    }
+
+    /// The axes in the order of NC words.
+    fn axes(&self, head: usize) -> Vec<Axis> {
+        let mut axes: Vec<Axis> = self.table.joints.iter().map(|j| j.0.clone()).collect();
+        for (k, chain) in self.heads.iter().enumerate() {
+            let carried_by = if k == head { Carrier::Head } else { Carrier::OtherHead };
+            axes.extend(chain.joints.iter().map(|j| Axis { carried_by, ..j.0.clone() }));
+        }
+        axes.sort_by_key(|a| a.letter);
+        axes
+    }
+
+    /// The joints in the order from the table to the tool of a head.
+    fn chain(&self, head: usize, axes: &[Axis]) -> ScrewChain {
+        let table_from_bed = self.table.end().inverse();
+        // A table joint moves the table relative to the bed: seen from the table the bed moves the opposite way.
+        let from_table = self.table.joints.iter().rev().map(|(a, s, frame)| (a, -s.sign(), frame));
+        let to_tool = self.heads[head].joints.iter().map(|(a, s, frame)| (a, s.sign(), frame));
+        let screws = from_table.chain(to_tool).map(|(axis, sign, frame)| {
+            let frame = table_from_bed * frame;
+            let axis = axes.iter().position(|a| a.letter == axis.letter).unwrap_or_default();
+            let direction = Unit::new_normalize(frame.rotation * Vector3::z() * sign);
+            Screw::new(axis, axes[axis].kind, direction, frame.translation.vector)
+        });
+        ScrewChain { screws: screws.collect(), table_from_nose: table_from_bed * self.heads[head].end() }
+    }
+
+    /// What the view of a head knows of the other one.
+    fn other(&self, file: &MachineFile, head: usize, axes: &[Axis], chain: &ScrewChain) -> Option<OtherChain> {
+        let other = (0..self.heads.len()).find(|&k| k != head)?;
+        let mut own: OwnAxes = std::array::from_fn(|k| chain.screws[k].axis as u8);
+        own.sort_unstable();
+        Some(OtherChain {
+            chain: self.chain(other, axes),
+            n_shared: self.table.joints.len(),
+            own,
+            last_row: file.tool_chains[other].rows.len().checked_sub(1),
+        })
+    }
+
+    fn bodies(&self, file: &MachineFile, head: usize) -> Result<Vec<MachineBody>, MachineError> {
+        let table_from_bed = self.table.end().inverse();
+        let n_table = self.table.joints.len();
+        let mut bodies = Vec::new();
+        let mut add = |list: &[BodyFile], link, n_joints, bed_from_link: &Isometry3<f64>| {
+            for body in list {
+                let frame_from_solid = pose_of(body);
+                bodies.push(MachineBody {
+                    body: PlacedSolid { name: body.name.clone(), solid: solid_of(body)?, frame_from_solid },
+                    clearance: body.clearance_mm,
+                    link,
+                    n_joints,
+                    table_from_solid_at_zero: table_from_bed * bed_from_link * frame_from_solid,
+                });
+            }
+            Ok::<(), MachineError>(())
+        };
+        add(&file.bed_bodies, LinkId::Bed, n_table, &Isometry3::identity())?;
+        for (row, dh) in file.workpiece_chain.rows.iter().enumerate() {
+            let link = LinkId::Row { carrier: Carrier::Table, row };
+            add(&dh.bodies, link, n_table - self.table.joints_up_to[row], &self.table.bed_from_link[row])?;
+        }
+        let others = (0..self.heads.len()).filter(|&k| k != head).map(|k| (k, Carrier::OtherHead));
+        for (k, carrier) in [(head, Carrier::Head)].into_iter().chain(others) {
+            for (row, dh) in file.tool_chains[k].rows.iter().enumerate() {
+                let walked = &self.heads[k];
+                let link = LinkId::Row { carrier, row };
+                add(&dh.bodies, link, n_table + walked.joints_up_to[row], &walked.bed_from_link[row])?;
+            }
+        }
+        Ok(bodies)
+    }
+}
+
+impl WalkedChain {
+    fn end(&self) -> Isometry3<f64> {
+        self.bed_from_link.last().copied().unwrap_or_else(Isometry3::identity)
+    }
+}
+
+/// Craig's modified convention: RotX(alpha) · TransX(a) · RotZ(theta) · TransZ(d).
+fn dh_transform(row: &DhRow) -> Isometry3<f64> {
+    let about_x = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), row.alpha_deg.to_radians());
+    let about_z = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), row.theta_deg.to_radians());
+    Isometry3::from_parts(Translation3::identity(), about_x)
+        * Translation3::new(row.a_mm, 0.0, 0.0)
+        * about_z
+        * Translation3::new(0.0, 0.0, row.d_mm)
+}
+
+fn walk(chain: &str, rows: &[DhRow], carrier: Carrier) -> Result<WalkedChain, MachineError> {
+    let mut walked = WalkedChain { joints: Vec::new(), bed_from_link: Vec::new(), joints_up_to: Vec::new() };
+    for (k, row) in rows.iter().enumerate() {
+        let field = format!("{chain}.rows[{k}]");
+        check_row(&field, row)?;
+        let frame = walked.end() * dh_transform(row);
+        if let Some(joint) = &row.joint {
+            let sense = match joint {
+                Joint::Prismatic(j) => j.sense,
+                Joint::Revolute(j) => j.sense,
+            };
+            walked.joints.push((joint_axis(&field, joint, carrier)?, sense, frame));
+        }
+        walked.bed_from_link.push(frame);
+        walked.joints_up_to.push(walked.joints.len());
+    }
+    Ok(walked)
+}
+
+fn refuse_duplicates(file: &MachineFile, table: &WalkedChain, heads: &[WalkedChain]) -> Result<(), MachineError> {
+    let mut seen: Vec<AxisLetter> = table.joints.iter().map(|j| j.0.letter).collect();
+    let repeated = (1..seen.len()).find(|&k| seen[..k].contains(&seen[k]));
+    if let Some(k) = repeated {
+        return Err(duplicate("workpiece_chain", &file.workpiece_chain.rows, k, seen[k]));
+    }
+    for (h, head) in heads.iter().enumerate() {
+        for (k, (axis, ..)) in head.joints.iter().enumerate() {
+            if seen.contains(&axis.letter) {
+                return Err(duplicate(&format!("tool_chains[{h}]"), &file.tool_chains[h].rows, k, axis.letter));
+            }
+            seen.push(axis.letter);
+        }
+    }
+    Ok(())
+}
+
+fn duplicate(chain: &str, rows: &[DhRow], joint: usize, letter: AxisLetter) -> MachineError {
+    let row = rows.iter().enumerate().filter(|(_, r)| r.joint.is_some()).nth(joint).map_or(0, |(k, _)| k);
+    MachineError::Field {
+        field: format!("{chain}.rows[{row}].joint"),
+        axis: Some(letter.to_string()),
+        problem: crate::machine_file::error::FieldProblem::DuplicateAxis,
+    }
+}
+
+fn refuse_structure(table: &WalkedChain, head: usize, chain: &WalkedChain) -> Result<(), MachineError> {
+    let count = |kind| table.joints.iter().chain(&chain.joints).filter(|(axis, ..)| axis.kind == kind).count();
+    match (count(AxisKind::Linear), count(AxisKind::Rotary)) {
+        (3, 2) | (2, 3) => Ok(()),
+        (n_linear, n_rotary) => Err(MachineError::UnsupportedStructure { head, n_linear, n_rotary }),
+    }
+}
+
+/// Refuses machines that cannot place the tip in every direction while the tool axis stands, in any pose (tried in a few).
+fn refuse_dependent_linears(machine: &Machine) -> Result<(), MachineError> {
+    let free_somewhere = [0.0, 0.7, -1.1].iter().any(|&angle| {
+        let q = AxisValues::from_fn(machine.axes.len(), |k| {
+            if machine.is_rotary(k) { angle * (1.0 + 0.37 * k as f64) } else { 50.0 }
+        });
+        match &machine.solver {
+            Solver::Closed { .. } => machine.linear_map(&q, 0.0).solve(&Point3::origin()).is_some(),
+            Solver::Numeric(_) => moves_tool_freely(&machine.chain, &q),
+        }
+    });
+    if free_somewhere {
+        return Ok(());
+    }
+    let axes = machine.solver.linears().iter().map(|&k| machine.axes[k].letter).collect();
+    Err(MachineError::DependentLinears { axes })
+}
+
+/// Whether five joints move tip and tool axis in every direction at a pose.
+fn moves_tool_freely(chain: &ScrewChain, q: &AxisValues) -> bool {
+    // 1e-9 is what directions known to 1e-9 leave of nothing.
+    const LEAST: f64 = 1e-9;
+    chain.tool_velocities(q, 0.0).0.determinant().abs() > LEAST
+}

@@ -1,0 +1,78 @@
+use nalgebra::{Isometry3, Matrix3, Rotation3, UnitQuaternion, Vector3};
+
+use crate::axes::axis_values::AxisValues;
+use crate::machine::Machine;
+
+/// How far X, Y and Z may be from unit vectors at right angles for a control to count in them as coordinates.
+const SQUARE: f64 = 1e-9;
+
+impl Machine {
+    /// The frame that a control counts X, Y and Z in under a work offset, fixed to the table: its origin is where the gauge
+    /// point is at the axis values `offset`, its directions are those in which positive X, Y and Z bring the tool against
+    /// the table there. Table frame from that frame.
+    ///
+    /// With the rotary axes at their offsets, the tip's coordinates in it are the words of the axes under length
+    /// compensation; under RTCP they are so in every pose. `None` for a machine without axes X, Y and Z (of one head of two: X1, Y1
+    /// and Z1, or X2, Y2 and Z2), or where they are not at right angles.
+    pub fn work_coordinates(&self, offset: &AxisValues) -> Option<Isometry3<f64>> {
+        let origin = self.cl_point(offset, 0.0).tip;
+        let direction = |letter: &str| -> Option<Vector3<f64>> {
+            let k = self.own_axis(letter)?;
+            let mut moved = *offset;
+            moved[k] += 1.0;
+            Some(self.cl_point(&moved, 0.0).tip - origin)
+        };
+        let directions = Matrix3::from_columns(&[direction("X")?, direction("Y")?, direction("Z")?]);
+        let is_square = (directions.tr_mul(&directions) - Matrix3::identity()).amax() < SQUARE;
+        if !is_square || directions.determinant() < 0.0 {
+            return None;
+        }
+        let rotation = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(directions));
+        Some(Isometry3::from_parts(origin.into(), rotation))
+    }
+
+    /// The axis with this letter that moves the tool; with a number behind it (X2) where there is none without.
+    fn own_axis(&self, letter: &str) -> Option<usize> {
+        let own = |k: &usize| self.moves_tool(*k);
+        let numbered = |k: &usize| self.axes()[*k].letter.as_str().starts_with(letter);
+        let mut all = (0..self.axes().len()).filter(own).filter(numbered);
+        self.axis_index(letter).filter(own).or_else(|| all.next())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::machine::work_frame::*;
+
+    #[test]
+    fn words_under_length_compensation_are_the_tips_coordinates_at_the_rotary_offsets() {
+        let machine = Machine::head_b_table_c().unwrap();
+        let travel = machine.length_compensation_travel().unwrap();
+        for (c_offset, tool_length) in [(0.0, 120.0), (0.7, 250.0), (-2.0, 0.0)] {
+            let index = |letter: &str| machine.axis_index(letter).unwrap();
+            let mut offset = AxisValues::zeros(machine.axes().len());
+            (offset[index("X")], offset[index("Y")], offset[index("Z")]) = (800.0, -35.0, 410.0);
+            offset[index("C")] = c_offset;
+            let frame = machine.work_coordinates(&offset).unwrap();
+            for words in [[0.0, 0.0, 0.0], [12.5, -3.0, 77.0]] {
+                let mut q = offset;
+                for (k, letter) in ["X", "Y", "Z"].into_iter().enumerate() {
+                    q[index(letter)] += words[k] + tool_length * travel.get_or_zero(index(letter));
+                }
+                let tip = frame.inverse_transform_point(&machine.cl_point(&q, tool_length).tip);
+                assert!((tip.coords - Vector3::from(words)).norm() < 1e-9, "{tip} for {words:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_frame_turns_with_the_table() {
+        // Seen from the table, a turned table's X axis points the other way round.
+        let machine = Machine::head_b_table_c().unwrap();
+        let mut offset = AxisValues::zeros(machine.axes().len());
+        let at_zero = machine.work_coordinates(&offset).unwrap();
+        offset[machine.axis_index("C").unwrap()] = 0.3;
+        let turned = machine.work_coordinates(&offset).unwrap();
+        assert!((at_zero.rotation.angle_to(&turned.rotation) - 0.3).abs() < 1e-12);
+    }
+}

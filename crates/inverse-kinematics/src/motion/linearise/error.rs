@@ -1,0 +1,72 @@
+use crate::axes::axis::AxisLetter;
+use crate::motion::linearise::PoseFraction;
+use crate::solver::inverse_solution::Unreachable;
+
+/// Why poses cannot be linearised.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum LineariseError {
+    /// A tolerance is not above 0, or too small to tell from rounding.
+    #[error("tolerance `{field}` has to be at least 1e-6 mm or 1e-9 rad, a radius finite and not below 0")]
+    BadTolerance {
+        /// Field of [`MotionTolerance`](crate::motion::linearise::MotionTolerance).
+        field: &'static str,
+    },
+    /// The position to start from is no position of the machine, or the tool length is not finite.
+    #[error("the start is not {n_axes} finite axis values, or the tool length is not finite")]
+    BadStart {
+        /// Number of axes of the machine.
+        n_axes: usize,
+    },
+    /// The machine does not get there.
+    #[error("{place}: {cause}; move the part, choose another posture there, or end the pass before")]
+    Unreachable {
+        /// Where.
+        place: PoseFraction,
+        /// Why.
+        cause: Unreachable,
+    },
+    /// The side of the rotary axes that the pass is on, or the full turns they have made, ends at a limit.
+    #[error(
+        "{place}: axis {axis} would have to jump by {:.1} deg, because the way that it is on ends at a limit; start on \
+         the other branch or another full turn, or retract there and turn", by.to_degrees()
+    )]
+    Jump {
+        /// Where.
+        place: PoseFraction,
+        /// The rotary axis that jumps farthest.
+        axis: AxisLetter,
+        /// By how much, rad.
+        by: f64,
+    },
+    /// The rotary axes cannot follow the tool axis, however close positions are: it is at, or too near to, the rotary
+    /// axis nearest to the workpiece.
+    #[error(
+        "{place}: no step is short enough, because the tool axis is {:.4} deg from rotary axis {axis}, which would \
+         have to jump; tilt the tool away from that axis there, or retract and turn", from.to_degrees()
+    )]
+    Singular {
+        /// Where.
+        place: PoseFraction,
+        /// The rotary axis nearest to the workpiece.
+        axis: AxisLetter,
+        /// Angle between tool axis and rotary axis, rad.
+        from: f64,
+    },
+    /// Neighbouring tool axes are opposite, so that the plane in which to turn is open.
+    #[error("{place}: the tool axis reverses to the next pose; put a pose between the two")]
+    Reverses {
+        /// Where.
+        place: PoseFraction,
+    },
+    /// More positions would be needed than are allowed.
+    #[error(
+        "{place}: more than {limit} positions are needed to the next pose; allow more, a larger tolerance, or tilt the \
+         tool away from the rotary axis nearest to the workpiece"
+    )]
+    TooMany {
+        /// Where.
+        place: PoseFraction,
+        /// [`Linearisation::max_between`](crate::motion::linearise::Linearisation::max_between).
+        limit: usize,
+    },
+}

@@ -1,0 +1,364 @@
+use facemill_cl_data::MotionLaw;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::dialect::Dialect;
+use crate::dialect::file::{Decimals, DialectFile};
+use crate::program::FeedMode;
+use crate::words::axis_words::AxisWords;
+
+/// The `post` section of a job file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PostFile {
+    /// Control the program is written for.
+    pub dialect: Dialect,
+    /// What F means.
+    #[serde(default)]
+    pub feed_mode: FeedMode,
+    /// Path of a dialect file, of which the caller makes settings with [`PostFile::settings_of`]; the one of [`PostFile::dialect`]
+    /// where absent. [`PostFile::dialect`] then says which reader reads the programs, and whose template is taken.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub dialect_file: Option<String>,
+    /// Path of a minijinja template; the dialect's own where absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub template: Option<String>,
+    /// Program number (O), 1 to 99999999.
+    #[serde(default = "default_program_number")]
+    pub program_number: u32,
+    /// Name beside the program number; the job's name where absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub program_name: Option<String>,
+    /// Block numbers (N); none where null.
+    #[serde(default = "default_block_numbers")]
+    pub block_numbers: Option<BlockNumbers>,
+    /// Decimals of the words.
+    #[serde(default)]
+    pub decimals: Decimals,
+    /// Write `X100.000` instead of `X100.`; both have a decimal point, without which a control may count in micrometres.
+    #[serde(default)]
+    pub trailing_zeros: bool,
+    /// Longest line, 20 to 500 characters, and at most what the control takes. Where it is not given 120; with `orientation: vectors`
+    /// of a control whose blocks name all of them every time, what the control takes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub max_line_length: Option<u16>,
+    /// How the tool's direction is said under `rtcp`.
+    #[serde(default)]
+    pub orientation: Orientation,
+    /// Switch the control's look-ahead on around the motions.
+    #[serde(default)]
+    pub look_ahead: bool,
+}
+
+/// How a program under RTCP says which way the tool stands.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Orientation {
+    /// By words of the rotary axes: the control goes to the positions that were planned and tested.
+    #[default]
+    Rotary,
+    /// By unit vectors of the tool's axis in cutting moves: the control finds the rotary positions itself, and of two it
+    /// takes the one it finds nearer.
+    Vectors,
+}
+
+/// Numbering of blocks. Behind 99999 it starts again; numbers that the template uses itself are left out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BlockNumbers {
+    /// First number, 1 to 99999.
+    pub start: u32,
+    /// Difference of neighbours, 1 to 1000.
+    pub step: u32,
+}
+
+/// What a [`PostFile`], a dialect file or a machine asks for that cannot be written.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum PostError {
+    /// A number that is out of its range.
+    #[error("{field} is {value}: it must be from {min} to {max}")]
+    Range {
+        /// Name in the file, below `post`.
+        field: &'static str,
+        /// As given.
+        value: u32,
+        /// Smallest allowed.
+        min: u32,
+        /// Largest allowed.
+        max: u32,
+    },
+    /// Something that the control does not do.
+    #[error("{field}: {name} has no {value}{}", if instead.is_empty() { String::new() } else { format!("; {instead}") })]
+    Absent {
+        /// Name in the file, below `post`.
+        field: &'static str,
+        /// As given.
+        value: String,
+        /// Name of the control.
+        name: String,
+        /// What to do.
+        instead: String,
+    },
+    /// The machine's motion law is not one of the control's.
+    #[error("dialect: {name} does not move as the machine file says, {key}: {value}; it does {allowed}")]
+    Law {
+        /// Name of the control.
+        name: String,
+        /// Key of the machine file.
+        key: &'static str,
+        /// Value in the machine file.
+        value: &'static str,
+        /// What the control can do.
+        allowed: String,
+    },
+    /// A dialect file that nothing can be written with.
+    #[error("dialect file, {field}: {why}")]
+    Dialect {
+        /// Name in the file.
+        field: String,
+        /// What is wrong.
+        why: String,
+    },
+}
+
+/// How a program is written: a checked [`PostFile`] with the template's text.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PostSettings {
+    pub(crate) dialect: Dialect,
+    pub(crate) rules: DialectFile,
+    pub(crate) feed_mode: FeedMode,
+    pub(crate) orientation: Orientation,
+    pub(crate) look_ahead: bool,
+    pub(crate) template: Template,
+    pub(crate) program_number: u32,
+    pub(crate) program_name: Option<String>,
+    pub(crate) block_numbers: Option<BlockNumbers>,
+    pub(crate) decimals: Decimals,
+    pub(crate) trailing_zeros: bool,
+    pub(crate) max_line_length: usize,
+    /// What plan and verification assume.
+    pub(crate) motion: Option<MotionLaw>,
+    /// Machine values of the reference position, mm or deg.
+    pub(crate) home: Option<AxisWords>,
+}
+
+/// A template and what its errors call it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Template {
+    /// File name, for errors.
+    pub name: String,
+    /// minijinja source.
+    pub text: String,
+}
+
+/// Largest difference between a word and the number it was written from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RoundingBound {
+    /// Of every linear axis, mm.
+    pub linear: f64,
+    /// Of every rotary axis, rad.
+    pub rotary: f64,
+    /// Angle between a tool axis and its vector in the text, rad; 0 where no vectors are written.
+    pub vector: f64,
+}
+
+/// Largest block number; older controls have five digits.
+pub(crate) const LAST_BLOCK_NUMBER: u32 = 99_999;
+
+/// Largest program number.
+pub const LAST_PROGRAM_NUMBER: u32 = 99_999_999;
+
+fn default_program_number() -> u32 {
+    1001
+}
+
+// serde needs the type of the field.
+#[expect(clippy::unnecessary_wraps, reason = "the default of an optional field")]
+fn default_block_numbers() -> Option<BlockNumbers> {
+    Some(BlockNumbers { start: 1, step: 1 })
+}
+
+/// Longest line where nobody says it, characters.
+const LONGEST_LINE: u16 = 120;
+
+/// Longest line that may be asked for, characters.
+const MOST_CHARACTERS: u16 = 500;
+
+impl Default for PostFile {
+    /// What a file says that names the default dialect and nothing else.
+    fn default() -> Self {
+        Self {
+            dialect: Dialect::default(),
+            dialect_file: None,
+            feed_mode: FeedMode::default(),
+            template: None,
+            program_number: default_program_number(),
+            program_name: None,
+            block_numbers: default_block_numbers(),
+            decimals: Decimals::default(),
+            trailing_zeros: false,
+            max_line_length: None,
+            orientation: Orientation::default(),
+            look_ahead: false,
+        }
+    }
+}
+
+impl PostFile {
+    /// Checks the ranges and joins the template: the text of the file that [`PostFile::template`] names, which the
+    /// caller has read, or `None` for the dialect's own.
+    ///
+    /// # Errors
+    /// When a number is out of its range, or the control has no word for what is asked.
+    pub fn settings(&self, template: Option<Template>) -> Result<PostSettings, PostError> {
+        self.settings_of(self.dialect.file(), template.unwrap_or_else(|| self.dialect.template()))
+    }
+
+    /// The same with a dialect file and a template of one's own.
+    ///
+    /// # Errors
+    /// As [`PostFile::settings`], and when nothing can be written with the dialect file.
+    pub fn settings_of(&self, rules: DialectFile, template: Template) -> Result<PostSettings, PostError> {
+        rules.check()?;
+        in_range("program_number", self.program_number, 1, rules.program.last_number.min(LAST_PROGRAM_NUMBER))?;
+        let most = rules.numbers.max_decimals;
+        for (field, decimals, most) in [
+            ("decimals.linear", self.decimals.linear, most.linear),
+            ("decimals.rotary", self.decimals.rotary, most.rotary),
+            ("decimals.feed", self.decimals.feed, most.feed),
+            ("decimals.inverse_time", self.decimals.inverse_time, most.inverse_time),
+        ] {
+            in_range(field, decimals.into(), 0, most.min(6).into())?;
+        }
+        let longest = self.longest_line(&rules);
+        in_range("max_line_length", longest.into(), 20, rules.lines.max_length.min(MOST_CHARACTERS).into())?;
+        if let Some(numbers) = self.block_numbers {
+            in_range("block_numbers.start", numbers.start, 1, LAST_BLOCK_NUMBER)?;
+            in_range("block_numbers.step", numbers.step, 1, 1000)?;
+        }
+        self.check_words(&rules)?;
+        Ok(PostSettings {
+            dialect: self.dialect,
+            rules,
+            feed_mode: self.feed_mode,
+            orientation: self.orientation,
+            look_ahead: self.look_ahead,
+            template,
+            program_number: self.program_number,
+            program_name: self.program_name.clone(),
+            block_numbers: self.block_numbers,
+            decimals: self.decimals,
+            trailing_zeros: self.trailing_zeros,
+            max_line_length: longest.into(),
+            motion: None,
+            home: None,
+        })
+    }
+
+    /// Longest line, characters.
+    fn longest_line(&self, rules: &DialectFile) -> u16 {
+        let vectors = rules.motion.rtcp.as_ref().and_then(|rtcp| rtcp.vectors.as_ref());
+        let is_long = self.orientation == Orientation::Vectors && vectors.is_some_and(|v| v.complete);
+        let own = if is_long { rules.lines.max_length.min(MOST_CHARACTERS) } else { LONGEST_LINE };
+        self.max_line_length.unwrap_or(own)
+    }
+
+    /// Whether the control has words for feed mode, tool vectors and look-ahead.
+    fn check_words(&self, rules: &DialectFile) -> Result<(), PostError> {
+        let absent = |field, value: &str, instead: &str| {
+            let (value, name, instead) = (value.to_owned(), rules.name.clone(), instead.to_owned());
+            Err(PostError::Absent { field, value, name, instead })
+        };
+        if rules.feed_code(self.feed_mode).is_none() {
+            return absent("feed_mode", self.feed_mode.name(), &rules.feeds.absent);
+        }
+        if self.orientation == Orientation::Vectors {
+            if self.feed_mode != FeedMode::Rtcp {
+                return absent("orientation", "tool vectors without RTCP", "take the feed mode rtcp");
+            }
+            if rules.motion.rtcp.as_ref().is_none_or(|r| r.vectors.is_none()) {
+                return absent("orientation", "tool vectors", "take rotary");
+            }
+        }
+        if self.look_ahead && rules.motion.look_ahead.is_none() {
+            return absent("look_ahead", "switch for its look-ahead", "leave it out");
+        }
+        Ok(())
+    }
+}
+
+fn in_range(field: &'static str, value: u32, min: u32, max: u32) -> Result<(), PostError> {
+    if (min..=max).contains(&value) { Ok(()) } else { Err(PostError::Range { field, value, min, max }) }
+}
+
+impl Template {
+    /// The template that comes with a dialect: a start for one's own.
+    #[must_use]
+    pub fn of(dialect: Dialect) -> Self {
+        dialect.template()
+    }
+}
+
+impl PostSettings {
+    /// Control the program is written for.
+    #[must_use]
+    pub fn dialect(&self) -> Dialect {
+        self.dialect
+    }
+
+    /// The dialect file that the program is written by.
+    #[must_use]
+    pub fn rules(&self) -> &DialectFile {
+        &self.rules
+    }
+
+    /// The same by another dialect file, which has to be one that [`PostFile::settings_of`] takes.
+    #[must_use]
+    pub fn with_rules(&self, rules: DialectFile) -> Self {
+        Self { rules, ..self.clone() }
+    }
+
+    /// What F means.
+    #[must_use]
+    pub fn feed_mode(&self) -> FeedMode {
+        self.feed_mode
+    }
+
+    /// Decimals of the words.
+    #[must_use]
+    pub fn decimals(&self) -> Decimals {
+        self.decimals
+    }
+
+    /// The same with another program number, of at most eight digits: programs of one job must not overwrite each other on
+    /// the control.
+    #[must_use]
+    pub fn with_number_after(&self, programs_before: u32) -> Self {
+        let program_number = self.program_number.saturating_add(programs_before).min(LAST_PROGRAM_NUMBER);
+        Self { program_number, ..self.clone() }
+    }
+
+    /// Ending of the program's file, without the point.
+    #[must_use]
+    pub fn extension(&self) -> &str {
+        &self.rules.program.extension
+    }
+
+    /// Number of the program.
+    pub fn program_number(&self) -> u32 {
+        self.program_number
+    }
+
+    /// How far rounding to the written decimals may move an axis: half a unit of the last decimal. A vector of which every
+    /// component is off by that is off by the diagonal of its cube.
+    #[must_use]
+    pub fn rounding_bound(&self) -> RoundingBound {
+        let half_unit = |decimals: u8| 0.5 * 10f64.powi(-i32::from(decimals));
+        let vector = |_| (half_unit(self.rules.numbers.vector_decimals) * 3f64.sqrt()).min(1.0).asin();
+        RoundingBound {
+            linear: half_unit(self.decimals.linear),
+            rotary: half_unit(self.decimals.rotary).to_radians(),
+            vector: self.vector_rule().map_or(0.0, vector),
+        }
+    }
+}

@@ -1,0 +1,7 @@
+//! Passes with tested postures, chips and ridges at every point, passes beside them.
+
+pub(crate) mod along;
+pub(crate) mod extra_passes;
+pub(crate) mod move_settings;
+pub(crate) mod operation;
+pub(crate) mod pole_detours;

@@ -1,0 +1,312 @@
+//! Ridges and chips along the passes of an operation, and what of them its moves have to know.
+
+use facemill_cl_data::{Aabb, CcPoint, Posture};
+use facemill_cutter_location::cusp::Ridge;
+use facemill_cutter_location::cusp::cut_point::CutPoint;
+use facemill_cutter_location::cusp::neighbours::{Beside, CutPass, NeighbourReach, Neighbours, OwnPlace};
+use facemill_job::failure::Failure;
+use facemill_job::format::job_file::{FeedsFile, OperationFile};
+use facemill_job::load::job::{Job, Setup};
+use facemill_job::setup::pattern::places;
+use facemill_job::stages::{CHIPS, Stages};
+use facemill_tool_model::{Cusp, Cutter, Outline};
+use facemill_tool_path::chips::{Chip, ChipSite, ROUGH_THICKNESS, StockTop, THICKNESS_ACCURACY};
+use facemill_tool_path::moves::{MoveKind, PieceMoves};
+use facemill_tool_path::pieces::Piece;
+use nalgebra::{Isometry3, Point3};
+use rayon::prelude::*;
+
+/// What is known at a cut of a piece besides its pose.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Along {
+    /// Index of the cut when this was found.
+    pub cut: usize,
+    /// Whether it is a point of the path.
+    pub is_point: bool,
+    /// Toward the pass beside that was cut before; the higher one where there is one on each side.
+    pub ridge: Option<Ridge>,
+    /// What the cutter takes there.
+    pub chip: Chip,
+}
+
+/// Ridges and chips of every piece at every point of the path, and at both ends of pieces that begin or end between
+/// two. Moves in the stock learn what the cutter takes on them.
+///
+/// # Errors
+/// When the stages are cancelled, or an area cannot be computed.
+pub(crate) fn along_passes(
+    job: &Job,
+    setup: &Setup<'_>,
+    operation: &OperationFile,
+    pieces: &mut [PieceMoves],
+    stages: &dyn Stages,
+) -> Result<Vec<Vec<Along>>, Failure> {
+    let all: Vec<&Piece> = pieces.iter().map(|p| &p.piece).collect();
+    let reach = neighbour_reach(job.tool.cutter(), operation);
+    let twins = Twins::of(&all, operation, setup, reach.far);
+    let surroundings = Surroundings::new(job, setup, &operation.feeds, &all, reach);
+    let monitor = stages.start(CHIPS, all.len());
+    let found: Vec<Option<Vec<Along>>> = (0..all.len())
+        .into_par_iter()
+        .map(|k| {
+            monitor.checkpoint()?;
+            let found = if twins.of[k].is_some() { None } else { Some(surroundings.along(k)?) };
+            monitor.advance(1);
+            Ok(found)
+        })
+        .collect::<Result<_, Failure>>()?;
+    let along: Vec<Vec<Along>> = (0..all.len())
+        .map(|k| found[k].as_ref().or_else(|| found[twins.of[k]?].as_ref()).cloned().unwrap_or_default())
+        .collect();
+    pieces.iter_mut().zip(&along).for_each(|(piece, along)| give_chips(piece, along));
+    Ok(along)
+}
+
+/// Indices of the cuts of a piece that are points of the path, and of both ends.
+fn stations(piece: &Piece) -> Vec<usize> {
+    let last = piece.cuts.len().saturating_sub(1);
+    (0..piece.cuts.len()).filter(|&k| k == 0 || k == last || !piece.cuts[k].inserted).collect()
+}
+
+fn cut_point(piece: &Piece, cut: usize) -> CutPoint {
+    let cut = &piece.cuts[cut];
+    CutPoint { cc: cut.cc, posture: cut.pose.posture }
+}
+
+/// What lies around the pieces of an operation.
+struct Surroundings<'s> {
+    job: &'s Job,
+    setup: &'s Setup<'s>,
+    feeds: &'s FeedsFile,
+    pieces: &'s [&'s Piece],
+    /// The pieces of each place of the pattern, in cutting order.
+    places: Vec<Neighbours>,
+    /// Number of each piece in its place.
+    numbers: Vec<usize>,
+}
+
+impl<'s> Surroundings<'s> {
+    fn new(
+        job: &'s Job,
+        setup: &'s Setup<'s>,
+        feeds: &'s FeedsFile,
+        pieces: &'s [&'s Piece],
+        reach: NeighbourReach,
+    ) -> Self {
+        let n_places = pieces.iter().map(|p| p.copy as usize + 1).max().unwrap_or(0);
+        let mut passes: Vec<Vec<CutPass>> = vec![Vec::new(); n_places];
+        let mut numbers = Vec::with_capacity(pieces.len());
+        for piece in pieces {
+            let of_place = &mut passes[piece.copy as usize];
+            numbers.push(of_place.len());
+            let points = stations(piece).into_iter().map(|k| cut_point(piece, k)).collect();
+            of_place.push(CutPass { points, uncut_left: piece.uncut_left });
+        }
+        let places = passes.into_iter().map(|of_place| Neighbours::new(of_place, reach)).collect();
+        Self { job, setup, feeds, pieces, places, numbers }
+    }
+
+    /// Ridges and chips of a piece.
+    fn along(&self, index: usize) -> Result<Vec<Along>, Failure> {
+        let piece = self.pieces[index];
+        let (neighbours, pass) = (&self.places[piece.copy as usize], self.numbers[index]);
+        let (stations, own) = (stations(piece), &neighbours.passes()[pass].points);
+        let beside: Vec<Beside> = (0..own.len()).map(|point| neighbours.of(OwnPlace { pass, point })).collect();
+        let known: Vec<Option<f64>> = beside.iter().map(Beside::curvature).collect();
+        let curvatures: Vec<f64> = carried_on(known).into_iter().map(Option::unwrap_or_default).collect();
+        let cutter = self.job.tool.cutter();
+        let measured = |k: usize| {
+            let cut_beside: Vec<Ridge> =
+                beside[k].earlier.iter().flatten().map(|n| Ridge::toward(cutter, &own[k], n)).collect();
+            let site = self.site(&own[k].cc, &own[k], &cut_beside, curvatures[k]);
+            let area = area(&site)?;
+            Ok((area, if area > 0.0 { site.thickness(self.thickness_accuracy()) } else { 0.0 }))
+        };
+        let chips = (0..own.len()).map(measured).collect::<Result<Vec<(f64, f64)>, Failure>>()?;
+        (0..own.len())
+            .map(|k| {
+                let (area, thickness) = chips[k];
+                let is_air = area == 0.0 && self.feeds.air_mm_min.is_some() && self.is_clear(k, own, &chips)?;
+                // On the side of what is cut already a pass near by that ends beside the point has left what is not known.
+                let side = usize::from(!piece.uncut_left);
+                let at = OwnPlace { pass, point: k };
+                let is_known =
+                    beside[k].earlier[side].is_some() || !neighbours.is_near_earlier(at, 2.0 * cutter.radius());
+                let chip = Chip { area, thickness, is_known, is_air };
+                let cut = stations[k];
+                let ridges = beside[k].before().map(|n| Ridge::toward(cutter, &own[k], n));
+                Ok(Along { cut, is_point: !piece.cuts[cut].inserted, ridge: ridges.reduce(higher), chip })
+            })
+            .collect()
+    }
+
+    fn thickness_accuracy(&self) -> f64 {
+        if self.feeds.chip_thickness.is_some() { THICKNESS_ACCURACY } else { ROUGH_THICKNESS }
+    }
+
+    /// The section across the feed through `at`, with the cutter as at a point.
+    fn site(&self, at: &CcPoint, point: &CutPoint, beside: &[Ridge], curvature: f64) -> ChipSite {
+        let outline = Outline::new(self.job.tool.cutter(), point.posture);
+        let top = stock_over(self.setup, at, curvature, outline.extent());
+        ChipSite::new(outline, beside, top)
+    }
+
+    /// Whether there is nothing to cut as far along the feed as the cutter reaches from a point. Beyond the ends of a
+    /// pass that is known of a solid stock alone.
+    fn is_clear(&self, k: usize, own: &[CutPoint], chips: &[(f64, f64)]) -> Result<bool, Failure> {
+        let reach = 2.0 * self.job.tool.cutter().radius();
+        let point = &own[k];
+        if self.setup.stock_solid.is_some() {
+            for step in -CLEAR_STEPS..=CLEAR_STEPS {
+                let along = reach * f64::from(step) / f64::from(CLEAR_STEPS);
+                let position = point.cc.position + point.cc.feed.into_inner() * along;
+                if area(&self.site(&CcPoint { position, ..point.cc }, point, &[], 0.0))? > 0.0 {
+                    return Ok(false);
+                }
+            }
+            return Ok(true);
+        }
+        let away = |j: usize| (own[j].cc.position - point.cc.position).norm();
+        let is_in_the_middle = [0, own.len() - 1].into_iter().all(|end| away(end) >= reach);
+        Ok(is_in_the_middle && (0..own.len()).all(|j| chips[j].0 == 0.0 || away(j) > reach))
+    }
+}
+
+/// The ridge that stands higher: one of a strip that is not cut before all others.
+fn higher(a: Ridge, b: Ridge) -> Ridge {
+    let is_higher = match (a.cusp, b.cusp) {
+        (Cusp::Height(a), Cusp::Height(b)) => b > a,
+        (Cusp::Height(_), Cusp::Uncut) => true,
+        (Cusp::Uncut, _) => false,
+    };
+    if is_higher { b } else { a }
+}
+
+fn area(site: &ChipSite) -> Result<f64, Failure> {
+    site.area().map_err(|e| Failure::Internal(format!("chip area: {e}")))
+}
+
+/// Sections in front of a point, and as many behind it, that have to be empty for it to be in the air.
+const CLEAR_STEPS: i32 = 8;
+
+/// Pieces in other places of a pattern that are cut as one of the first place is, and so are those beside them.
+struct Twins {
+    /// Index of the piece in the first place, of each piece.
+    of: Vec<Option<usize>>,
+}
+
+/// How far a point may be from where the pattern puts it, mm: rounding of the turn.
+const SAME_PLACE: f64 = 1e-6;
+
+impl Twins {
+    /// A solid stock need not look alike from everywhere: then there are none.
+    fn of(pieces: &[&Piece], operation: &OperationFile, setup: &Setup<'_>, reach: f64) -> Self {
+        let none = Self { of: vec![None; pieces.len()] };
+        if setup.stock_solid.is_some() {
+            return none;
+        }
+        let places = places(operation.pattern.as_ref());
+        let alike = |k: usize| -> Option<usize> {
+            let piece = pieces[k];
+            let place = places.get(piece.copy as usize).filter(|_| piece.copy > 0)?;
+            pieces
+                .iter()
+                .position(|first| first.copy == 0 && first.pass == piece.pass && are_twins(first, piece, place))
+        };
+        let of: Vec<Option<usize>> = (0..pieces.len()).into_par_iter().map(alike).collect();
+        let boxes: Vec<Aabb> = pieces
+            .iter()
+            .map(|p| Aabb::of_points(p.cuts.iter().map(|c| &c.cc.position)).dilated(0.5 * reach))
+            .collect();
+        let (of, boxes) = (&of, &boxes);
+        let near = |k: usize| {
+            let is_near = move |j: &usize| pieces[*j].copy == pieces[k].copy && boxes[*j].intersects(&boxes[k]);
+            (0..pieces.len()).filter(is_near)
+        };
+        // What is near one has to be near the other in the same order.
+        let are_surrounded_alike = |k: usize, first: usize| {
+            let twin = |i: usize| (0..pieces.len()).find(|&j| pieces[j].copy == pieces[k].copy && of[j] == Some(i));
+            near(k).all(|j| of[j].is_some_and(|i| (i < first) == (j < k)))
+                && near(first).all(|i| twin(i).is_some_and(|j| (i < first) == (j < k)))
+        };
+        let kept = |k: usize| of[k].filter(|&first| are_surrounded_alike(k, first));
+        Self { of: (0..pieces.len()).into_par_iter().map(kept).collect() }
+    }
+}
+
+/// Whether all cuts of two pieces are the same but for their places.
+fn are_twins(first: &Piece, copy: &Piece, place: &Isometry3<f64>) -> bool {
+    let same_posture = |a: Posture, b: Posture| a == b;
+    let near = |a: &Point3<f64>, b: &Point3<f64>| (place * a - b).norm() <= SAME_PLACE;
+    first.cuts.len() == copy.cuts.len()
+        && first.cuts.iter().zip(&copy.cuts).all(|(a, b)| {
+            a.inserted == b.inserted
+                && same_posture(a.pose.posture, b.pose.posture)
+                && near(&a.cc.position, &b.cc.position)
+        })
+}
+
+/// Tells every move in the stock what the cutter takes on it, at most: on the way between two points the larger of what
+/// it takes there, on entries and exits what it takes at the end of the pass.
+pub(crate) fn give_chips(piece: &mut PieceMoves, along: &[Along]) {
+    let (Some(first), Some(last)) = (along.first(), along.last()) else { return };
+    let last_cut = piece.piece.cuts.len().saturating_sub(1);
+    let mut cut = 0;
+    let mut chip = first.chip;
+    for m in &mut piece.moves {
+        match m.kind {
+            MoveKind::Cut => {
+                cut += 1;
+                let to = along.partition_point(|a| a.cut < cut);
+                let ends = [along.get(to.saturating_sub(1)), along.get(to)];
+                chip = ends.into_iter().flatten().map(|a| a.chip).reduce(Chip::larger).unwrap_or(chip);
+                m.chip = Some(chip);
+            }
+            // The exit has only what the last cut has.
+            MoveKind::Engage => m.chip = Some(if cut == last_cut { last.chip } else { first.chip }),
+            MoveKind::Approach | MoveKind::Rapid => {}
+        }
+    }
+}
+
+/// Places across the cutter at which the height of a solid stock is looked for; what is narrower than their distance
+/// may be missed.
+pub(crate) const SOLID_PLACES: usize = 49;
+
+/// The stock over a point, where the surface has this curvature across the feed.
+pub(crate) fn stock_over(setup: &Setup<'_>, cc: &CcPoint, curvature: f64, extent: (f64, f64)) -> StockTop {
+    let Some(solid) = &setup.stock_solid else {
+        return StockTop::Layer { thickness: setup.stock_above(cc), curvature };
+    };
+    let extent = [extent.0, extent.1];
+    let place = |k: usize| extent[0] + (extent[1] - extent[0]) * (k as f64 / (SOLID_PLACES - 1) as f64);
+    let found: Vec<f64> = (0..SOLID_PLACES)
+        .map(|k| {
+            let from = cc.position + cc.left().into_inner() * place(k);
+            let hits = solid.ray_all(&from, &cc.normal, f64::INFINITY);
+            // The last way out of it: what is empty below counts as stock.
+            let out = hits.iter().rfind(|hit| !hit.from_outside);
+            out.map_or(0.0, |hit| hit.point.distance)
+        })
+        .collect();
+    let beside = |k: usize| found[k.saturating_sub(1)..(k + 2).min(found.len())].iter().copied();
+    let heights = (0..found.len()).map(|k| beside(k).fold(0.0, f64::max)).collect();
+    StockTop::Solid { extent, heights }
+}
+
+/// Where the neighbour does not reach, what is known of the nearest point before that, else of the first one after.
+pub(crate) fn carried_on<T: Copy>(mut along: Vec<Option<T>>) -> Vec<Option<T>> {
+    let mut last = along.iter().copied().find_map(|s| s);
+    for known in &mut along {
+        *known = known.or(last);
+        last = *known;
+    }
+    along
+}
+
+/// How far to look for the neighbouring pass: as far as the cutter could reach if it lay flat, and beyond, so that a strip that
+/// stays uncut is seen.
+pub(crate) fn neighbour_reach(cutter: &Cutter, operation: &OperationFile) -> NeighbourReach {
+    let step_over = operation.tolerances.max_step_over_mm;
+    NeighbourReach { far: 3.0 * step_over.max(cutter.radius()), opposed: step_over }
+}

@@ -1,0 +1,464 @@
+//! Passes put between those that were laid: beside trimmed ones, as near as postures allow, and where the postures taken leave
+//! more than the allowed cusp.
+
+#[cfg(test)]
+pub(crate) mod laws;
+
+use std::collections::BTreeMap;
+
+use facemill_cl_data::{CcPoint, Pass, Posture};
+use facemill_cutter_location::cusp::Ridge;
+use facemill_cutter_location::cusp::cut_point::{CutPoint, Strip};
+use facemill_cutter_location::cusp::neighbours::{CutPass, Neighbour, NeighbourReach, Neighbours, OwnPlace};
+use facemill_cutter_location::{Hints, Optimum, Outcome, PassSettings, PassTask, PlannedPass, plan_passes, search};
+use facemill_job::failure::Failure;
+use facemill_job::stages::{ADDED, Stages};
+use facemill_surface_model::Surface;
+use facemill_tool_model::{Cusp, Outline, step_over_for_cusp};
+use facemill_tool_path::pieces::LaidTask;
+use facemill_tool_path::pieces::pole::Tests;
+use nalgebra::{Point3, Vector3};
+use rayon::prelude::*;
+
+use crate::passes::along::carried_on;
+use crate::passes::pole_detours::Detours;
+
+/// Passes with the poses of their points, in cutting order.
+#[derive(Clone)]
+pub(crate) struct PlannedPath {
+    pub(crate) tasks: Vec<LaidTask>,
+    pub(crate) outcomes: Vec<Pass<Outcome>>,
+    /// How near to the best the postures are, where that was sought.
+    pub(crate) optimum: Option<Optimum>,
+}
+
+/// Passes that were put between others.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct ExtraPasses {
+    /// Beside trimmed passes.
+    pub moved: usize,
+    /// Where the postures taken left too much.
+    pub between: usize,
+    /// Where no pass could be put, and why.
+    pub refused: Vec<(Point3<f64>, String)>,
+}
+
+/// What passes are put between others by.
+pub(crate) struct Interposer<'i, 'a> {
+    pub(crate) tests: &'i Tests<'a>,
+    pub(crate) settings: &'i PassSettings,
+    pub(crate) detours: &'i Detours<'i, 'a>,
+    pub(crate) reach: NeighbourReach,
+    /// The surface that passes lie on, and how far above it.
+    pub(crate) surface: &'i Surface,
+    pub(crate) allowance: f64,
+    /// Allowed cusp, mm.
+    pub(crate) cusp: f64,
+    /// Step-over below which no pass is put between, mm.
+    pub(crate) least_step: f64,
+    /// Shorter passes are made longer where those beside are, mm.
+    pub(crate) least_length: f64,
+}
+
+/// Rounds of passes put between others. Each halves a strip at least, which brings its cusp down to a quarter: three take a
+/// cusp of 64 times the allowed one.
+const ROUNDS: usize = 3;
+
+/// Most passes in one strip: more of them in a strip so wide are another plan.
+const MOST_BETWEEN: usize = 8;
+
+/// How much wider than needed strips are taken to be, for postures that turn out a little steeper.
+const MARGIN: f64 = 1.02;
+
+/// Bisections of the way from an infeasible point to the pass beside it: an eighth of the strip.
+const MOVES: u32 = 3;
+
+/// Points on either side that a moved pass keeps the same distance from, so that it runs evenly.
+const EVEN: usize = 3;
+
+/// A pass to be put before a pass, by number; behind the last by the number after it.
+struct Extra {
+    before: usize,
+    task: LaidTask,
+}
+
+impl<'a> Interposer<'_, 'a> {
+    /// Puts passes between those planned, until the cusp holds or no more fit.
+    ///
+    /// # Errors
+    /// When the stages are cancelled.
+    pub(crate) fn improve(&self, path: &mut PlannedPath, stages: &dyn Stages) -> Result<ExtraPasses, Failure> {
+        let mut extra = ExtraPasses::default();
+        let moved = self.moved(path);
+        extra.moved = self.put_in(path, moved, &mut extra.refused, stages)?;
+        for _ in 0..ROUNDS {
+            let between = self.between(path);
+            if between.is_empty() {
+                break;
+            }
+            let (before, left) = (path.clone(), self.left_beyond(path));
+            let put_in = self.put_in(path, between, &mut extra.refused, stages)?;
+            if put_in == 0 {
+                break;
+            }
+            if self.left_beyond(path) >= left {
+                // Longer, and no better.
+                *path = before;
+                break;
+            }
+            extra.between += put_in;
+        }
+        Ok(extra)
+    }
+
+    /// Plans passes and puts them between the others, where they are feasible; returns how many.
+    fn put_in(
+        &self,
+        path: &mut PlannedPath,
+        extras: Vec<Extra>,
+        refused: &mut Vec<(Point3<f64>, String)>,
+        stages: &dyn Stages,
+    ) -> Result<usize, Failure> {
+        if extras.is_empty() {
+            return Ok(0);
+        }
+        let n_points = extras.iter().map(|e| e.task.pass.points.len()).sum();
+        let monitor = stages.start(ADDED, n_points);
+        let laid: Vec<LaidTask> = extras.iter().map(|e| e.task.clone()).collect();
+        let strips: Vec<PassTask> = self.tasks_beside(path, &laid);
+        let mut planned = plan_passes(self.tests.of(self.settings), &strips, self.settings, &*monitor)?;
+        drop(monitor);
+        self.detours.take(&strips, &mut planned, stages)?;
+        let optimum = planned.iter().filter_map(|p| p.optimum).chain(path.optimum).reduce(Optimum::plus);
+        let mut outcomes: Vec<Pass<Outcome>> =
+            planned.into_iter().map(|PlannedPass { outcomes, .. }| outcomes).collect();
+        self.tests.at_pole(&laid, self.settings, &mut outcomes);
+        let mut at: BTreeMap<usize, Vec<(LaidTask, Pass<Outcome>)>> = BTreeMap::new();
+        let mut n = 0;
+        for (extra, outcomes) in extras.into_iter().zip(outcomes) {
+            for (cc, outcome) in extra.task.pass.points.iter().zip(&outcomes.points) {
+                if let Err(why) = outcome {
+                    refused.push((cc.position, self.tests.plain.describe(why)));
+                }
+            }
+            for run in runs(&outcomes.points, |o| o.is_ok()) {
+                let pass = Pass::new(extra.task.pass.points[run.clone()].to_vec());
+                let task = LaidTask { pass, ..extra.task.clone() };
+                at.entry(extra.before).or_default().push((task, Pass::new(outcomes.points[run].to_vec())));
+                n += 1;
+            }
+        }
+        if n == 0 {
+            return Ok(0);
+        }
+        path.optimum = optimum;
+        let (tasks, outcomes) = (std::mem::take(&mut path.tasks), std::mem::take(&mut path.outcomes));
+        let n_before = tasks.len();
+        for (k, planned) in tasks.into_iter().zip(outcomes).enumerate() {
+            path.take_all(at.remove(&k));
+            path.take_all(Some(vec![planned]));
+        }
+        path.take_all(at.remove(&n_before));
+        Ok(n)
+    }
+
+    /// New passes with the strips to those beside them.
+    fn tasks_beside(&self, path: &PlannedPath, laid: &[LaidTask]) -> Vec<PassTask> {
+        let neighbours = Neighbours::new(path.tasks.iter().map(as_laid).collect(), self.reach);
+        pass_tasks(laid, |pass, point| neighbours.beside(&unposed(&laid[pass].pass.points[point])).strip())
+    }
+
+    /// Passes where the ridges are too high.
+    fn between(&self, path: &PlannedPath) -> Vec<Extra> {
+        let planned = path.planned();
+        let neighbours = Neighbours::new(planned.passes(), self.reach);
+        let of_run = |run: usize| {
+            let points = &neighbours.passes()[run].points;
+            let mut extras = Vec::new();
+            for side in 0..2 {
+                let wanted: Vec<Option<(Neighbour, usize)>> = (0..points.len())
+                    .map(|point| {
+                        let beside = neighbours.of(OwnPlace { pass: run, point });
+                        let toward = beside.nearest[side].filter(|n| n.is_earlier)?;
+                        Some((toward, self.wanted_between(&points[point], &toward)))
+                    })
+                    .collect();
+                for stretch in self.long_enough(points, &wanted) {
+                    let of_stretch = wanted[stretch.clone()].iter().flatten();
+                    let n = of_stretch.map(|(_, n)| *n).max().unwrap_or(0).min(MOST_BETWEEN);
+                    for k in (1..=n).rev() {
+                        let share = k as f64 / (n + 1) as f64;
+                        let places = stretch.clone().filter_map(|p| Some((&points[p].cc, wanted[p]?.0, share)));
+                        let task = &path.tasks[planned.task[run]];
+                        let laid = self.laid(places, task).filter(|t| !neighbours.is_crossed_by(&t.pass.points));
+                        extras.extend(laid.map(|task| Extra { before: planned.task[run], task }));
+                    }
+                }
+            }
+            extras
+        };
+        (0..neighbours.passes().len()).into_par_iter().map(of_run).collect::<Vec<_>>().into_iter().flatten().collect()
+    }
+
+    /// Stock that ridges leave beyond the allowed cusp, mm³, as if they were as high over the whole strip: a measure to compare
+    /// rounds by. A strip that stays uncut counts as high as it is wide.
+    fn left_beyond(&self, path: &PlannedPath) -> f64 {
+        let neighbours = Neighbours::new(path.planned().passes(), self.reach);
+        let cutter = self.tests.plain.cell.tool.cutter();
+        let of_point = |pass: usize, point: usize| -> f64 {
+            let points = &neighbours.passes()[pass].points;
+            let at = |k: usize| points[k.min(points.len() - 1)].cc.position;
+            let length = 0.5 * (at(point + 1) - at(point.saturating_sub(1))).norm();
+            let beside = neighbours.of(OwnPlace { pass, point });
+            let beyond = |n: &Neighbour| {
+                let wide = n.strip.step_over;
+                match Ridge::toward(cutter, &points[point], n).cusp {
+                    Cusp::Height(height) => (height.min(wide) - self.cusp).max(0.0) * wide * length,
+                    Cusp::Uncut => wide * wide * length,
+                }
+            };
+            beside.before().map(beyond).sum()
+        };
+        let of_pass = |pass: usize| -> f64 {
+            (0..neighbours.passes()[pass].points.len()).map(|point| of_point(pass, point)).sum()
+        };
+        let found: Vec<f64> = (0..neighbours.passes().len()).into_par_iter().map(of_pass).collect();
+        found.iter().sum()
+    }
+
+    /// How many passes a ridge asks for between a point and the pass beside it.
+    fn wanted_between(&self, own: &CutPoint, beside: &Neighbour) -> usize {
+        let cutter = self.tests.plain.cell.tool.cutter();
+        let ridge = Ridge::toward(cutter, own, beside);
+        if ridge.cusp.is_within(self.cusp) {
+            return 0;
+        }
+        let step = beside.strip.step_over;
+        let steepest = |posture: Posture| {
+            let outline = Outline::new(cutter, posture);
+            step_over_for_cusp(&outline, &outline, self.cusp, beside.strip.curvature, step)
+        };
+        let allowed = steepest(own.posture).min(steepest(beside.point.posture)).max(self.least_step);
+        let n = (MARGIN * step / allowed).ceil() as usize;
+        let n = n.clamp(2, MOST_BETWEEN + 1) - 1;
+        if step / (n + 1) as f64 >= self.least_step { n } else { 0 }
+    }
+
+    /// Stretches of a run at which passes are wanted, each a point longer at both ends, and as long as passes have to be where
+    /// the pass beside goes on.
+    fn long_enough(&self, points: &[CutPoint], wanted: &[Option<(Neighbour, usize)>]) -> Vec<std::ops::Range<usize>> {
+        let mut stretches: Vec<std::ops::Range<usize>> = Vec::new();
+        for run in runs_of_one(wanted, |w| w.is_some_and(|(_, n)| n > 0)) {
+            let (mut from, mut to) = (run.start, run.end);
+            let is_beside = |k: usize| wanted.get(k).is_some_and(Option::is_some);
+            let length = |from: usize, to: usize| -> f64 {
+                points[from..to].windows(2).map(|w| (w[1].cc.position - w[0].cc.position).norm()).sum()
+            };
+            let mut longer = true;
+            while longer && (to - from < run.len() + 2 || length(from, to) < self.least_length) {
+                let (before, after) = (from > 0 && is_beside(from - 1), is_beside(to));
+                from -= usize::from(before);
+                to += usize::from(after);
+                longer = before || after;
+            }
+            match stretches.last_mut().filter(|last| last.end >= from) {
+                Some(last) => last.end = to,
+                None => stretches.push(from..to),
+            }
+        }
+        stretches.into_iter().filter(|s| s.len() >= 2).collect()
+    }
+
+    /// Passes beside the points of trimmed ones, on both sides as near to them as there are postures.
+    fn moved(&self, path: &PlannedPath) -> Vec<Extra> {
+        let Some(search_settings) = self.settings.fallback() else { return Vec::new() };
+        let laid = Neighbours::new(path.tasks.iter().map(as_laid).collect(), self.reach);
+        let feasible = Neighbours::new(path.planned().passes(), self.reach);
+        let of_stretch = |(pass, run, side): (usize, std::ops::Range<usize>, usize)| -> Vec<Extra> {
+            let task = &path.tasks[pass];
+            let mut hints = Hints::default();
+            let mut shares: Vec<Option<(Neighbour, f64)>> = run
+                .clone()
+                .map(|point| {
+                    let cc = &task.pass.points[point];
+                    let beside = laid.of(OwnPlace { pass, point }).nearest[side]?;
+                    let toward = feasible.beside(&unposed(cc)).nearest[side]?;
+                    // A trimmed pass between has to be moved itself.
+                    if (toward.point.cc.position - beside.point.cc.position).norm() > SAME_PLACE {
+                        return None;
+                    }
+                    let is_feasible = |share: f64| {
+                        let moved = self.between_points(cc, &toward.point.cc, share)?;
+                        search(self.tests.choosing, &moved, &task.curve, search_settings, 0.0, None, &mut hints).ok()
+                    };
+                    Some((toward, nearest_feasible(is_feasible)?))
+                })
+                .collect();
+            even_out(&mut shares);
+            runs_of_one(&shares, Option::is_some)
+                .into_iter()
+                .filter_map(|part| {
+                    let points = &task.pass.points[run.start..];
+                    let places = part.clone().filter_map(|k| shares[k].map(|(n, share)| (&points[k], n, share)));
+                    let is_before = shares[part.start].is_some_and(|(n, _)| n.is_left != task.uncut_left);
+                    let before = if is_before { pass } else { pass + 1 };
+                    Some(Extra { before, task: self.laid(places, task)? })
+                })
+                .collect()
+        };
+        let trimmed: Vec<(usize, std::ops::Range<usize>, usize)> = path
+            .outcomes
+            .iter()
+            .enumerate()
+            .flat_map(|(pass, of)| runs_of_one(&of.points, |o| o.is_err()).into_iter().map(move |run| (pass, run)))
+            .flat_map(|(pass, run)| [0, 1].map(|side| (pass, run.clone(), side)))
+            .collect();
+        trimmed.into_par_iter().map(of_stretch).collect::<Vec<_>>().into_iter().flatten().collect()
+    }
+
+    /// A pass through places between points and the pass beside them, each by its share of the way.
+    fn laid<'c>(
+        &self,
+        places: impl Iterator<Item = (&'c CcPoint, Neighbour, f64)>,
+        like: &LaidTask,
+    ) -> Option<LaidTask> {
+        let mut points: Vec<CcPoint> = Vec::new();
+        for (cc, toward, share) in places {
+            let Some(between) = self.between_points(cc, &toward.point.cc, share) else { continue };
+            let goes_on = |last: &CcPoint| {
+                let step = between.position - last.position;
+                step.norm() > SAME_PLACE && step.dot(&last.feed) > 0.0
+            };
+            if points.last().is_none_or(goes_on) {
+                points.push(between);
+            }
+        }
+        if points.len() < 2 {
+            return None;
+        }
+        let at = |k: usize| points[k].position;
+        let last = points.len() - 1;
+        let feeds: Vec<Vector3<f64>> =
+            (0..points.len()).map(|k| at((k + 1).min(last)) - at(k.saturating_sub(1))).collect();
+        let turned = |(cc, feed): (&CcPoint, Vector3<f64>)| {
+            CcPoint::new(cc.position, cc.normal.into_inner(), feed).unwrap_or(*cc)
+        };
+        let pass = Pass::new(points.iter().zip(feeds).map(turned).collect());
+        Some(LaidTask { pass, ..like.clone() })
+    }
+
+    /// The point of the surface at a share of the way from one CC point to another; `None` where it is far from both.
+    fn between_points(&self, from: &CcPoint, to: &CcPoint, share: f64) -> Option<CcPoint> {
+        let foot = |cc: &CcPoint| cc.position - cc.normal.into_inner() * self.allowance;
+        let (a, b) = (foot(from), foot(to));
+        let at = self.surface.closest_point(&(a + (b - a) * share), (b - a).norm())?;
+        let normal = self.surface.normal_at(&at);
+        let feed = from.feed.lerp(&(to.feed.into_inner() * from.feed.dot(&to.feed).signum()), share);
+        CcPoint::new(at.position + normal.into_inner() * self.allowance, normal.into_inner(), feed).ok()
+    }
+}
+
+/// Places nearer than this are the same, mm.
+const SAME_PLACE: f64 = 1e-6;
+
+/// Share of the way beyond which a pass is not worth its entry and exit: next to the pass beside.
+const FARTHEST: f64 = 0.75;
+
+/// The least share of the way at which a point is feasible, to an eighth of it; `None` where that is next to the pass beside.
+fn nearest_feasible<T>(mut is_feasible: impl FnMut(f64) -> Option<T>) -> Option<f64> {
+    let (mut low, mut high) = (0.0, 1.0);
+    for _ in 0..MOVES {
+        let middle = 0.5 * (low + high);
+        if is_feasible(middle).is_some() { high = middle } else { low = middle }
+    }
+    (high <= FARTHEST).then_some(high)
+}
+
+/// Lets shares along a pass not fall short of those of the points around.
+fn even_out(shares: &mut [Option<(Neighbour, f64)>]) {
+    let before: Vec<Option<f64>> = shares.iter().map(|s| s.map(|(_, share)| share)).collect();
+    for (k, share) in shares.iter_mut().enumerate() {
+        let around = &before[k.saturating_sub(EVEN)..(k + EVEN + 1).min(before.len())];
+        if let Some((_, share)) = share {
+            *share = around.iter().flatten().copied().fold(*share, f64::max);
+        }
+    }
+}
+
+/// Runs of at least two items for which something holds.
+fn runs<T>(items: &[T], holds: impl Fn(&T) -> bool) -> Vec<std::ops::Range<usize>> {
+    runs_of_one(items, holds).into_iter().filter(|run| run.len() >= 2).collect()
+}
+
+/// Runs of items for which something holds.
+fn runs_of_one<T>(items: &[T], holds: impl Fn(&T) -> bool) -> Vec<std::ops::Range<usize>> {
+    let mut found: Vec<std::ops::Range<usize>> = Vec::new();
+    for (k, _) in items.iter().enumerate().filter(|(_, item)| holds(item)) {
+        match found.last_mut().filter(|run| run.end == k) {
+            Some(run) => run.end = k + 1,
+            None => found.push(k..k + 1),
+        }
+    }
+    found
+}
+
+/// A CC point without a posture.
+pub(crate) fn unposed(cc: &CcPoint) -> CutPoint {
+    CutPoint { cc: *cc, posture: Posture::default() }
+}
+
+/// A pass as it is laid.
+pub(crate) fn as_laid(task: &LaidTask) -> CutPass {
+    CutPass { points: task.pass.points.iter().map(unposed).collect(), uncut_left: task.uncut_left }
+}
+
+/// The feasible runs of passes.
+struct PlannedRuns {
+    passes: Vec<CutPass>,
+    /// Number of each run's task.
+    task: Vec<usize>,
+}
+
+impl PlannedRuns {
+    fn passes(&self) -> Vec<CutPass> {
+        self.passes.clone()
+    }
+}
+
+impl PlannedPath {
+    fn take_all(&mut self, planned: Option<Vec<(LaidTask, Pass<Outcome>)>>) {
+        for (task, outcome) in planned.into_iter().flatten() {
+            self.tasks.push(task);
+            self.outcomes.push(outcome);
+        }
+    }
+
+    /// The runs of feasible points with their postures.
+    fn planned(&self) -> PlannedRuns {
+        let mut found = PlannedRuns { passes: Vec::new(), task: Vec::new() };
+        for (k, (task, outcome)) in self.tasks.iter().zip(&self.outcomes).enumerate() {
+            for run in runs(&outcome.points, |o| o.is_ok()) {
+                let cut = |p: usize| {
+                    let pose = outcome.points[p].as_ref().ok()?;
+                    Some(CutPoint { cc: task.pass.points[p], posture: pose.posture })
+                };
+                let points = run.filter_map(cut).collect();
+                found.passes.push(CutPass { points, uncut_left: task.uncut_left });
+                found.task.push(k);
+            }
+        }
+        found
+    }
+}
+
+/// Each pass with its search curve and the strip at every point, by numbers of pass and point.
+pub(crate) fn pass_tasks(tasks: &[LaidTask], strip: impl Fn(usize, usize) -> Option<Strip> + Sync) -> Vec<PassTask> {
+    tasks
+        .par_iter()
+        .enumerate()
+        .map(|(pass, task)| {
+            let strips = (0..task.pass.points.len()).map(|point| strip(pass, point)).collect();
+            PassTask { pass: task.pass.clone(), curve: task.curve, strips: carried_on(strips) }
+        })
+        .collect()
+}

@@ -1,0 +1,75 @@
+//! Settings of the moves of an operation.
+
+use facemill_cl_data::CuttingLaw;
+use facemill_cutter_location::links::approach::{ApproachSettings, ApproachShape};
+use facemill_cutter_location::links::link::LinkSettings;
+use facemill_inverse_kinematics::BlockLaw;
+use facemill_job::format::job_file::{ApproachFile, ArcFile, OperationFile, PassOrderFile};
+use facemill_job::frames::diagonal;
+use facemill_job::load::clearance_surface::clearance_surface;
+use facemill_job::load::job::{Job, Setup};
+use facemill_tool_model::Cutter;
+use facemill_tool_path::linearity::Linearity;
+use facemill_tool_path::moves::MoveSettings;
+
+/// How far the control may stray in cuts, entries and exits of an operation.
+pub(crate) fn cut_linearity(job: &Job, operation: &OperationFile) -> Linearity {
+    linearity(job, operation.tolerances.linearisation_mm, job.post.cutting_law())
+}
+
+pub(crate) fn linearity(job: &Job, tolerance: f64, law: CuttingLaw) -> Linearity {
+    Linearity { tolerance, rounding: job.post.rounding_bound(), law }
+}
+
+/// How the moves of an operation are made.
+pub(crate) fn move_settings(job: &Job, setup: &Setup<'_>, operation: &OperationFile) -> MoveSettings {
+    let clearance = setup.file.rapid_clearance_mm;
+    // Along the tool axis, out of any stock that the tool can be in.
+    let max_retract = diagonal(&setup.aabb()).max(100.0);
+    let rapid_law = job.rapid_law();
+    let law = if let BlockLaw::Cutting(law) = rapid_law { law } else { CuttingLaw::AxesLinear };
+    MoveSettings {
+        entry: approach_settings(&operation.entry, job.tool.cutter(), clearance, max_retract),
+        exit: approach_settings(&operation.exit, job.tool.cutter(), clearance, max_retract),
+        link: LinkSettings {
+            clearance: clearance_surface(&setup.file.clearance),
+            rapid_clearance: clearance,
+            rapid_law,
+        },
+        shortest_order: setup.file.links.order == PassOrderFile::Shortest,
+        linearity: cut_linearity(job, operation),
+        // Half of the distance that rapids keep anyway; how axes go that each go by themselves is tested block by block.
+        rapid_linearity: linearity(job, 0.5 * clearance, law),
+    }
+}
+
+/// Poses of an entry's or exit's arc per radius of way: chords leave the arc by 2e-5 of its radius, and are no more than
+/// 0.4° steeper than it.
+pub(crate) const ARC_STEPS: f64 = 80.0;
+
+/// Largest and smallest distance between tested poses on entries and exits, mm. Within, it is a quarter of the corner radius:
+/// a rounded rim then dips by at most 1/128 of it past a point that it touches between two.
+pub(crate) const TEST_STEPS: [f64; 2] = [1.0, 0.25];
+
+/// Settings of an entry or exit.
+pub(crate) fn approach_settings(
+    file: &ApproachFile,
+    cutter: &Cutter,
+    rapid_clearance: f64,
+    max_retract: f64,
+) -> ApproachSettings {
+    let arc = |a: &ArcFile| (a.radius_mm, a.angle_deg.to_radians());
+    let shape = match file {
+        ApproachFile::TangentialArc(a) => {
+            let (radius, angle) = arc(a);
+            ApproachShape::TangentialArc { radius, angle }
+        }
+        ApproachFile::RollIn(a) => {
+            let (radius, angle) = arc(a);
+            ApproachShape::RollIn { radius, angle }
+        }
+    };
+    let (ApproachShape::TangentialArc { radius, .. } | ApproachShape::RollIn { radius, .. }) = shape;
+    let test_step = (0.25 * cutter.corner_radius()).clamp(TEST_STEPS[1], TEST_STEPS[0]);
+    ApproachSettings { shape, step: radius / ARC_STEPS, test_step, rapid_clearance, max_retract, still_across: None }
+}

@@ -1,0 +1,343 @@
+//! One operation on its way to the program: poses, moves, ridges and chips.
+
+use std::collections::BTreeMap;
+
+use facemill_cl_data::{CcPoint, Pass, Posture, Silent};
+use facemill_cutter_location::cusp::neighbours::{Neighbours, OwnPlace};
+use facemill_cutter_location::search::map::{PostureRange, map};
+use facemill_cutter_location::{
+    Hints, Optimum, Outcome, PoseTest, Relief, SearchCurve, SearchSettings, Widened, Workcell, plan_passes, reliefs,
+    search,
+};
+use facemill_inverse_kinematics::{Branch, BranchPreference};
+use facemill_job::check::reach::check_reach;
+use facemill_job::failure::Failure;
+use facemill_job::format::job_file::{InfeasibleFile, OperationFile, PathFile};
+use facemill_job::load::job::{Job, Setup};
+use facemill_job::setup::cell::{LEAST_STEP, pass_settings, search_settings, workcell};
+use facemill_job::setup::path::lay;
+use facemill_job::setup::pattern::places;
+use facemill_job::stages::{BETWEEN, HELP, LAY, LINKS, PICTURE, PLACES, POSTURES, Stages};
+use facemill_tool_model::cl_from_cc;
+use facemill_tool_path::moves::{Move, OperationMoves, operation_moves};
+use facemill_tool_path::pieces::pole::Tests;
+use facemill_tool_path::pieces::{LaidTask, LeftOut, Piece, copy_outcomes, filled, split};
+use facemill_tool_path::winding::wound;
+use facemill_z_map::ZMap;
+use rayon::prelude::*;
+
+use crate::drawing::solution_svg::map_svg;
+use crate::passes::along::{Along, along_passes, neighbour_reach};
+use crate::passes::extra_passes::{ExtraPasses, Interposer, PlannedPath, as_laid, pass_tasks};
+use crate::passes::move_settings::move_settings;
+use crate::passes::pole_detours::Detours;
+use crate::stage_clock::Clock;
+
+/// What all operations of a setup stand on.
+pub(crate) struct Ground<'a> {
+    /// The job.
+    pub(crate) job: &'a Job,
+    /// The setup.
+    pub(crate) setup: &'a Setup<'a>,
+    /// Z-map of the setup's obstacles.
+    pub(crate) map: &'a ZMap,
+    /// Whether passes may be put between those that the strategy lays. Not for two heads at once, whose passes go in pairs.
+    pub(crate) adds_passes: bool,
+}
+
+/// An operation on its way to the program.
+pub(crate) struct PlannedOperation<'a> {
+    pub(crate) operation: &'a OperationFile,
+    pub(crate) moves: OperationMoves,
+    /// CC points of the path, in all places of the pattern.
+    pub(crate) cc_points: usize,
+    /// Pieces of passes that were too short to keep.
+    pub(crate) dropped_pieces: usize,
+    /// CC points without a pose in the program.
+    pub(crate) left_out: Vec<LeftOut>,
+    /// What would help at the first point of each reason.
+    pub(crate) reliefs: BTreeMap<String, Vec<Relief>>,
+    /// How near to the best the postures of the first place are, where that was sought.
+    pub(crate) optimum: Option<Optimum>,
+    /// CC points at which the search could not prove as finely as asked.
+    pub(crate) widened: Option<Widened>,
+    /// Ridges and chips of every piece, at points of the path and at both ends.
+    pub(crate) along: Vec<Vec<Along>>,
+    /// Passes put between those laid.
+    pub(crate) extra: ExtraPasses,
+}
+
+impl<'a> PlannedOperation<'a> {
+    /// Plans an operation whose program goes on `from` where the one before it ended; with `picture` also draws the
+    /// solution space at one point.
+    ///
+    /// # Errors
+    /// When no pass can be laid, the operation's policy does not allow what is infeasible, or the stages are cancelled.
+    pub(crate) fn plan(
+        ground: &Ground<'_>,
+        (index, operation): (usize, &'a OperationFile),
+        from: Option<Move>,
+        picture: bool,
+        stages: &dyn Stages,
+        clock: &mut Clock,
+    ) -> Result<(Self, Option<String>), Failure> {
+        let Ground { job, setup, map, .. } = ground;
+        let mut cell = workcell(job, setup, operation, map);
+        let laying = stages.start(LAY, 0);
+        let laid = lay(job, setup, index, operation)?;
+        check_reach(job, setup, operation, &laid.tasks).map_err(|e| job.wrong(e))?;
+        drop(laying);
+        settle_branch(&mut cell, &laid.tasks);
+        let test = PoseTest::new(&cell);
+        clock.lap("path");
+        let mut left_out = Vec::new();
+        let settings = move_settings(job, setup, operation);
+        // What looks for postures keeps away from the pole; what is to be tested as it stands does not.
+        let choosing = PoseTest::new(&cell).avoiding_pole(operation.search.singular_cone_deg.to_radians());
+        let tests = Tests { choosing: &choosing, plain: &test };
+        let Placed { pieces, cc_points, optimum, extra } =
+            place_pieces(&tests, ground, operation, &laid.tasks, &mut left_out, stages)?;
+        let widened = tests.widened();
+        let passes = pass_settings(operation);
+        let monitor = stages.start(BETWEEN, cc_points);
+        let pieces = filled(&tests, &settings.linearity, passes.fallback(), pieces, &mut left_out, &*monitor)?;
+        drop(monitor);
+        let pieces = wound(&test, passes.fallback(), pieces, from.map(|m| m.axes));
+        clock.lap("search");
+        let picture = if picture { picture_of(&test, operation, &laid.tasks, stages)? } else { None };
+        let monitor = stages.start(LINKS, 2 * pieces.len());
+        let mut moves = operation_moves(&test, &settings, pieces, from, &mut left_out, &*monitor)?;
+        drop(monitor);
+        clock.lap("moves");
+        let along = along_passes(job, setup, operation, &mut moves.pieces, stages)?;
+        clock.lap("cusps and chips");
+        if setup.stock_solid.is_some() {
+            left_out.iter_mut().for_each(LeftOut::explain_stock);
+        }
+        let reliefs = reliefs_by_reason(&cell, &left_out, &search_settings(operation), stages)?;
+        clock.lap("what would help");
+        let dropped_pieces = laid.dropped_pieces;
+        let planned =
+            Self { reliefs, operation, moves, cc_points, dropped_pieces, left_out, optimum, widened, along, extra };
+        planned.check_left_out()?;
+        Ok((planned, picture))
+    }
+
+    /// CC points with a pose in the program.
+    pub(crate) fn planned_points(&self) -> usize {
+        self.moves.pieces.iter().map(|p| p.piece.points()).sum()
+    }
+
+    /// Part of the CC points that may be left out.
+    pub(crate) fn max_trimmed_fraction(&self) -> f64 {
+        match &self.operation.infeasible {
+            InfeasibleFile::Stop => 0.0,
+            InfeasibleFile::Trim(trim) => trim.max_trimmed_fraction,
+        }
+    }
+
+    /// Whether more is left out than the operation allows.
+    pub(crate) fn trims_too_much(&self) -> bool {
+        self.left_out.len() as f64 > self.max_trimmed_fraction() * self.cc_points as f64
+    }
+
+    /// Applies the operation's policy for infeasible points.
+    fn check_left_out(&self) -> Result<(), Failure> {
+        // A point that was searched says more than one that is left out for its neighbours' sake.
+        let searched = self.left_out.iter().find(|l| l.searched.is_some());
+        let Some(first) = searched.or(self.left_out.first()) else { return Ok(()) };
+        let (p, name) = (first.place, &self.operation.name);
+        let example = format!("such as at ({:.2}, {:.2}, {:.2}): {}", p.x, p.y, p.z, first.reason);
+        if matches!(self.operation.infeasible, InfeasibleFile::Stop) {
+            let n = self.left_out.len();
+            return Err(Failure::Infeasible(format!(
+                "operation \"{name}\": {n} CC points have no feasible posture; {example}"
+            )));
+        }
+        if self.planned_points() == 0 {
+            return Err(Failure::Infeasible(format!("operation \"{name}\": no CC point can be planned; {example}")));
+        }
+        Ok(())
+    }
+}
+
+/// Reasons for which it is told what would help; the rest are few points each.
+const REASONS: usize = 16;
+
+/// What would help at the first point of each of the first reasons.
+fn reliefs_by_reason(
+    cell: &Workcell<'_>,
+    left_out: &[LeftOut],
+    settings: &SearchSettings,
+    stages: &dyn Stages,
+) -> Result<BTreeMap<String, Vec<Relief>>, Failure> {
+    let mut firsts: Vec<(&str, &CcPoint, &SearchCurve)> = Vec::new();
+    for l in left_out {
+        let Some((cc, curve)) = &l.searched else { continue };
+        if firsts.len() < REASONS && !firsts.iter().any(|(reason, ..)| *reason == l.reason) {
+            firsts.push((&l.reason, cc, curve));
+        }
+    }
+    let monitor = stages.start(HELP, firsts.len());
+    let of = |(reason, cc, curve): (&str, &CcPoint, &SearchCurve)| {
+        monitor.checkpoint()?;
+        let found = reliefs(cell, cc, curve, settings);
+        monitor.advance(1);
+        Ok((reason.to_owned(), found))
+    };
+    firsts.into_par_iter().map(of).collect()
+}
+
+/// Where the job leaves the branch open, takes the one nearest to home at the first CC point for all passes: passes on
+/// different branches would have to be linked through the pole.
+pub(crate) fn settle_branch(cell: &mut Workcell<'_>, tasks: &[LaidTask]) {
+    let first = tasks.first().and_then(|t| Some((t.pass.points.first()?, t.curve.start())));
+    let (BranchPreference::Nearest, Some((cc, posture))) = (cell.preferred_branch, first) else { return };
+    let cl = cl_from_cc(cell.tool.cutter(), cc, posture).transformed(&cell.table_from_work);
+    if let Ok(q) = cell.machine.nearest_inverse(&cl, cell.tool.gauge_length(), None, BranchPreference::Nearest) {
+        cell.preferred_branch = match cell.machine.branch_of(&q) {
+            Branch::Positive => BranchPreference::Positive,
+            Branch::Negative => BranchPreference::Negative,
+        };
+    }
+}
+
+/// Poses in every place of the pattern.
+struct Placed {
+    /// In cutting order.
+    pieces: Vec<Piece>,
+    /// CC points of all places.
+    cc_points: usize,
+    /// How near to the best the postures of the first place are, where that was sought.
+    optimum: Option<Optimum>,
+    /// Passes put between those laid.
+    extra: ExtraPasses,
+}
+
+/// Poses in every place of the pattern, as pieces in cutting order.
+fn place_pieces(
+    tests: &Tests<'_>,
+    ground: &Ground<'_>,
+    operation: &OperationFile,
+    tasks: &[LaidTask],
+    left_out: &mut Vec<LeftOut>,
+    stages: &dyn Stages,
+) -> Result<Placed, Failure> {
+    let places = places(operation.pattern.as_ref());
+    let settings = pass_settings(operation);
+    let test = tests.of(&settings);
+    let (path, extra) = planned_path(tests, ground, operation, tasks, stages)?;
+    let PlannedPath { tasks, outcomes, optimum } = path;
+    let mut pieces = split(tests.plain, &tasks, &outcomes, 0, left_out);
+    let n_points: usize = tasks.iter().map(|t| t.pass.points.len()).sum();
+    for (copy, place) in places.iter().enumerate().skip(1) {
+        let monitor = stages.start(PLACES, n_points);
+        let (copied, mut results) = copy_outcomes(test, &tasks, &outcomes, place, &settings, &*monitor)?;
+        tests.at_pole(&copied, &settings, &mut results);
+        pieces.extend(split(tests.plain, &copied, &results, copy as u32, left_out));
+    }
+    Ok(Placed { pieces, cc_points: n_points * places.len(), optimum, extra })
+}
+
+/// Poses in the first place of the pattern, with passes put between those laid where that is asked for.
+fn planned_path(
+    tests: &Tests<'_>,
+    ground: &Ground<'_>,
+    operation: &OperationFile,
+    tasks: &[LaidTask],
+    stages: &dyn Stages,
+) -> Result<(PlannedPath, ExtraPasses), Failure> {
+    let settings = pass_settings(operation);
+    let test = tests.of(&settings);
+    let reach = neighbour_reach(test.cell.tool.cutter(), operation);
+    let laid = Neighbours::new(tasks.iter().map(as_laid).collect(), reach);
+    let to_plan = pass_tasks(tasks, |pass, point| laid.of(OwnPlace { pass, point }).strip());
+    let monitor = stages.start(POSTURES, tasks.iter().map(|t| t.pass.points.len()).sum());
+    let mut planned = plan_passes(test, &to_plan, &settings, &*monitor)?;
+    drop(monitor);
+    let strategy = match &operation.path {
+        PathFile::Strategy(strategy) if ground.adds_passes => Some(strategy),
+        _ => None,
+    };
+    let detours = Detours {
+        tests,
+        settings: &settings,
+        control: &ground.job.post.rules().control_motion,
+        feed: operation.feeds.cutting_mm_min / 60.0,
+        cusp: operation.tolerances.cusp_mm,
+        adds_passes: strategy.is_some(),
+    };
+    detours.take(&to_plan, &mut planned, stages)?;
+    let optimum = planned.iter().filter_map(|p| p.optimum).reduce(Optimum::plus);
+    let mut outcomes: Vec<Pass<Outcome>> = planned.into_iter().map(|p| p.outcomes).collect();
+    tests.at_pole(tasks, &settings, &mut outcomes);
+    let mut path = PlannedPath { tasks: tasks.to_vec(), outcomes, optimum };
+    let Some(strategy) = strategy else { return Ok((path, ExtraPasses::default())) };
+    let interposer = Interposer {
+        tests,
+        settings: &settings,
+        detours: &detours,
+        reach,
+        surface: &ground.setup.around_drive,
+        allowance: ground.setup.drive_allowance,
+        cusp: operation.tolerances.cusp_mm,
+        least_step: LEAST_STEP * operation.tolerances.max_step_over_mm,
+        least_length: strategy.min_pass_length_mm,
+    };
+    let extra = interposer.improve(&mut path, stages)?;
+    Ok((path, extra))
+}
+
+/// CC points among which the picture's is sought.
+const PICTURE_CANDIDATES: usize = 300;
+
+/// Resolution of the picture, rad.
+const PICTURE_RESOLUTION: f64 = 0.25 * std::f64::consts::PI / 180.0;
+
+/// The solution space at the point of the path, of some hundred spread over it, whose smallest feasible posture has the largest
+/// tilt, the first of equals: where it is narrowest.
+fn picture_of(
+    test: &PoseTest<'_>,
+    operation: &OperationFile,
+    tasks: &[LaidTask],
+    stages: &dyn Stages,
+) -> Result<Option<String>, Failure> {
+    let _drawing = stages.start(PICTURE, 0);
+    let settings = search_settings(operation);
+    let smallest = |task: &LaidTask, cc: &CcPoint| {
+        search(test, cc, &task.curve, &settings, 0.0, None, &mut Hints::default()).ok().map(|f| f.pose.posture)
+    };
+    let all: Vec<(usize, usize)> = tasks
+        .iter()
+        .enumerate()
+        .flat_map(|(pass, task)| (0..task.pass.points.len()).map(move |point| (pass, point)))
+        .collect();
+    let some: Vec<(usize, usize)> =
+        all.iter().step_by(all.len().div_ceil(PICTURE_CANDIDATES).max(1)).copied().collect();
+    let found: Vec<Option<Posture>> =
+        some.par_iter().map(|&(pass, point)| smallest(&tasks[pass], &tasks[pass].pass.points[point])).collect();
+    let feasible = some.iter().zip(&found).filter_map(|(at, found)| Some((*at, (*found)?)));
+    let Some(((pass, point), taken)) = feasible.reduce(|a, b| if b.1.tilt > a.1.tilt { b } else { a }) else {
+        return Ok(None);
+    };
+    let (task, title) = (&tasks[pass], format!("{}, pass {}, point {}", operation.name, pass + 1, point + 1));
+    let range = mapped_range(&task.curve);
+    match map(test, &task.pass.points[point], range, PICTURE_RESOLUTION, &Silent) {
+        Ok(found) => Ok(Some(map_svg(&found, &task.curve, Some(taken), &title))),
+        Err(e) => Err(Failure::Internal(format!("solution space: {e}"))),
+    }
+}
+
+/// From tilt 0 and rotate 0 to the ends of the curve.
+pub(crate) fn mapped_range(curve: &SearchCurve) -> PostureRange {
+    let end = curve.end();
+    let rotate = if end.rotate == 0.0 { -SHOWN_ROTATE } else { end.rotate };
+    let rotate = rotate.abs().max(NARROWEST).copysign(rotate);
+    PostureRange { tilt: [0.0, end.tilt.max(NARROWEST)], rotate: [rotate.min(0.0), rotate.max(0.0)] }
+}
+
+/// Smallest largest tilt and rotate of a map, rad: what has no width cannot be drawn.
+pub(crate) const NARROWEST: f64 = std::f64::consts::PI / 180.0;
+
+/// Rotate that is shown where the operation's search does not rotate, rad.
+pub(crate) const SHOWN_ROTATE: f64 = 85.0 * std::f64::consts::PI / 180.0;

@@ -1,0 +1,66 @@
+//! Poses put where the written program does not hold what it was planned for.
+
+use std::collections::BTreeSet;
+
+use facemill_cutter_location::{Hints, PoseTest};
+use facemill_job::setup::cell::{pass_settings, workcell};
+use facemill_tool_path::linearity::turned_near;
+use facemill_tool_path::moves::{Move, MoveKind};
+use facemill_tool_path::pieces::{Filler, PosePair};
+use facemill_virtual_machine::{Certificate, Certificates, FindingKind, Verification};
+
+use crate::passes::move_settings::cut_linearity;
+use crate::passes::operation::{Ground, PlannedOperation};
+use crate::program::timed::CutBlock;
+
+/// Rounds of writing, running and mending: each halves the blocks that are mended.
+pub(crate) const ROUNDS: usize = 4;
+
+/// Lines of blocks in which the cutter goes deeper than allowed, or that could not be certified.
+pub(crate) fn lines_to_mend(verification: Option<&Verification>, certificates: Option<&Certificates>) -> BTreeSet<u32> {
+    let findings = verification.iter().flat_map(|v| &v.findings).filter(|f| f.kind == FindingKind::Gouge);
+    let gouged = findings.flat_map(|f| f.first_line..=f.last_line);
+    // A fault of the text is not mended by more poses.
+    let is_open = |c: &&Certificate| !c.certified && c.doubted_since_line.is_none();
+    let open = certificates.iter().flat_map(|c| &c.certificates).filter(is_open).map(|c| c.line);
+    gouged.chain(open).collect()
+}
+
+/// Puts a tested pose into the middle of each of these blocks, and others beside it where the control would stray from one to
+/// the next; the number of poses put in. Where none is feasible, the block stays as it is.
+pub(crate) fn mend(
+    Ground { job, setup, map, .. }: &Ground<'_>,
+    operations: &mut [PlannedOperation<'_>],
+    blocks: &[CutBlock],
+) -> usize {
+    let mut put_in = 0;
+    for (index, planned) in operations.iter_mut().enumerate() {
+        let cell = workcell(job, setup, planned.operation, map);
+        let test = PoseTest::new(&cell);
+        let settings = pass_settings(planned.operation);
+        let linearity = cut_linearity(job, planned.operation);
+        let mut hints = Hints::default();
+        // From the last one on: what stands before keeps its index.
+        let own: BTreeSet<&CutBlock> = blocks.iter().filter(|b| b.operation == index).collect();
+        for b in own.into_iter().rev() {
+            let piece = &mut planned.moves.pieces[b.piece];
+            let filler = Filler::new(&test, settings.fallback(), piece.piece.curve);
+            let pair = PosePair { from: &piece.piece.cuts[b.cut - 1], to: &piece.piece.cuts[b.cut] };
+            let Some(cuts) = filler.mended(&linearity, &pair, &mut hints) else { continue };
+            put_in += cuts.len();
+            let mut axes = piece.moves[b.at - 1].axes;
+            // Between the same two points the cutter takes no more.
+            let chip = piece.moves[b.at].chip;
+            let moves: Vec<Move> = cuts
+                .iter()
+                .map(|cut| {
+                    axes = turned_near(&test, &cut.pose.configuration.axes, &axes);
+                    Move { kind: MoveKind::Cut, cl: cut.pose.cl, axes, chip }
+                })
+                .collect();
+            piece.moves.splice(b.at..b.at, moves);
+            piece.piece.cuts.splice(b.cut..b.cut, cuts);
+        }
+    }
+    put_in
+}

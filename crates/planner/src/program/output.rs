@@ -1,0 +1,369 @@
+//! From planned operations to text, and the run of that text on the virtual machine.
+
+use std::collections::BTreeSet;
+
+use facemill_cl_data::ClPoint;
+use facemill_job::failure::Failure;
+use facemill_job::format::program_stamp::ProgramStamp;
+use facemill_job::format::report::remaining::RemainingReport;
+use facemill_job::format::report::stock::StockReport;
+use facemill_job::format::report::{CERTIFICATES_FORMAT, CertificatesFile};
+use facemill_job::load::job::{Job, Setup};
+use facemill_job::setup::cell::budget;
+use facemill_job::setup::program_spec::program_spec;
+use facemill_job::setup::word_map::{rtcp_frame, table_from_rtcp_words};
+use facemill_job::stages::{CERTIFY, Stages, VERIFY};
+use facemill_job::stock::map::StockRegion;
+use facemill_job::validate::tip_feed::programmed_feed;
+use facemill_nc_program::{
+    AptCutter, AptMove, AptSpec, Dialect, ProgramSpec, ReadProgram, WordMap, WrittenProgram, write_apt,
+    write_program_with_lines,
+};
+use facemill_tool_path::moves::MoveKind;
+use facemill_verification::between_lines::{add_between, between_lines, hold_machine_as_cut};
+use facemill_verification::feeds::Asked;
+use facemill_verification::program::removal_of;
+use facemill_verification::remaining::{RunningHead, remaining};
+use facemill_verification::stock_run::{CutDone, CutRequest, Stand, cut_stock};
+use facemill_verification::text_times::TimedText;
+use facemill_verification::virtual_setup::{name_obstacles, not_verified, virtual_obstacles};
+use facemill_virtual_machine::motion::follow::Surroundings;
+use facemill_virtual_machine::{
+    Assumption, Certificates, GougeSection, HeldAsCut, Verification, VerifySettings, VirtualSetup, assumptions,
+    certify, verify,
+};
+
+use crate::passes::operation::PlannedOperation;
+use crate::program::BlockWriter;
+use crate::program::timed::{CutBlock, Timed};
+use crate::program::timing::text::time_text;
+use crate::program::timing::{Written, time_program};
+
+/// What a program says of itself that was not run on the virtual machine.
+pub(crate) const NOT_VERIFIED: &str = "NOT VERIFIED";
+
+/// What is written of a setup.
+pub(crate) struct Texts {
+    /// Timed blocks; the program itself is in the text.
+    pub timed: Timed,
+    /// NC text.
+    pub nc: String,
+    /// APT text.
+    pub apt: String,
+    /// Line of the NC text, from 1, at which each operation begins.
+    pub operation_lines: Vec<u32>,
+    /// Line of the NC text of every block of the program.
+    pub block_lines: Vec<u32>,
+}
+
+impl Texts {
+    fn new(timed: Timed, written: WrittenProgram, apt: String) -> Self {
+        let operation_lines = timed.operation_starts.iter().map(|&block| written.block_lines[block]).collect();
+        Self { timed, nc: written.text, apt, operation_lines, block_lines: written.block_lines }
+    }
+
+    /// First and last line of a run of moves, each by its index among all.
+    pub(crate) fn lines_of_moves(&self, [first, last]: [usize; 2]) -> [u32; 2] {
+        let end = self.timed.move_blocks[last] + 1;
+        let behind = self.block_lines.get(end).map_or_else(|| self.line_of_move(last), |line| line - 1);
+        [self.line_of_move(first), behind.max(self.line_of_move(last))]
+    }
+
+    /// Line at which a move begins.
+    pub(crate) fn line_of_move(&self, index: usize) -> u32 {
+        self.block_lines[self.timed.move_blocks[index]]
+    }
+
+    /// Lines of all cutting moves, in program order.
+    pub(crate) fn cut_lines(&self) -> Vec<u32> {
+        self.timed.cut_blocks.iter().map(|b| self.block_lines[b.block]).collect()
+    }
+
+    /// Blocks along passes that stand on these lines.
+    pub(crate) fn cut_blocks_at(&self, lines: &BTreeSet<u32>) -> Vec<CutBlock> {
+        let on_them = |b: &&CutBlock| lines.contains(&self.block_lines[b.block]);
+        self.timed.cut_blocks.iter().filter(on_them).copied().collect()
+    }
+}
+
+/// Timed blocks, NC text and APT text; `verify` says whether the text will be run on the virtual machine.
+pub(crate) fn write_texts(
+    job: &Job,
+    setup: &Setup<'_>,
+    operations: &[PlannedOperation<'_>],
+    words: &WordMap,
+    verify: bool,
+) -> Result<Texts, Failure> {
+    let mut timed = blocks(job, setup, operations, words, verify)?;
+    let written = Written { job, words, table_from_rtcp_words: table_from_rtcp_words(job, words)? };
+    let slower = time_program(&[(&job.machine, job.tool.gauge_length())], &written, &mut timed)?;
+    timed.slow_down(&slower);
+    let (spec, written) = nc_text(job, setup, operations, words, &mut timed)?;
+    let cutter = job.tool.cutter();
+    let apt = AptSpec {
+        part_name: spec.job_name.clone(),
+        tool_number: spec.tool.number,
+        cutter: AptCutter {
+            radius: cutter.radius(),
+            corner_radius: cutter.corner_radius(),
+            height: cutter.flute_length(),
+        },
+        spindle: spec.spindle,
+        coolant: spec.coolant,
+        moves: apt_moves(operations, job.tool.n_inserts(), verify),
+    };
+    let apt = write_apt(&apt).map_err(|e| Failure::Internal(e.to_string()))?;
+    Ok(Texts::new(timed, written, apt))
+}
+
+/// The NC text with feeds that no law of motion has lowered, and no APT text: for who asks where it goes.
+pub(crate) fn write_draft(
+    job: &Job,
+    setup: &Setup<'_>,
+    operations: &[PlannedOperation<'_>],
+    words: &WordMap,
+) -> Result<Texts, Failure> {
+    let mut timed = blocks(job, setup, operations, words, true)?;
+    let (_, written) = nc_text(job, setup, operations, words, &mut timed)?;
+    Ok(Texts::new(timed, written, String::new()))
+}
+
+fn blocks(
+    job: &Job,
+    setup: &Setup<'_>,
+    operations: &[PlannedOperation<'_>],
+    words: &WordMap,
+    verify: bool,
+) -> Result<Timed, Failure> {
+    let mut writer = BlockWriter::new(job, setup, words)?;
+    if !verify {
+        writer.comment(NOT_VERIFIED.to_owned());
+    }
+    for o in operations {
+        writer.operation(o.operation, &o.moves)?;
+    }
+    Ok(writer.finish())
+}
+
+fn nc_text(
+    job: &Job,
+    setup: &Setup<'_>,
+    operations: &[PlannedOperation<'_>],
+    words: &WordMap,
+    timed: &mut Timed,
+) -> Result<(ProgramSpec, WrittenProgram), Failure> {
+    let first = operations.first().map(|o| o.operation).ok_or_else(|| Failure::Internal("no operation".to_owned()))?;
+    let spec = program_spec(job, setup, first, words, &mut timed.program)?;
+    let written = write_program_with_lines(&spec, &setup.post(job)).map_err(|e| job.wrong(format!("post: {e}")))?;
+    Ok((spec, written))
+}
+
+/// Takes the times that are told from the text.
+///
+/// # Errors
+/// None but for a fault in here.
+pub(crate) fn time_texts(job: &Job, words: &WordMap, texts: &mut Texts) -> Result<(), Failure> {
+    let (machine, tool_length) = (&job.machine, job.tool.gauge_length());
+    let at = Surroundings { machine, tool_length, words, frame: rtcp_frame(job, words), work_offset: None };
+    let written = TimedText {
+        text: texts.nc.as_bytes(),
+        dialect: job.post.dialect(),
+        control: &job.post.rules().control_motion,
+        rapids: job.post.rtcp_rapids().unwrap_or_default(),
+        block_lines: &texts.block_lines,
+    };
+    time_text(&[(machine, tool_length)], at, &written, &mut texts.timed)
+}
+
+fn apt_moves(operations: &[PlannedOperation<'_>], teeth: u32, verify: bool) -> Vec<AptMove> {
+    let mut moves = Vec::new();
+    if !verify {
+        moves.push(AptMove::Comment(NOT_VERIFIED.to_owned()));
+    }
+    for o in operations {
+        moves.push(AptMove::Comment(o.operation.name.clone()));
+        let linear = |cl: ClPoint, feed: f64| AptMove::Linear { cl, feed };
+        let all = o.moves.pieces.iter().flat_map(|p| &p.moves).chain(&o.moves.retract);
+        moves.extend(all.map(|m| match m.kind {
+            MoveKind::Rapid => AptMove::Rapid(m.cl),
+            kind => linear(m.cl, programmed_feed(&o.operation.feeds, teeth, kind, m.chip.as_ref()).mm_min),
+        }));
+    }
+    moves
+}
+
+/// A text and what it was written from: what the virtual machine runs.
+pub(crate) struct OwnProgram<'a> {
+    pub job: &'a Job,
+    pub setup: &'a Setup<'a>,
+    pub operations: &'a [PlannedOperation<'a>],
+    pub words: &'a WordMap,
+    pub texts: &'a Texts,
+    /// What is held against the stock as it is at that moment, which [`cut_stock`](Self::cut_stock) and
+    /// [`between_lines`](Self::between_lines) do, and not against the stock as it was at first.
+    pub as_cut: HeldAsCut,
+}
+
+impl OwnProgram<'_> {
+    /// Runs the text on the virtual machine.
+    pub(crate) fn verify(&self, stages: &dyn Stages) -> Result<Verification, Failure> {
+        let program = self.read()?;
+        let setting = self.virtual_setup()?;
+        let monitor = stages.start(VERIFY, program.blocks.len());
+        let mut verification = verify(&program, &setting, &self.settings(), &*monitor).map_err(not_verified)?;
+        name_obstacles(&mut verification, self.setup);
+        // A shop's template may turn the spindle as it likes.
+        let asked = Asked::of(self.job, self.setup.file);
+        verification.findings.extend(asked.iter().flat_map(|asked| asked.other_speeds(&program)));
+        verification.findings.sort_by_key(|f| (f.first_line, f.kind));
+        Ok(verification)
+    }
+
+    /// Proves what the blocks of the text do between their ends.
+    pub(crate) fn certify(&self, stages: &dyn Stages) -> Result<Certificates, Failure> {
+        let program = self.read()?;
+        let setting = self.virtual_setup()?;
+        let monitor = stages.start(CERTIFY, program.blocks.len());
+        certify(&program, &setting, &self.settings(), &*monitor).map_err(not_verified)
+    }
+
+    /// The machine with what stands on it.
+    pub(crate) fn virtual_setup(&self) -> Result<VirtualSetup<'_>, Failure> {
+        virtual_setup(self.job, self.setup, self.words)
+    }
+
+    /// Measures what the text leaves on the regions of the setup's operations.
+    pub(crate) fn remaining(&self, stages: &dyn Stages) -> Result<Option<RemainingReport>, Failure> {
+        let heads = [RunningHead { at: &self.virtual_setup()?, settings: &self.settings() }];
+        remaining(self.job, self.setup, &self.read()?, &heads, stages)
+    }
+
+    /// What the text leaves to the control.
+    pub(crate) fn assumptions(&self) -> Result<Vec<Assumption>, Failure> {
+        Ok(assumptions(&self.read()?, &self.job.machine))
+    }
+
+    /// Cuts the stock as the text goes.
+    pub(crate) fn cut_stock(&self, cut: &CutRequest, stages: &dyn Stages) -> Result<CutDone<1>, Failure> {
+        let at = self.virtual_setup()?;
+        let on = Stand { job: self.job, setup: self.setup, at: &at };
+        let settings = VerifySettings { removal: removal_of(self.job, self.setup.file, 0), ..self.settings() };
+        cut_stock(&self.read()?, [(&on, &settings)], cut, stages)
+    }
+
+    /// Adds what meets the setup's own stock between the lines that it was cut on, all over it, to what is found without.
+    pub(crate) fn between_lines(
+        &self,
+        cut: &StockReport,
+        then: &mut Verification,
+        stages: &dyn Stages,
+    ) -> Result<(), Failure> {
+        let request = lines_of(cut, StockRegion::Whole);
+        let at = self.virtual_setup()?;
+        let on = Stand { job: self.job, setup: self.setup, at: &at };
+        let heads = [(&on, &self.settings())];
+        let findings = [&*then.findings];
+        let [found] = between_lines(&self.read()?, heads, &request, (findings, &[Vec::new()]), stages)?;
+        found.keep_open(&mut then.between);
+        add_between(&mut then.findings, found.findings);
+        Ok(())
+    }
+
+    /// Takes out of what is found against the setup's own stock as it was at first what bodies of the machine meet of it that has been cut
+    /// then; whether there was any to look at.
+    pub(crate) fn hold_machine_as_cut(
+        &self,
+        cut: &StockReport,
+        at_first: &mut Verification,
+        stages: &dyn Stages,
+    ) -> Result<bool, Failure> {
+        let request = lines_of(cut, StockRegion::Rectangle(cut.region_mm));
+        let at = self.virtual_setup()?;
+        let on = Stand { job: self.job, setup: self.setup, at: &at };
+        hold_machine_as_cut(&self.read()?, [(&on, &self.settings())], &request, [at_first], stages)
+    }
+
+    /// The program as it stands in the text.
+    pub(crate) fn read(&self) -> Result<ReadProgram, Failure> {
+        let program = self.job.read_program(self.texts.nc.as_bytes(), self.job.post.dialect());
+        let program = program.map_err(|e| self.job.unread(&e))?;
+        // A dialect file of one's own may say otherwise than the control it was made from.
+        let rtcp_rapids = self.job.post.rtcp_rapids().unwrap_or(program.rtcp_rapids);
+        Ok(ReadProgram { rtcp_rapids, ..program })
+    }
+
+    fn settings(&self) -> VerifySettings {
+        let sections: Vec<GougeSection> = self
+            .operations
+            .iter()
+            .zip(&self.texts.operation_lines)
+            .map(|(o, &first_line)| GougeSection {
+                name: o.operation.name.clone(),
+                first_line,
+                gouge_limit: budget(self.job, o.operation).simulated(),
+            })
+            .collect();
+        // Nothing is cut before the first operation.
+        VerifySettings { gouge_limit: 0.0, sections, is_whole: true, as_cut: self.as_cut, ..VerifySettings::default() }
+    }
+}
+
+/// A setup's own stock, on lines like those that it was cut on.
+pub(crate) fn lines_of(cut: &StockReport, region: StockRegion) -> CutRequest {
+    CutRequest { region, ..CutRequest::on_lines(cut.cell_mm, cut.tolerance_mm) }
+}
+
+/// By what share the time of the written program's cuts may differ from the planned one: F words have few digits.
+const SAME_TIME: f64 = 0.02;
+
+/// That the text's feeds mean what was planned: its cutting blocks take the planned time, as the control counts F.
+///
+/// # Errors
+/// When they do not: a shop's own template or dialect file lets F count other axes, or changes feeds.
+pub(crate) fn check_feeds(job: &Job, timed: &Timed, run: Option<&Verification>) -> Result<(), Failure> {
+    let planned = timed.cutting_time + timed.approach_time;
+    // What is not understood of a text has findings of its own, and no time.
+    let Some(found) = run.filter(|v| v.faults().next().is_none()).map(|v| v.cutting_time_s) else { return Ok(()) };
+    if (found - planned).abs() <= SAME_TIME * planned {
+        return Ok(());
+    }
+    let own = job.file.post.template.as_ref().or(job.file.post.dialect_file.as_ref());
+    let what = format!(
+        "the cutting blocks of the written program take {found:.1} s on the control, {planned:.1} s were planned: its F is not \
+         what was meant"
+    );
+    Err(match own {
+        Some(name) => {
+            job.wrong(format!("post: {name}: {what} (on a Siemens control FGROUP and FGREF say which axes it counts)"))
+        }
+        None => Failure::Internal(what),
+    })
+}
+
+/// The file of the certificates.
+pub(crate) fn certificates_json(programs: Vec<ProgramStamp>, certificates: Certificates) -> Vec<u8> {
+    facemill_file_format::to_json(&CertificatesFile { format: CERTIFICATES_FORMAT, programs, certificates })
+        .into_bytes()
+}
+
+fn virtual_setup<'a>(job: &'a Job, setup: &'a Setup<'_>, words: &'a WordMap) -> Result<VirtualSetup<'a>, Failure> {
+    Ok(VirtualSetup {
+        machine: &job.machine,
+        table_from_work: setup.table_from_work,
+        words,
+        table_from_rtcp_words: table_from_rtcp_words(job, words)?,
+        tool: &job.tool,
+        length_register: register_in_text(job),
+        obstacles: virtual_obstacles(setup),
+    })
+}
+
+/// The register of the tool's length as the reader of the dialect tells it: D of Siemens, which the template sets to 1, and the
+/// number of the tool on Heidenhain, whose tools have their length in themselves.
+fn register_in_text(job: &Job) -> u32 {
+    match job.post.dialect() {
+        Dialect::Siemens840d => 1,
+        Dialect::Heidenhain => job.tool.number(),
+        _ => job.tool.length_register(),
+    }
+}

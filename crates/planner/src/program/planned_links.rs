@@ -1,0 +1,408 @@
+//! Faster links for a plan: put into its moves before its program is run, so that every text of it has them.
+
+use facemill_inverse_kinematics::AxisValues;
+use facemill_job::failure::Failure;
+use facemill_job::format::report::links::{PlannedLinkReport, ShortenedLinks};
+use facemill_job::setup::word_map::table_from_rtcp_words;
+use facemill_job::stages::{SHORTEN, Stages};
+use facemill_nc_program::{Compensation, FeedMode, ReadProgram};
+use facemill_tool_path::links::choose::Choice;
+use facemill_tool_path::links::clock::LinkClock;
+use facemill_tool_path::links::fastest;
+use facemill_tool_path::links::ways::WayKind;
+use facemill_tool_path::links::words::LinkWords;
+use facemill_tool_path::moves::{Move, MoveKind};
+use facemill_verification::virtual_setup::not_verified;
+use facemill_virtual_machine::{
+    Finding, LinkDistances, LinkHold, LinkSettings, LinkStage, ProgramLink, VerifySettings, links_off_first_stock,
+    run_links,
+};
+use facemill_z_map::DexelMap;
+
+use crate::passes::operation::PlannedOperation;
+use crate::program::output::{OwnProgram, Texts};
+
+/// Share of the rapid clearance that is proven to be kept from the stock as it was at first: links begin and end at the whole of it,
+/// and the control may leave them by a little.
+const KEPT: f64 = 0.9;
+
+/// The links between the passes of a setup, and what becomes of them.
+pub(crate) struct PlannedLinks {
+    clearance: f64,
+    is_by_law: bool,
+    links: Vec<PlannedLink>,
+}
+
+struct PlannedLink {
+    /// Where its moves are; `None` where they are not those to a piece alone; the link then stays.
+    goal: Option<Goal>,
+    /// Its lines when it was looked at.
+    lines: [u32; 2],
+    before: f64,
+    lower_bound: f64,
+    better: Option<Better>,
+    kept_because: Option<String>,
+}
+
+/// A way in place of a link.
+struct Better {
+    kind: WayKind,
+    time: f64,
+    /// What it goes through before its end.
+    over: Vec<Move>,
+    /// The rapids that it has taken the place of: those behind the operation before, where the link begins there, and those to the
+    /// piece.
+    old: [Vec<Move>; 2],
+}
+
+/// The piece that a link goes to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Goal {
+    /// Index of its operation.
+    operation: usize,
+    /// Its index there.
+    piece: usize,
+}
+
+/// All rapids to a piece, by the indices of their moves in the program.
+struct RapidRun {
+    goal: Goal,
+    moves: [usize; 2],
+    /// Why they must stay.
+    hold: Option<&'static str>,
+}
+
+/// The rapids to every piece but the first one of all, in program order.
+fn rapid_runs(operations: &[PlannedOperation<'_>]) -> Vec<RapidRun> {
+    let mut runs = Vec::new();
+    // Index of the next move, and of the first one behind the operation before.
+    let (mut at, mut behind) = (0, None);
+    for (operation, o) in operations.iter().enumerate() {
+        for (piece, moves) in o.moves.pieces.iter().map(|p| &p.moves).enumerate() {
+            let rapids = leading_rapids(moves);
+            let first = if piece == 0 { behind.take() } else { Some(at) };
+            if let Some(first) = first.filter(|_| rapids > 0) {
+                let hold = if piece == 0 { change_before(operations, operation) } else { None };
+                runs.push(RapidRun { goal: Goal { operation, piece }, moves: [first, at + rapids - 1], hold });
+            }
+            at += moves.len();
+        }
+        behind = Some(at);
+        at += o.moves.retract.len();
+    }
+    runs
+}
+
+fn leading_rapids(moves: &[Move]) -> usize {
+    moves.iter().take_while(|m| m.kind == MoveKind::Rapid).count()
+}
+
+/// What the program changes between two operations, far from the part, as the link between them goes now.
+fn change_before(operations: &[PlannedOperation<'_>], operation: usize) -> Option<&'static str> {
+    let [before, now] = [operation.checked_sub(1)?, operation].map(|k| &operations[k].operation.feeds);
+    let changes = before.spindle_rpm != now.spindle_rpm || before.coolant != now.coolant;
+    changes.then_some("spindle or coolant change on it")
+}
+
+impl PlannedLinks {
+    /// Looks for the fastest way of every link that is proven free: against the stock as it is then, which is `cut` with its
+    /// tolerance, or off the stock as it was at first.
+    ///
+    /// # Errors
+    /// When the stages are cancelled.
+    pub(crate) fn find(
+        program: &OwnProgram<'_>,
+        cut: Option<(DexelMap, f64)>,
+        stages: &dyn Stages,
+    ) -> Result<Self, Failure> {
+        let job = program.job;
+        let text = program.read()?;
+        let at = program.virtual_setup()?;
+        let views = [(&job.machine, job.tool.gauge_length())];
+        let clock = LinkClock::new(&views);
+        let words = LinkWords {
+            machine: &job.machine,
+            tool_length: job.tool.gauge_length(),
+            words: program.words,
+            table_from_rtcp_words: table_from_rtcp_words(job, program.words)?,
+            decimals: job.post.decimals(),
+        };
+        let runs = rapid_runs(program.operations);
+        let seeker = Seeker { program, text: &text, clock: &clock, words, runs };
+        let clearance = program.setup.file.rapid_clearance_mm;
+        let look = |link: &ProgramLink, stage: &LinkStage<'_, '_>| {
+            let is_between = !matches!(link.hold, Some(LinkHold::WayIn | LinkHold::WayOut));
+            is_between.then(|| seeker.link(link, stage))
+        };
+        let monitor = stages.start(SHORTEN, text.blocks.len());
+        let verify = VerifySettings::default();
+        let links = match cut {
+            Some((mut stock, tolerance)) => {
+                let mut links = Vec::new();
+                let mut visit = |link: &ProgramLink, stage: &LinkStage<'_, '_>| links.push(look(link, stage));
+                let keep = LinkSettings { clearance, tolerance };
+                run_links(&text, &at, (&verify, &keep), &mut stock, &mut visit, &*monitor).map(|()| links)
+            }
+            None => {
+                let keep = LinkDistances { fixtures: clearance, first_stock: KEPT * clearance };
+                links_off_first_stock(&text, &at, (&verify, keep), &look, &*monitor)
+            }
+        };
+        let links = links.map_err(not_verified)?.into_iter().flatten().collect();
+        Ok(Self { clearance, is_by_law: clock.is_by_law(), links })
+    }
+
+    /// Puts the faster ways into the moves.
+    pub(crate) fn put_in(&mut self, operations: &mut [PlannedOperation<'_>]) {
+        for link in &mut self.links {
+            let (Some(goal), Some(better)) = (link.goal, &mut link.better) else { continue };
+            let behind = if goal.piece == 0 { goal.operation.checked_sub(1) } else { None };
+            let behind = behind.map(|k| std::mem::take(&mut operations[k].moves.retract)).unwrap_or_default();
+            let moves = &mut operations[goal.operation].moves.pieces[goal.piece].moves;
+            let end = leading_rapids(moves).saturating_sub(1);
+            // The last one stays: where the entry begins, to the last bit.
+            better.old = [behind, moves.splice(..end, better.over.iter().copied()).collect()];
+        }
+    }
+
+    /// Gives the links their old ways back in whose blocks the program has a finding or a line that could not be certified, and with
+    /// them, where it is asked for, all others; says whether there were any.
+    pub(crate) fn take_back(
+        &mut self,
+        operations: &mut [PlannedOperation<'_>],
+        texts: &Texts,
+        (findings, open_lines): (&[Finding], &[u32]),
+        with_all: bool,
+    ) -> bool {
+        let runs = rapid_runs(operations);
+        let why = |link: &PlannedLink| {
+            let goal = link.goal.filter(|_| link.better.is_some())?;
+            let [first, last] = texts.lines_of_moves(runs.iter().find(|run| run.goal == goal)?.moves);
+            let found = findings.iter().find(|f| f.first_line <= last && f.last_line >= first);
+            let open = open_lines.iter().any(|line| (first..=last).contains(line));
+            found.map(told).or_else(|| open.then(|| "the faster way could not be certified".to_owned()))
+        };
+        let found: Vec<Option<String>> = self.links.iter().map(why).collect();
+        if found.iter().all(Option::is_none) {
+            return false;
+        }
+        for (link, found) in self.links.iter_mut().zip(found).filter(|(_, found)| with_all || found.is_some()) {
+            let (Some(goal), Some(better)) = (link.goal, link.better.take()) else { continue };
+            let [behind, to_piece] = better.old;
+            operations[goal.operation].moves.pieces[goal.piece].moves.splice(..better.over.len(), to_piece);
+            if let Some(before) = goal.operation.checked_sub(1).filter(|_| goal.piece == 0) {
+                operations[before].moves.retract = behind;
+            }
+            let others = || "with faster ways of some links the program has findings time and again".to_owned();
+            link.kept_because = Some(found.unwrap_or_else(others));
+        }
+        true
+    }
+
+    /// What is told of them, by the lines of the written program.
+    pub(crate) fn report(&self, operations: &[PlannedOperation<'_>], texts: &Texts) -> ShortenedLinks {
+        let runs = rapid_runs(operations);
+        let of_link = |link: &PlannedLink| {
+            let run = link.goal.and_then(|goal| runs.iter().find(|run| run.goal == goal));
+            PlannedLinkReport {
+                lines: run.map_or(link.lines, |run| texts.lines_of_moves(run.moves)),
+                time_before_s: link.before,
+                time_after_s: link.better.as_ref().map_or(link.before, |better| better.time),
+                lower_bound_s: link.lower_bound,
+                way: link.better.as_ref().map_or(WayKind::Original, |better| better.kind),
+                kept_because: link.kept_because.clone(),
+            }
+        };
+        ShortenedLinks::new(self.clearance, self.is_by_law, self.links.iter().map(of_link).collect())
+    }
+}
+
+/// What is told of a finding in blocks that are not written in the end.
+fn told(finding: &Finding) -> String {
+    let bodies = [&finding.body, &finding.obstacle].into_iter().flatten().cloned().collect::<Vec<_>>().join(" at ");
+    let measure = finding.measure.as_ref().map_or_else(String::new, |m| format!(", {m}"));
+    format!("the faster way has a finding: {}, {bodies}{measure}", finding.kind)
+}
+
+/// What links are looked at with.
+struct Seeker<'a> {
+    program: &'a OwnProgram<'a>,
+    text: &'a ReadProgram,
+    clock: &'a LinkClock<'a>,
+    words: LinkWords<'a>,
+    runs: Vec<RapidRun>,
+}
+
+impl Seeker<'_> {
+    fn link(&self, link: &ProgramLink, stage: &LinkStage<'_, '_>) -> PlannedLink {
+        let line = |block: Option<&usize>| block.map_or(0, |&b| self.text.blocks[b].line);
+        let lines = [line(link.blocks.first()), line(link.blocks.last())];
+        let goal = self.run_of(lines).map(|run| run.goal);
+        let found = self.check(link, lines).and_then(|()| self.choice(link, stage));
+        match found {
+            Ok(Choice { before, lower_bound, better }) => {
+                let better = better.map(|way| Better {
+                    kind: way.kind,
+                    time: way.time,
+                    over: way.through.split_last().map_or_else(Vec::new, |(_, over)| self.rapids(over)),
+                    old: [Vec::new(), Vec::new()],
+                });
+                PlannedLink { goal, lines, before, lower_bound, better, kept_because: None }
+            }
+            Err(why) => {
+                let before = self.clock.time(link.law, &link.start, &link.ends).unwrap_or(0.0);
+                let lower_bound = link.ends.last().map_or(0.0, |end| self.clock.least_time(&link.start, end));
+                PlannedLink { goal, lines, before, lower_bound, better: None, kept_because: Some(why) }
+            }
+        }
+    }
+
+    /// The rapids to a piece that these lines are among.
+    fn run_of(&self, lines: [u32; 2]) -> Option<&RapidRun> {
+        self.runs.iter().find(|run| {
+            let [first, last] = self.program.texts.lines_of_moves(run.moves);
+            first <= lines[0] && lines[1] <= last
+        })
+    }
+
+    /// That another way may take the place of a link.
+    ///
+    /// # Errors
+    /// With why it must stay.
+    fn check(&self, link: &ProgramLink, lines: [u32; 2]) -> Result<(), String> {
+        match &link.hold {
+            Some(LinkHold::Doubt(_)) => return Err("where the axes are is open".to_owned()),
+            Some(LinkHold::Laws) => return Err("its blocks move in different ways".to_owned()),
+            _ => {}
+        }
+        match self.run_of(lines) {
+            Some(RapidRun { hold: None, .. }) => Ok(()),
+            Some(RapidRun { hold: Some(why), .. }) => Err((*why).to_owned()),
+            None => Err("its blocks are not those from one pass to the next alone".to_owned()),
+        }
+    }
+
+    fn choice(&self, link: &ProgramLink, stage: &LinkStage<'_, '_>) -> Result<Choice, String> {
+        let OwnProgram { job, setup, .. } = self.program;
+        let compensation = match job.post.feed_mode() {
+            FeedMode::Rtcp => Compensation::Rtcp(job.tool.length_register()),
+            FeedMode::G94 | FeedMode::G93 => Compensation::Length(job.tool.length_register()),
+        };
+        let rounded = |axes: &AxisValues| self.words.rounded(compensation, axes).map(|(_, rounded)| rounded);
+        fastest(&setup.link_scene(job), self.clock, (link, stage), &rounded)
+    }
+
+    fn rapids(&self, over: &[AxisValues]) -> Vec<Move> {
+        let OwnProgram { job, setup, .. } = self.program;
+        let work_from_table = setup.table_from_work.inverse();
+        let at = |axes: &AxisValues| {
+            let cl = job.machine.cl_point(axes, job.tool.gauge_length()).transformed(&work_from_table);
+            Move { kind: MoveKind::Rapid, cl, axes: *axes, chip: None }
+        };
+        over.iter().map(at).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use facemill_virtual_machine::{FindingKind, HeldAsCut};
+
+    use crate::passes::operation::Ground;
+    use crate::program::output::write_draft;
+    use crate::program::planned_links::*;
+    use crate::stage_clock::Clock;
+    use facemill_job::examples::new_job::{NewJob, new_job};
+    use facemill_job::load::job::{Job, Setup};
+    use facemill_job::setup::cell::z_map;
+    use facemill_job::setup::word_map::word_map;
+    use facemill_job::stages::{SilentStages, Stages};
+    use facemill_job::stock::map::{StockMeshes, StockRegion};
+
+    /// A patch of few passes, cut twice.
+    fn job(folder: &std::path::Path) -> Job {
+        for (name, bytes) in new_job(&NewJob::Patch { size_mm: 80.0 }).unwrap() {
+            let bytes = if name == "job.json" { cut_twice(&bytes) } else { bytes };
+            std::fs::write(folder.join(name), bytes).unwrap();
+        }
+        Job::read(&folder.join("job.json")).unwrap()
+    }
+
+    fn cut_twice(job: &[u8]) -> Vec<u8> {
+        let mut job: serde_json::Value = serde_json::from_slice(job).unwrap();
+        let operation = &mut job["operations"][0];
+        let planes = operation.pointer_mut("/path/strategy/strategy/parallel_planes").unwrap();
+        (planes["from_mm"], planes["to_mm"]) = ((-2.2).into(), 2.2.into());
+        operation["tolerances"]["max_step_mm"] = 6.0.into();
+        let mut again = operation.clone();
+        again["name"] = "again".into();
+        job["operations"].as_array_mut().unwrap().push(again);
+        serde_json::to_vec(&job).unwrap()
+    }
+
+    /// Places of all moves, bit for bit.
+    fn places(operations: &[PlannedOperation<'_>]) -> Vec<Vec<(MoveKind, AxisValues)>> {
+        let of = |moves: &[Move]| moves.iter().map(|m| (m.kind, m.axes)).collect();
+        let of_operation = |o: &PlannedOperation<'_>| -> Vec<Vec<_>> {
+            o.moves.pieces.iter().map(|p| of(&p.moves)).chain([of(&o.moves.retract)]).collect()
+        };
+        operations.iter().flat_map(of_operation).collect()
+    }
+
+    #[test]
+    fn links_that_are_taken_back_are_as_they_were() {
+        let folder = tempfile::tempdir().unwrap();
+        let job = job(folder.path());
+        let setup = Setup::read(&job, 0).unwrap();
+        let (map, words) = (z_map(&setup).unwrap(), word_map(&job, &setup, 0).unwrap());
+        let ground = Ground { job: &job, setup: &setup, map: &map, adds_passes: true };
+        let stages: &dyn Stages = &SilentStages;
+        let mut operations: Vec<PlannedOperation<'_>> = Vec::new();
+        for operation in job.operations_of(setup.file) {
+            let from = operations.last().and_then(|o| o.moves.last());
+            let planned = PlannedOperation::plan(&ground, operation, from, false, stages, &mut Clock::new());
+            operations.push(planned.unwrap().0);
+        }
+        let texts = write_draft(&job, &setup, &operations, &words).unwrap();
+        let stock = StockMeshes::of(&setup).map(&job, &setup, 1.0, StockRegion::Whole).unwrap();
+        let program = OwnProgram {
+            job: &job,
+            setup: &setup,
+            operations: &operations,
+            words: &words,
+            texts: &texts,
+            as_cut: HeldAsCut::NOTHING,
+        };
+        let mut links = PlannedLinks::find(&program, Some((stock, 0.05)), stages).unwrap();
+        let before = places(&operations);
+        links.put_in(&mut operations);
+        let after = places(&operations);
+        let n = links.links.len();
+        assert!(n >= 5 && links.links.iter().all(|l| l.better.is_some()), "{n} links");
+        let passes = operations[0].moves.pieces.len();
+        // The way out of the first operation and into the second are one link.
+        assert!(n == 2 * passes - 1 && after[passes].is_empty() && !before[passes].is_empty());
+
+        // A finding takes the link back in whose blocks it is, here the one between the operations; none of the others.
+        let texts = write_draft(&job, &setup, &operations, &words).unwrap();
+        assert!(!links.take_back(&mut operations, &texts, (&[], &[]), false) && places(&operations) == after);
+        let line = links.report(&operations, &texts).links[passes - 1].lines[0];
+        let finding_at = |line| Finding::of_line(FindingKind::RapidCollision, line, None, "", String::new());
+        assert!(links.take_back(&mut operations, &texts, (&[finding_at(line)], &[]), false));
+        let now = places(&operations);
+        let same: Vec<usize> = (0..now.len()).filter(|&k| now[k] == before[k]).collect();
+        assert!(same.contains(&passes) && same.contains(&(passes + 1)), "{same:?}");
+        let others = (0..now.len()).filter(|k| ![passes, passes + 1].contains(k));
+        assert!(others.clone().all(|k| now[k] == after[k]));
+        let told = links.report(&operations, &write_draft(&job, &setup, &operations, &words).unwrap());
+        assert!(told.changed == n - 1 && told.links[passes - 1].kept_because.is_some(), "{told:?}");
+
+        // In the end all of them; of what was taken back nothing is left to take.
+        let texts = write_draft(&job, &setup, &operations, &words).unwrap();
+        assert!(!links.take_back(&mut operations, &texts, (&[finding_at(1)], &[]), true));
+        let line = links.report(&operations, &texts).links[0].lines[0];
+        assert!(
+            links.take_back(&mut operations, &texts, (&[finding_at(line)], &[]), true) && places(&operations) == before
+        );
+        assert!(!links.take_back(&mut operations, &texts, (&[finding_at(line)], &[]), true));
+    }
+}

@@ -1,0 +1,53 @@
+//! Times of a program as its text says it: the whole of it, with the ways to the part and home.
+
+use std::collections::BTreeMap;
+
+use facemill_job::failure::Failure;
+use facemill_tool_path::moves::MoveKind;
+use facemill_verification::text_times::{Meant, TimedText, motions};
+use facemill_virtual_machine::motion::follow::Surroundings;
+use facemill_virtual_machine::program_time::tolerance::View;
+
+use crate::program::timed::{Timed, TimedMove};
+use crate::program::timing::Tally;
+
+/// Takes the time of rapids and the times by the law from the text as it is read back: the same as anyone finds who reads it.
+/// Where the axes are at the start, at home, it is known.
+///
+/// # Errors
+/// None but for a fault in here.
+pub(crate) fn time_text(
+    views: &[View<'_>],
+    at: Surroundings<'_>,
+    written: &TimedText<'_>,
+    timed: &mut Timed,
+) -> Result<(), Failure> {
+    let machine = at.machine;
+    let planned = planned_blocks(written, timed);
+    let internal = |e: String| Failure::Internal(format!("times: {e}"));
+    let motions = motions(at, written, &planned).map_err(internal)?;
+    timed.rapid_time = motions.rapid_time;
+    let Some(told) = timed.time_law.take() else { return Ok(()) };
+    let laws = motions.laws(views, machine, written.control).map_err(internal)?;
+    let meant = motions.meant;
+    let mut tally = Tally { told, ..Tally::default() };
+    let each = laws.iter().flat_map(|law| (0..law.times.len()).map(move |k| (law, k)));
+    for ((law, k), meant) in each.zip(&meant) {
+        let limit = law.limits.get(k).copied().flatten();
+        tally.count(machine, meant.kind, meant.limit, law.times[k], limit);
+        if meant.kind == MoveKind::Cut {
+            *timed.cut_times.entry(meant.line).or_default() += law.times[k];
+        }
+    }
+    timed.time_law = Some(tally.finish());
+    Ok(())
+}
+
+/// What the blocks of a planned program are, by the lines of its text.
+fn planned_blocks(written: &TimedText<'_>, timed: &Timed) -> BTreeMap<u32, Meant> {
+    let of = |m: &TimedMove| {
+        let line = *written.block_lines.get(m.block)?;
+        Some((line, Meant { line, kind: m.kind, limit: m.limit }))
+    };
+    timed.moves.iter().filter_map(of).collect()
+}

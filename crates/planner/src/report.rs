@@ -1,0 +1,11 @@
+//! Figures of a plan for its reader: report, summary, chips, rotary motion, lost time.
+
+pub(crate) mod chip_files;
+pub(crate) mod chip_points;
+pub(crate) mod chips_svg;
+pub(crate) mod cusps_kept;
+pub(crate) mod lost_time;
+pub(crate) mod reporting;
+pub(crate) mod rotary_motion;
+pub(crate) mod summary;
+pub(crate) mod turning;

@@ -1,0 +1,127 @@
+//! Chips along the plan as files: a picture, and a table of all CC points.
+
+use std::fmt::Write;
+
+use facemill_job::format::program_stamp::{ProgramStamp, stamped_svg};
+use facemill_job::load::job::Job;
+use facemill_job::validate::tip_feed::teeth_per_minute;
+
+use crate::passes::operation::PlannedOperation;
+use crate::program::timed::Timed;
+use crate::report::chip_points::{ChipPoint, chip_points};
+use crate::report::chips_svg::{Row, chips_svg};
+
+/// What is written of the chips of a setup.
+pub(crate) struct ChipFiles {
+    /// `chips.svg`.
+    pub svg: String,
+    /// `chips.csv`.
+    pub csv: String,
+}
+
+impl ChipFiles {
+    /// Of planned operations and their written program with the lines of its cutting moves, none where they are not known;
+    /// `jobs` are the job as each operation's head sees it.
+    pub(crate) fn new(
+        jobs: &[&Job],
+        setup: &str,
+        operations: &[PlannedOperation<'_>],
+        (timed, lines): (&Timed, &[u32]),
+    ) -> Self {
+        let points = chip_points(operations, timed, lines);
+        let rows: Vec<Row<'_>> = operations
+            .iter()
+            .zip(&points)
+            .map(|(o, points)| Row {
+                name: &o.operation.name,
+                points,
+                target: o.operation.feeds.removal_rate.as_ref().map(|r| r.target_cm3_min),
+            })
+            .collect();
+        let title = format!("{}, {setup}", jobs.first().map_or("", |job| &job.file.name));
+        let mut csv = String::from(HEAD);
+        for ((o, job), points) in operations.iter().zip(jobs).zip(&points) {
+            let per_minute = teeth_per_minute(&o.operation.feeds, job.tool.n_inserts());
+            points.iter().for_each(|point| line(&mut csv, &o.operation.name, point, per_minute));
+        }
+        Self { svg: chips_svg(&title, &rows), csv }
+    }
+
+    /// The same files, which now name the programs that they speak of: in comments, since neither format has a place for it.
+    pub(crate) fn of(self, programs: &[ProgramStamp]) -> Self {
+        let mut csv: String = programs.iter().map(|program| format!("# {}\n", program.text())).collect();
+        csv += &self.csv;
+        Self { svg: stamped_svg(self.svg, programs), csv }
+    }
+}
+
+/// Columns of the table.
+const HEAD: &str = "operation,place,pass,point,s_mm,area_mm2,full_stock,tip_feed_before_mm_min,tip_feed_after_mm_min,\
+                    removal_rate_before_cm3_min,removal_rate_after_cm3_min,chip_thickness_before_mm,\
+                    chip_thickness_after_mm,line\n";
+
+fn line(csv: &mut String, operation: &str, p: &ChipPoint, teeth_per_minute: f64) {
+    let cells = |values: Option<[f64; 2]>, decimals: usize| match values {
+        Some([before, after]) => format!("{before:.decimals$},{after:.decimals$}"),
+        None => ",".to_owned(),
+    };
+    // Writing to a string does not fail.
+    let _ = writeln!(
+        csv,
+        "{},{},{},{},{:.3},{:.4},{},{},{},{},{}",
+        quoted(operation),
+        p.copy + 1,
+        p.pass + 1,
+        p.point + 1,
+        p.way,
+        p.area,
+        u8::from(!p.is_known),
+        cells(p.arrival.map(|a| [a.before, a.after]), 1),
+        cells(p.removal_rates(), 3),
+        cells(p.thicknesses(teeth_per_minute), 5),
+        p.line.map(|line| line.to_string()).unwrap_or_default()
+    );
+}
+
+/// A cell of text, in quotes where it needs them.
+fn quoted(text: &str) -> String {
+    if text.contains([',', '"', '\n', '\r']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text.to_owned() }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::report::chip_files::*;
+
+    #[test]
+    fn every_line_has_the_cells_of_the_head() {
+        let mut point = ChipPoint {
+            copy: 0,
+            pass: 2,
+            point: 4,
+            way: 12.5,
+            area: 3.25,
+            thickness: 0.5,
+            is_known: false,
+            line: None,
+            arrival: None,
+        };
+        let mut csv = String::from(HEAD);
+        line(&mut csv, "suction", &point, 2000.0);
+        let law = facemill_job::validate::tip_feed::FeedLaw::Given;
+        point.arrival = Some(crate::report::chip_points::Arrival {
+            before: 1000.0,
+            after: 800.0,
+            asked: 800.0,
+            law,
+            added_time: 0.0,
+        });
+        point.line = Some(48);
+        line(&mut csv, "suction", &point, 2000.0);
+        let lines: Vec<Vec<&str>> = csv.lines().map(|l| l.split(',').collect()).collect();
+        assert!(lines.iter().all(|l| l.len() == lines[0].len()), "{csv}");
+        assert_eq!(lines[1][..7], ["suction", "1", "3", "5", "12.500", "3.2500", "1"]);
+        assert_eq!(lines[1][7..], [""; 7]);
+        assert_eq!(lines[2][7..], ["1000.0", "800.0", "3.250", "2.600", "0.25000", "0.20000", "48"]);
+        assert_eq!(quoted("a,\"b\""), "\"a,\"\"b\"\"\"");
+    }
+}

@@ -1,0 +1,61 @@
+//! Whether the allowed cusp is kept along the passes of an operation, what was done for it, and why not where it is not.
+
+use facemill_job::format::job_file::{OperationFile, PathFile};
+use facemill_job::format::report::cusps::{CuspReasonReport, CuspsKeptReport};
+use facemill_job::setup::pattern::places;
+use facemill_tool_model::Cusp;
+use nalgebra::{Isometry3, Point3};
+
+use crate::passes::extra_passes::ExtraPasses;
+use crate::passes::operation::PlannedOperation;
+
+/// Cusps of a planned operation against what it allows.
+pub(crate) fn cusps_kept(planned: &PlannedOperation<'_>) -> CuspsKeptReport {
+    let PlannedOperation { operation, extra, along, .. } = planned;
+    let mut reasons: Vec<CuspReasonReport> = Vec::new();
+    let places = places(operation.pattern.as_ref());
+    for (piece, along) in planned.moves.pieces.iter().zip(along) {
+        for at in along.iter().filter(|a| a.is_point) {
+            let Some(ridge) = at.ridge.filter(|r| !r.cusp.is_within(operation.tolerances.cusp_mm)) else { continue };
+            let place = piece.piece.cuts[at.cut].cc.position;
+            let in_first =
+                places.get(piece.piece.copy as usize).map_or(place, |p: &Isometry3<f64>| p.inverse() * place);
+            let height = match ridge.cusp {
+                Cusp::Height(height) => Some(height),
+                Cusp::Uncut => None,
+            };
+            let found = CuspReasonReport {
+                reason: reason(operation, extra, &in_first, ridge.step_over),
+                points: 1,
+                cusp_mm: height,
+                place_mm: place.into(),
+                step_over_mm: ridge.step_over,
+            };
+            match reasons.iter_mut().find(|r| r.reason == found.reason) {
+                Some(same) => same.take(found),
+                None => reasons.push(found),
+            }
+        }
+    }
+    reasons.sort_by_key(|r| std::cmp::Reverse(r.points));
+    CuspsKeptReport {
+        operation: operation.name.clone(),
+        moved_passes: extra.moved,
+        passes_between: extra.between,
+        points_beyond: reasons.iter().map(|r| r.points).sum(),
+        reasons,
+    }
+}
+
+/// Why there is no pass between: the refusal nearest to the place within the strip, where there was one.
+fn reason(operation: &OperationFile, extra: &ExtraPasses, place: &Point3<f64>, step_over: f64) -> String {
+    if matches!(operation.path, PathFile::File(_)) {
+        return "passes of a path file are cut as they lie: lay them closer".to_owned();
+    }
+    let near = extra.refused.iter().map(|(at, why)| ((at - place).norm(), why));
+    let nearest = near.filter(|(d, _)| *d <= step_over).min_by(|a, b| a.0.total_cmp(&b.0));
+    match nearest {
+        Some((_, why)) => format!("no pass fits between: {why}"),
+        None => "the postures there leave more, and no pass was put between".to_owned(),
+    }
+}

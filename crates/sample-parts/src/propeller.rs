@@ -1,0 +1,12 @@
+//! Propellers: blades from published tables, and a hub.
+
+pub(crate) mod blade;
+pub(crate) mod blade_grid;
+pub(crate) mod blade_section;
+pub(crate) mod blade_surface;
+pub(crate) mod chord_error;
+pub(crate) mod hub;
+pub(crate) mod spec;
+pub(crate) mod tables;
+pub(crate) mod wageningen;
+pub(crate) mod wageningen_tables;

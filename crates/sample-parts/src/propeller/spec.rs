@@ -1,0 +1,91 @@
+use nalgebra::{Isometry3, Vector3};
+
+use crate::spec_error::{SpecError, in_range};
+
+/// A published propeller series.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum PropellerSeries {
+    /// DTMB 4119: three blades, no skew, no rake, hub 0.2 D.
+    Dtmb4119,
+    /// DTMB 4382: five blades, 36° skew, no rake besides what skew along the helix brings, hub 0.2 D.
+    Dtmb4382,
+    /// SVA Potsdam test case VP1304: five blades with skew and rake, hub 0.3 D.
+    ///
+    /// Its rake is taken as aft, so that with what skew adds the middles of the chords lie on a straight line from 0.6 R
+    /// outward; BladeX's particulars have the same sense, but its single blade has it ahead.
+    Vp1304,
+    /// Wageningen B screw, rake 15° aft, hub 0.18 D for up to three blades and 0.167 D above; four blades have less pitch
+    /// toward the hub.
+    WageningenB {
+        /// Number of blades Z, 2 to 7.
+        n_blades: usize,
+        /// Expanded area over disk area, AE/A0, 0.3 to 1.05.
+        area_ratio: f64,
+        /// Pitch over diameter at and beyond 0.6 R, 0.5 to 1.4.
+        pitch_ratio: f64,
+    },
+}
+
+/// A propeller of a series at a diameter; every value in it is in range.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PropellerSpec {
+    series: PropellerSeries,
+    diameter: f64,
+}
+
+impl PropellerSpec {
+    /// A propeller of `series` with `diameter` in mm, 1 to 20,000.
+    ///
+    /// # Errors
+    /// When the diameter or a parameter of the series is out of its range.
+    pub fn new(series: PropellerSeries, diameter: f64) -> Result<Self, SpecError> {
+        in_range("diameter", diameter, 1.0, 20_000.0)?;
+        if let PropellerSeries::WageningenB { n_blades, area_ratio, pitch_ratio } = series {
+            #[expect(clippy::cast_precision_loss, reason = "only for the message")]
+            in_range("number of blades", n_blades as f64, 2.0, 7.0)?;
+            in_range("expanded area ratio", area_ratio, 0.3, 1.05)?;
+            in_range("pitch ratio", pitch_ratio, 0.5, 1.4)?;
+        }
+        Ok(Self { series, diameter })
+    }
+
+    /// The series.
+    pub fn series(&self) -> PropellerSeries {
+        self.series
+    }
+
+    /// Diameter D, mm.
+    pub fn diameter(&self) -> f64 {
+        self.diameter
+    }
+
+    /// Number of blades Z.
+    pub fn n_blades(&self) -> usize {
+        match self.series {
+            PropellerSeries::Dtmb4119 => 3,
+            PropellerSeries::Dtmb4382 | PropellerSeries::Vp1304 => 5,
+            PropellerSeries::WageningenB { n_blades, .. } => n_blades,
+        }
+    }
+
+    /// Radius of the hub's cylinder, mm.
+    pub fn hub_radius(&self) -> f64 {
+        let ratio = match self.series {
+            PropellerSeries::Dtmb4119 | PropellerSeries::Dtmb4382 => 0.2,
+            PropellerSeries::Vp1304 => 0.3,
+            PropellerSeries::WageningenB { n_blades: ..=3, .. } => 0.18,
+            PropellerSeries::WageningenB { .. } => 0.167,
+        };
+        ratio * self.diameter / 2.0
+    }
+}
+
+/// Where blade `blade_index` is: blade 0 turned about +Z by 2π·k/Z.
+///
+/// Maps the frame of [`crate::blade`] to the propeller's. Any index is allowed; Z gives blade 0 again up to rounding.
+pub fn blade_pose(spec: &PropellerSpec, blade_index: usize) -> Isometry3<f64> {
+    let n_blades = spec.n_blades();
+    #[expect(clippy::cast_precision_loss, reason = "both are below 8")]
+    let angle = std::f64::consts::TAU * (blade_index % n_blades) as f64 / n_blades as f64;
+    Isometry3::rotation(Vector3::z() * angle)
+}

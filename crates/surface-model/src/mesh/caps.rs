@@ -1,0 +1,101 @@
+use nalgebra::Point3;
+
+use crate::mesh::edges::Edges;
+use crate::mesh::tri_mesh::TriMesh;
+
+/// Turns triangles of three distinct corners but without area out of the mesh, and returns how many.
+///
+/// Such a triangle has one corner b on its longest side, between a and c. Dropping it would leave a slit between the one
+/// neighbour at a–c and the two at a–b and b–c. So the side is turned instead: with the neighbour's third corner d, the two
+/// triangles become (a, b, d) and (b, c, d), which moves the surface by no more than the lost height. Where no single
+/// neighbour lies across, or the turn would give a triangle without area again, it stays for the caller to drop.
+pub(crate) fn turn_caps(
+    points: &[Point3<f64>],
+    triangles: &mut [[u32; 3]],
+    is_flat: impl Fn([u32; 3]) -> bool,
+) -> usize {
+    let mut n_turned = 0;
+    // Caps beside each other are solved one after the other, from the outermost in.
+    for _ in 0..MOST_ROUNDS {
+        let caps: Vec<usize> = (0..triangles.len()).filter(|&t| is_flat(triangles[t])).collect();
+        if caps.is_empty() {
+            break;
+        }
+        let Ok(mesh) = TriMesh::new(points.to_vec(), triangles.to_vec()) else { break };
+        let edges = Edges::of(&mesh);
+        let mut changed = vec![false; triangles.len()];
+        let before = n_turned;
+        for cap in caps {
+            let side = longest_side(&mesh, cap);
+            let Some((neighbour, k)) = edges.across(&mesh, cap as u32, side) else { continue };
+            let neighbour = neighbour as usize;
+            if changed[cap] || changed[neighbour] {
+                continue;
+            }
+            let corner = |j: usize| triangles[cap][(side + j) % 3];
+            // The side runs from c to a; the corner after it is b.
+            let (c, a, b, d) = (corner(0), corner(1), corner(2), triangles[neighbour][(k + 2) % 3]);
+            let (first, second) = ([a, b, d], [b, c, d]);
+            if b != d && !is_flat(first) && !is_flat(second) {
+                (triangles[cap], triangles[neighbour]) = (first, second);
+                (changed[cap], changed[neighbour]) = (true, true);
+                n_turned += 1;
+            }
+        }
+        if n_turned == before {
+            break;
+        }
+    }
+    n_turned
+}
+
+/// More rows of caps side by side than any mesher leaves.
+const MOST_ROUNDS: usize = 16;
+
+fn longest_side(mesh: &TriMesh, triangle: usize) -> usize {
+    let p = mesh.corners(triangle);
+    let length_sq = |k: usize| (p[(k + 1) % 3] - p[k]).norm_squared();
+    (1..3).fold(0, |best, k| if length_sq(k) > length_sq(best) { k } else { best })
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::mesh::caps::*;
+
+    fn is_flat(points: &[Point3<f64>], t: [u32; 3]) -> bool {
+        let [a, b, c] = t.map(|v| points[v as usize]);
+        (b - a).cross(&(c - a)).norm() < 1e-9
+    }
+
+    /// A square fan over (0,0)…(4,0) whose lower side has two caps on each other.
+    #[test]
+    fn caps_on_each_other_are_turned_and_no_slit_opens() {
+        let points: Vec<Point3<f64>> = [(0.0, 0.0), (4.0, 0.0), (2.0, 3.0), (1.0, 0.0), (2.0, 0.0), (2.0, -3.0)]
+            .iter()
+            .map(|&(x, y)| Point3::new(x, y, 0.0))
+            .collect();
+        // Below the line, triangles reach its inner points; above, one spans it; caps fill the gap of no width.
+        let mut triangles = vec![[0, 1, 2], [0, 4, 1], [0, 3, 4], [0, 5, 3], [3, 5, 4], [4, 5, 1]];
+        let area = |ts: &[[u32; 3]]| {
+            let mesh = TriMesh::new(points.clone(), ts.to_vec()).unwrap();
+            (0..ts.len()).map(|t| mesh.scaled_normal(t).z).sum::<f64>()
+        };
+        let open = |ts: &[[u32; 3]]| {
+            let mesh = TriMesh::new(points.clone(), ts.to_vec()).unwrap();
+            let edges = Edges::of(&mesh);
+            (0..edges.len() as u32).filter(|&e| edges.sides(e).len() != 2).count()
+        };
+        assert_eq!((area(&triangles), open(&triangles)), (24.0, 4));
+        assert_eq!(turn_caps(&points, &mut triangles, |t| is_flat(&points, t)), 2);
+        assert!(triangles.iter().all(|&t| !is_flat(&points, t)));
+        assert_eq!((area(&triangles), open(&triangles)), (24.0, 4));
+    }
+
+    #[test]
+    fn a_cap_without_neighbour_stays() {
+        let points: Vec<Point3<f64>> = [0.0, 1.0, 2.0].iter().map(|&x| Point3::new(x, 0.0, 0.0)).collect();
+        let mut triangles = vec![[0, 1, 2]];
+        assert_eq!(turn_caps(&points, &mut triangles, |t| is_flat(&points, t)), 0);
+        assert_eq!(triangles, [[0, 1, 2]]);
+    }
+}

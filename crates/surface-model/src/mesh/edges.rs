@@ -1,0 +1,168 @@
+use std::ops::Range;
+
+use crate::mesh::tri_mesh::TriMesh;
+
+/// The edges of a mesh: which triangle sides lie on each.
+///
+/// A side is numbered `3 * triangle + k` and runs from corner k to corner k + 1 (mod 3). Sides whose two corners are the same
+/// vertex lie on no edge.
+/// Methods panic when an edge or triangle is out of range, as a slice does; [`Edges::across`] and [`Edges::directions`] take the
+/// mesh it was made of.
+#[derive(Clone, Debug)]
+pub struct Edges {
+    edges: Vec<Edge>,
+    sides: Vec<u32>,
+    edge_of_side: Vec<u32>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Edge {
+    vertices: [u32; 2],
+    first_side: u32,
+    n_sides: u32,
+}
+
+const NO_EDGE: u32 = u32::MAX;
+
+impl Edges {
+    /// Finds the edges; they are ordered by their vertices, the sides on each by number.
+    ///
+    /// # Panics
+    /// When the mesh has more than 2³⁰ triangles.
+    #[must_use]
+    pub fn of(mesh: &TriMesh) -> Self {
+        let triangles = mesh.triangles();
+        assert!(triangles.len() <= 1 << 30, "sides are numbered with 32 bits");
+        let mut keyed: Vec<([u32; 2], u32)> = Vec::with_capacity(3 * triangles.len());
+        for (t, v) in triangles.iter().enumerate() {
+            for k in 0..3 {
+                let (a, b) = (v[k], v[(k + 1) % 3]);
+                if a != b {
+                    keyed.push(([a.min(b), a.max(b)], (3 * t + k) as u32));
+                }
+            }
+        }
+        keyed.sort_unstable();
+        let mut edge_of_side = vec![NO_EDGE; 3 * triangles.len()];
+        let mut edges = Vec::new();
+        for (place, run) in runs(&keyed) {
+            for &(_, side) in run {
+                edge_of_side[side as usize] = edges.len() as u32;
+            }
+            edges.push(Edge { vertices: run[0].0, first_side: place as u32, n_sides: run.len() as u32 });
+        }
+        Self { edges, sides: keyed.into_iter().map(|(_, s)| s).collect(), edge_of_side }
+    }
+
+    /// Number of edges.
+    pub fn len(&self) -> usize {
+        self.edges.len()
+    }
+
+    /// Whether there is no edge.
+    pub fn is_empty(&self) -> bool {
+        self.edges.is_empty()
+    }
+
+    /// Its two vertices, the lower index first.
+    pub fn vertices(&self, edge: u32) -> [u32; 2] {
+        self.edges[edge as usize].vertices
+    }
+
+    /// The sides that lie on it, at least one.
+    pub fn sides(&self, edge: u32) -> &[u32] {
+        let e = &self.edges[edge as usize];
+        &self.sides[Range { start: e.first_side as usize, end: (e.first_side + e.n_sides) as usize }]
+    }
+
+    /// The edge a side lies on; `None` where both its corners are the same vertex.
+    pub fn of_side(&self, triangle: u32, k: usize) -> Option<u32> {
+        Some(self.edge_of_side[3 * triangle as usize + k]).filter(|&e| e != NO_EDGE)
+    }
+
+    /// The side across, where exactly two triangles meet in the edge and are wound alike: (triangle, k).
+    pub fn across(&self, mesh: &TriMesh, triangle: u32, k: usize) -> Option<(u32, usize)> {
+        let &[a, b] = self.sides(self.of_side(triangle, k)?) else { return None };
+        let this = 3 * triangle + k as u32;
+        let other = if a == this { b } else { a };
+        let (t, j) = (other / 3, (other % 3) as usize);
+        let start = |t: u32, k: usize| mesh.triangles()[t as usize][k];
+        (start(triangle, k) != start(t, j)).then_some((t, j))
+    }
+
+    /// How many sides run from the lower vertex to the higher one, and how many the other way.
+    pub fn directions(&self, mesh: &TriMesh, edge: u32) -> (usize, usize) {
+        let low = self.vertices(edge)[0];
+        let sides = self.sides(edge);
+        let up = sides.iter().filter(|&&s| mesh.triangles()[s as usize / 3][s as usize % 3] == low).count();
+        (up, sides.len() - up)
+    }
+}
+
+/// Runs of entries with the same key, and where each starts.
+fn runs<K: PartialEq, V>(keyed: &[(K, V)]) -> impl Iterator<Item = (usize, &[(K, V)])> {
+    let mut place = 0;
+    keyed.chunk_by(|a, b| a.0 == b.0).map(move |run| {
+        place += run.len();
+        (place - run.len(), run)
+    })
+}
+
+/// Sets that are joined step by step; the lowest member stands for its set.
+pub(crate) struct DisjointSets(Vec<u32>);
+
+impl DisjointSets {
+    pub(crate) fn new(n: usize) -> Self {
+        Self((0..n as u32).collect())
+    }
+
+    pub(crate) fn find(&mut self, mut i: u32) -> u32 {
+        while self.0[i as usize] != i {
+            self.0[i as usize] = self.0[self.0[i as usize] as usize];
+            i = self.0[i as usize];
+        }
+        i
+    }
+
+    pub(crate) fn join(&mut self, a: u32, b: u32) {
+        let (a, b) = (self.find(a), self.find(b));
+        self.0[a.max(b) as usize] = a.min(b);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::mesh::edges::*;
+    use crate::test_kit::{cuboid, torus};
+    use nalgebra::Point3;
+
+    #[test]
+    fn a_closed_mesh_meets_eulers_formula_and_every_side_has_one_across() {
+        for (mesh, characteristic) in
+            [(cuboid(Point3::origin(), Point3::new(1.0, 2.0, 3.0)), 2), (torus(5.0, 2.0, 12), 0)]
+        {
+            let edges = Edges::of(&mesh);
+            let (v, t) = (mesh.vertices().len() as i64, mesh.triangles().len() as i64);
+            assert_eq!(v - edges.len() as i64 + t, characteristic);
+            for t in 0..mesh.triangles().len() as u32 {
+                for k in 0..3 {
+                    let (u, j) = edges.across(&mesh, t, k).unwrap();
+                    assert_eq!(edges.across(&mesh, u, j), Some((t, k)));
+                    assert_eq!(edges.directions(&mesh, edges.of_side(t, k).unwrap()), (1, 1));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn no_neighbour_across_open_non_manifold_and_miswound_edges() {
+        let points = vec![Point3::origin(); 5];
+        let mesh = TriMesh::new(points, vec![[0, 1, 2], [0, 1, 3], [0, 1, 4], [1, 2, 3], [4, 4, 0]]).unwrap();
+        let edges = Edges::of(&mesh);
+        assert_eq!(edges.across(&mesh, 0, 0), None, "three triangles");
+        assert_eq!(edges.across(&mesh, 0, 1), None, "both run from 1 to 2");
+        assert_eq!(edges.across(&mesh, 0, 2), None, "open");
+        assert_eq!(edges.of_side(4, 0), None, "no length");
+        assert_eq!(edges.directions(&mesh, edges.of_side(0, 0).unwrap()), (3, 0));
+    }
+}

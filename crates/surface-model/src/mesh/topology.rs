@@ -1,0 +1,159 @@
+use crate::mesh::edges::{DisjointSets, Edges};
+use crate::mesh::tri_mesh::TriMesh;
+
+/// What a mesh is made of: components, and where its edges are not those of a solid.
+#[derive(Clone, Debug)]
+pub struct Topology {
+    /// Edges on which one triangle lies.
+    pub n_open_edges: usize,
+    /// Edges on which three or more triangles lie.
+    pub n_non_manifold_edges: usize,
+    /// Edges on which two triangles lie that are wound against each other.
+    pub n_miswound_edges: usize,
+    /// Components by their first triangle.
+    pub components: Vec<Component>,
+    /// Component of each triangle.
+    pub component_of: Vec<u32>,
+}
+
+/// Triangles that hang together by edges.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Component {
+    /// Number of triangles.
+    pub n_triangles: usize,
+    /// Whether it bounds a volume: on every edge as many sides run one way as the other.
+    pub closed: bool,
+    /// Volume it bounds, mm³, negative when it is wound inside out; `None` when it is not closed.
+    pub volume_mm3: Option<f64>,
+}
+
+impl Component {
+    /// Whether it is closed and wound inside out. A cavity inside another component is wound so by right.
+    pub fn is_inverted(&self) -> bool {
+        self.volume_mm3.is_some_and(|v| v < 0.0)
+    }
+}
+
+impl Topology {
+    /// Finds components and counts edges.
+    #[must_use]
+    pub fn of(mesh: &TriMesh, edges: &Edges) -> Self {
+        let (components, component_of) = components(mesh, edges);
+        let mut topology =
+            Self { n_open_edges: 0, n_non_manifold_edges: 0, n_miswound_edges: 0, components, component_of };
+        for edge in 0..edges.len() as u32 {
+            let (up, down) = edges.directions(mesh, edge);
+            match up + down {
+                1 => topology.n_open_edges += 1,
+                2 => topology.n_miswound_edges += usize::from(up != down),
+                _ => topology.n_non_manifold_edges += 1,
+            }
+            if up != down {
+                let component = topology.component_of[edges.sides(edge)[0] as usize / 3];
+                topology.components[component as usize].closed = false;
+            }
+        }
+        topology.add_volumes(mesh);
+        topology
+    }
+
+    /// Volumes by the divergence theorem about a vertex of each component, which keeps the cancellation small.
+    fn add_volumes(&mut self, mesh: &TriMesh) {
+        let mut sums = vec![(None, 0.0); self.components.len()];
+        for (t, &c) in self.component_of.iter().enumerate() {
+            let [p, q, r] = mesh.corners(t);
+            let (origin, sum) = &mut sums[c as usize];
+            let o = *origin.get_or_insert(p);
+            *sum += (p - o).dot(&(q - o).cross(&(r - o))) / 6.0;
+        }
+        for (component, (_, sum)) in self.components.iter_mut().zip(sums) {
+            component.volume_mm3 = component.closed.then_some(sum).filter(|v| v.is_finite());
+        }
+    }
+}
+
+/// Components, taken as closed, and the component of each triangle.
+fn components(mesh: &TriMesh, edges: &Edges) -> (Vec<Component>, Vec<u32>) {
+    let n = mesh.triangles().len();
+    let mut sets = DisjointSets::new(n);
+    for edge in 0..edges.len() as u32 {
+        let sides = edges.sides(edge);
+        for &side in &sides[1..] {
+            sets.join(sides[0] / 3, side / 3);
+        }
+    }
+    let mut components: Vec<Component> = Vec::new();
+    let mut component_of = vec![0; n];
+    for t in 0..n {
+        // The lowest triangle stands for its set, so it has been seen before the others.
+        let first = sets.find(t as u32) as usize;
+        if first == t {
+            component_of[t] = components.len() as u32;
+            components.push(Component { n_triangles: 0, closed: true, volume_mm3: None });
+        } else {
+            component_of[t] = component_of[first];
+        }
+        components[component_of[t] as usize].n_triangles += 1;
+    }
+    (components, component_of)
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::mesh::topology::*;
+    use crate::test_kit::{cuboid, torus};
+    use nalgebra::{Point3, Vector3};
+    use std::f64::consts::PI;
+
+    fn topology(mesh: &TriMesh) -> Topology {
+        Topology::of(mesh, &Edges::of(mesh))
+    }
+
+    fn reversed(mesh: &TriMesh) -> TriMesh {
+        TriMesh::new(mesh.vertices().to_vec(), mesh.triangles().iter().map(|&[a, b, c]| [a, c, b]).collect()).unwrap()
+    }
+
+    #[test]
+    fn volumes_of_closed_components_are_those_of_the_shapes() {
+        let cube = cuboid(Point3::new(100.0, 0.0, 0.0), Point3::new(102.0, 3.0, 4.0));
+        let t = topology(&cube.clone().joined(&reversed(&cube)).joined(&torus(5.0, 2.0, 200)));
+        assert_eq!((t.n_open_edges, t.n_non_manifold_edges, t.n_miswound_edges), (0, 0, 0));
+        let volumes: Vec<f64> = t.components.iter().map(|c| c.volume_mm3.unwrap()).collect();
+        assert!((volumes[0] - 24.0).abs() < 1e-9 && (volumes[1] + 24.0).abs() < 1e-9);
+        assert!((volumes[2] / (2.0 * PI * PI * 5.0 * 4.0) - 1.0).abs() < 1e-3);
+        assert_eq!(t.components.iter().map(Component::is_inverted).collect::<Vec<_>>(), [false, true, false]);
+        assert_eq!(t.component_of[11..13], [0, 1]);
+    }
+
+    #[test]
+    fn a_missing_triangle_opens_three_edges_and_a_turned_one_miswinds_three() {
+        let cube = cuboid(Point3::origin(), Point3::from(Vector3::repeat(1.0)));
+        let open = TriMesh::new(cube.vertices().to_vec(), cube.triangles()[1..].to_vec()).unwrap();
+        let t = topology(&open);
+        assert_eq!((t.n_open_edges, t.components.len(), t.components[0].closed), (3, 1, false));
+        assert_eq!(t.components[0].volume_mm3, None);
+        let mut triangles = cube.triangles().to_vec();
+        triangles[0].swap(1, 2);
+        let t = topology(&TriMesh::new(cube.vertices().to_vec(), triangles).unwrap());
+        assert_eq!((t.n_open_edges, t.n_miswound_edges, t.components[0].closed), (0, 3, false));
+    }
+
+    #[test]
+    fn two_solids_that_share_an_edge_stay_closed() {
+        // Two boxes touching in an edge with shared vertices: four triangles on it, two each way.
+        let a = cuboid(Point3::origin(), Point3::from(Vector3::repeat(1.0)));
+        let b = cuboid(Point3::new(1.0, 1.0, 0.0), Point3::new(2.0, 2.0, 1.0));
+        // Vertices 3 and 7 of the first box are vertices 0 and 4 of the second.
+        let joint = |v: u32| match v {
+            0 => 3,
+            4 => 7,
+            v => v + 8,
+        };
+        let vertices = [a.vertices(), b.vertices()].concat();
+        let triangles = a.triangles().iter().copied().chain(b.triangles().iter().map(|t| t.map(joint))).collect();
+        let t = topology(&TriMesh::new(vertices, triangles).unwrap());
+        assert_eq!((t.n_open_edges, t.n_non_manifold_edges, t.components.len()), (0, 1, 1));
+        assert!((t.components[0].volume_mm3.unwrap() - 2.0).abs() < 1e-12);
+    }
+}

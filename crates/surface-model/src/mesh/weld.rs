@@ -1,0 +1,69 @@
+use std::collections::HashMap;
+
+use nalgebra::Point3;
+
+/// For each point the lowest-numbered point that it is taken together with; itself where it stands alone.
+///
+/// In their order, each point joins the first one that stands for others (or itself) within `tolerance`; with tolerance 0
+/// that is one with equal coordinates. Points that stand are thus farther than `tolerance` apart, and no chain of near
+/// points draws distant ones together.
+pub(crate) fn weld(points: &[Point3<f64>], tolerance: f64) -> Vec<u32> {
+    // Cells wide enough that most points have no second cell within the tolerance, narrow enough to hold few that stand.
+    let width = 4.0 * tolerance;
+    let cell = |x: f64| if width > 0.0 { (x / width).floor() as i64 } else { (x + 0.0).to_bits() as i64 };
+    let tolerance_sq = tolerance * tolerance;
+    let mut cells: HashMap<[i64; 3], Vec<u32>> = HashMap::new();
+    let mut stands_for = Vec::with_capacity(points.len());
+    for (k, p) in points.iter().enumerate() {
+        let (low, high) = (p.map(|x| cell(x - tolerance)), p.map(|x| cell(x + tolerance)));
+        let mut found: Option<u32> = None;
+        for x in span(low.x, high.x) {
+            for y in span(low.y, high.y) {
+                for z in span(low.z, high.z) {
+                    let near = cells.get(&[x, y, z]).into_iter().flatten().copied();
+                    let near = near.filter(|&q| (points[q as usize] - p).norm_squared() <= tolerance_sq);
+                    found = found.into_iter().chain(near).min();
+                }
+            }
+        }
+        stands_for.push(found.unwrap_or(k as u32));
+        if found.is_none() {
+            cells.entry([cell(p.x), cell(p.y), cell(p.z)]).or_default().push(k as u32);
+        }
+    }
+    stands_for
+}
+
+/// One or two neighbouring cells.
+fn span(low: i64, high: i64) -> impl Iterator<Item = i64> {
+    std::iter::once(low).chain((high != low).then_some(high))
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::mesh::weld::*;
+    use crate::test_kit::Lcg;
+
+    #[test]
+    fn welding_is_that_of_a_plain_loop() {
+        let mut rng = Lcg::new(6);
+        for tolerance in [0.0, 1e-6, 0.1, 0.5] {
+            let mut points: Vec<Point3<f64>> = (0..400).map(|_| rng.point(2.0)).collect();
+            for k in 0..400 {
+                let p = points[k] + rng.vector(if k % 2 == 0 { 0.0 } else { tolerance });
+                points.push(p);
+            }
+            points.push(Point3::new(-0.0, 0.0, 0.0));
+            points.push(Point3::new(0.0, -0.0, 0.0));
+            let mut plain: Vec<u32> = Vec::new();
+            for (k, p) in points.iter().enumerate() {
+                let stands = |j: &u32| plain[*j as usize] == *j;
+                let near = |j: &u32| (points[*j as usize] - p).norm() <= tolerance;
+                let joined = (0..k as u32).filter(stands).find(near).unwrap_or(k as u32);
+                plain.push(joined);
+            }
+            assert_eq!(weld(&points, tolerance), plain);
+            assert_eq!(plain[801], plain[800]);
+        }
+    }
+}

@@ -1,0 +1,118 @@
+use nalgebra::{Unit, Vector3};
+
+use crate::mesh::edges::{DisjointSets, Edges};
+use crate::mesh::tri_mesh::TriMesh;
+
+/// Unit normal of each facet; `None` where the triangle has no area.
+///
+/// A triangle counts as such when its height is less than 1e-12 of its longest side: rounding of the coordinates then
+/// decides where its normal points.
+pub(crate) fn facet_normals(mesh: &TriMesh) -> Vec<Option<Unit<Vector3<f64>>>> {
+    (0..mesh.triangles().len())
+        .map(|t| {
+            let [a, b, c] = mesh.corners(t);
+            let longest = (b - a).norm().max((c - b).norm()).max((a - c).norm());
+            // Divided first, so that neither tiny nor huge triangles leave the range of the numbers.
+            Unit::try_new(((b - a) / longest).cross(&((c - a) / longest)), 1e-12)
+        })
+        .collect()
+}
+
+/// Smooth vertices: corners of the triangles around a vertex between which no crease runs share one.
+pub(crate) struct SmoothVertices {
+    /// Smooth vertex of each corner, `3 * triangle + k`.
+    pub(crate) of_corner: Vec<u32>,
+    /// Mean of the facet normals weighted by the angle at the corner; `None` where it has no direction.
+    pub(crate) normals: Vec<Option<Unit<Vector3<f64>>>>,
+}
+
+impl SmoothVertices {
+    /// Two facets are joined across an edge when exactly they meet there, are wound alike, and their normals differ by no
+    /// more than `crease_angle` (rad).
+    pub(crate) fn of(mesh: &TriMesh, edges: &Edges, facets: &[Option<Unit<Vector3<f64>>>], crease_angle: f64) -> Self {
+        let mut sets = DisjointSets::new(3 * mesh.triangles().len());
+        for (t, facet) in facets.iter().enumerate() {
+            for k in 0..3 {
+                let Some((u, j)) = edges.across(mesh, t as u32, k) else { continue };
+                let smooth = match (facet, &facets[u as usize]) {
+                    (Some(a), Some(b)) => a.cross(b).norm().atan2(a.dot(b)) <= crease_angle,
+                    // A triangle without area has no normal to differ in; it must not part its neighbours.
+                    _ => true,
+                };
+                if (u as usize) > t && smooth {
+                    sets.join((3 * t + k) as u32, 3 * u + (j as u32 + 1) % 3);
+                    sets.join((3 * t + (k + 1) % 3) as u32, 3 * u + j as u32);
+                }
+            }
+        }
+        Self::from_sets(mesh, facets, &mut sets)
+    }
+
+    fn from_sets(mesh: &TriMesh, facets: &[Option<Unit<Vector3<f64>>>], sets: &mut DisjointSets) -> Self {
+        let mut of_corner = vec![0; 3 * facets.len()];
+        let mut sums: Vec<Vector3<f64>> = Vec::new();
+        for corner in 0..of_corner.len() {
+            let first = sets.find(corner as u32) as usize;
+            of_corner[corner] = if first == corner {
+                sums.push(Vector3::zeros());
+                sums.len() as u32 - 1
+            } else {
+                of_corner[first]
+            };
+            if let Some(n) = facets[corner / 3] {
+                sums[of_corner[corner] as usize] += corner_angle(mesh, corner) * n.into_inner();
+            }
+        }
+        // Facets that cancel to less than 1e-9 of a radian leave no direction that means anything.
+        Self { of_corner, normals: sums.into_iter().map(|s| Unit::try_new(s, 1e-9)).collect() }
+    }
+}
+
+/// Angle of the triangle at a corner, rad.
+fn corner_angle(mesh: &TriMesh, corner: usize) -> f64 {
+    let p = mesh.corners(corner / 3);
+    let k = corner % 3;
+    let (u, v) = (p[(k + 1) % 3] - p[k], p[(k + 2) % 3] - p[k]);
+    u.cross(&v).norm().atan2(u.dot(&v))
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::surface::normals::*;
+    use crate::test_kit::{cuboid, sphere};
+    use nalgebra::Point3;
+
+    fn smooth(mesh: &TriMesh, crease_angle: f64) -> SmoothVertices {
+        SmoothVertices::of(mesh, &Edges::of(mesh), &facet_normals(mesh), crease_angle)
+    }
+
+    #[test]
+    fn a_box_has_a_normal_per_face_and_corner_below_the_crease_and_one_per_vertex_above() {
+        let cube = cuboid(Point3::origin(), Point3::new(1.0, 1.0, 1.0));
+        let sharp = smooth(&cube, 0.5);
+        assert_eq!(sharp.normals.len(), 24);
+        for (corner, &s) in sharp.of_corner.iter().enumerate() {
+            let facet = cube.scaled_normal(corner / 3).normalize();
+            assert!((sharp.normals[s as usize].unwrap().into_inner() - facet).norm() < 1e-12);
+        }
+        let round = smooth(&cube, 2.0);
+        assert_eq!(round.normals.len(), 8);
+        for (corner, &s) in round.of_corner.iter().enumerate() {
+            // Three right angles around each vertex, however the faces are cut: the normal is the diagonal.
+            let p = cube.corners(corner / 3)[corner % 3];
+            let diagonal = (p - Point3::new(0.5, 0.5, 0.5)).normalize();
+            assert!((round.normals[s as usize].unwrap().into_inner() - diagonal).norm() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn normals_of_a_sphere_point_outward() {
+        let ball = sphere(10.0, 48);
+        let s = smooth(&ball, 0.7);
+        assert_eq!(s.normals.len(), ball.vertices().len());
+        for (corner, &v) in s.of_corner.iter().enumerate() {
+            let p = ball.corners(corner / 3)[corner % 3];
+            assert!(s.normals[v as usize].unwrap().dot(&p.coords.normalize()) > 1f64.to_radians().cos());
+        }
+    }
+}

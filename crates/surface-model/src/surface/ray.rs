@@ -1,0 +1,308 @@
+use facemill_cl_data::Aabb;
+use nalgebra::{Point3, Unit, Vector3};
+
+use crate::surface::{Surface, SurfacePoint};
+
+/// Where a ray meets a triangle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RayHit {
+    /// The point; its distance is measured along the ray from its origin.
+    pub point: SurfacePoint,
+    /// Whether the ray comes from outside, against the facet's normal.
+    pub from_outside: bool,
+}
+
+/// What a ray tells about a triangle it passes.
+struct Crossing {
+    hit: RayHit,
+    /// It passes exactly through a side or corner, which the neighbours share.
+    on_border: bool,
+}
+
+/// What the crossings of a ray with the closed components say: their signed number, and whether it can be trusted.
+enum Count {
+    Clear(i32),
+    Touching(i32),
+    OnSurface,
+}
+
+/// A ray prepared for triangles and boxes: sheared so that it runs along an axis (Woop, Benthin, Wald, Watertight
+/// ray/triangle intersection, JCGT 2013). Two triangles with a common side compute the same number for it, so no ray slips
+/// through between them.
+struct Ray {
+    origin: Point3<f64>,
+    direction: Unit<Vector3<f64>>,
+    axes: [usize; 3],
+    shear: Vector3<f64>,
+}
+
+impl Surface {
+    /// The first point that a ray meets within `max_distance` (mm), from whichever side; of triangles that share it the one
+    /// with the lowest index.
+    ///
+    /// No ray slips through between triangles with a common side. A ray in the plane of a triangle does not meet it.
+    pub fn ray(&self, origin: &Point3<f64>, direction: &Unit<Vector3<f64>>, max_distance: f64) -> Option<RayHit> {
+        let ray = Ray::new(*origin, *direction);
+        let hit = |t: u32| ray.crossing(self, t).map(|c| c.hit);
+        let (triangle, _) =
+            self.tree().nearest(max_distance, |b| ray.enters(b), |t, _| hit(t).map(|h| h.point.distance))?;
+        hit(triangle)
+    }
+
+    /// All points that a ray meets within `max_distance` (mm), by distance, then triangle.
+    ///
+    /// A ray through a common side or corner of triangles meets each of them.
+    pub fn ray_all(&self, origin: &Point3<f64>, direction: &Unit<Vector3<f64>>, max_distance: f64) -> Vec<RayHit> {
+        let ray = Ray::new(*origin, *direction);
+        let mut hits = Vec::new();
+        self.tree().visit_boxes(
+            |b| ray.enters(b) <= max_distance,
+            |t| hits.extend(ray.crossing(self, t).map(|c| c.hit).filter(|h| h.point.distance <= max_distance)),
+        );
+        hits.sort_by(|a, b| {
+            a.point.distance.total_cmp(&b.point.distance).then(a.point.triangle.cmp(&b.point.triangle))
+        });
+        hits
+    }
+
+    /// How often the closed components wind around `p`: 1 inside one, 2 where two overlap, −1 inside one that is wound
+    /// inside out, 0 outside and in a cavity. Open components do not count. `None` when `p` lies on the surface.
+    ///
+    /// Counts signed crossings of a ray; a ray that touches a side or corner is given up for another direction, so the count
+    /// is exact but for points that lie on the surface up to rounding. After 32 directions, which takes triangles finer than
+    /// rounding, the last count stands.
+    pub fn winding(&self, p: &Point3<f64>) -> Option<i32> {
+        let mut last = 0;
+        for direction in directions() {
+            match self.count_crossings(p, direction) {
+                Count::Clear(sum) => return Some(sum),
+                Count::Touching(sum) => last = sum,
+                Count::OnSurface => return None,
+            }
+        }
+        Some(last)
+    }
+
+    fn count_crossings(&self, p: &Point3<f64>, direction: Unit<Vector3<f64>>) -> Count {
+        let ray = Ray::new(*p, direction);
+        let (mut sum, mut touches) = (0, false);
+        let on_surface = self.tree().find_in_boxes(
+            |b| ray.enters(b) < f64::INFINITY,
+            |t| {
+                let crossing = Some(t).filter(|&t| self.component(t).closed).and_then(|t| ray.crossing(self, t))?;
+                sum += if crossing.hit.from_outside { -1 } else { 1 };
+                touches |= crossing.on_border;
+                (crossing.hit.point.distance == 0.0).then_some(())
+            },
+        );
+        match on_surface {
+            Some(()) => Count::OnSurface,
+            None if touches => Count::Touching(sum),
+            None => Count::Clear(sum),
+        }
+    }
+
+    /// Whether `p` is inside the material of the closed components, which may overlap; false on the surface.
+    ///
+    /// A component wound inside out that lies apart from others counts as material too; inside another it is a cavity.
+    pub fn is_inside(&self, p: &Point3<f64>) -> bool {
+        self.winding(p).is_some_and(|w| w != 0)
+    }
+}
+
+impl Ray {
+    fn new(origin: Point3<f64>, direction: Unit<Vector3<f64>>) -> Self {
+        let z = direction.iamax();
+        let (mut x, mut y) = ((z + 1) % 3, (z + 2) % 3);
+        if direction[z] < 0.0 {
+            std::mem::swap(&mut x, &mut y);
+        }
+        let d = Vector3::new(direction[x], direction[y], direction[z]);
+        Self { origin, direction, axes: [x, y, z], shear: Vector3::new(d.x / d.z, d.y / d.z, 1.0 / d.z) }
+    }
+
+    /// Distance at which the ray enters a box, 0 when it starts inside, infinite when it misses; never more than the distance
+    /// that [`Ray::crossing`] finds for a triangle in it.
+    fn enters(&self, b: &Aabb) -> f64 {
+        let (low, high) = (b.min - self.origin, b.max - self.origin);
+        // The triangle test rounds in proportion to the coordinates seen from the origin; the box must not be stricter.
+        let pad = 16.0 * f64::EPSILON * low.amax().max(high.amax());
+        let (mut near, mut far) = (0.0f64, f64::INFINITY);
+        for k in 0..3 {
+            let (low, high) = (low[k] - pad, high[k] + pad);
+            if self.direction[k] == 0.0 {
+                if low > 0.0 || high < 0.0 {
+                    return f64::INFINITY;
+                }
+                continue;
+            }
+            let (t0, t1) = (low / self.direction[k], high / self.direction[k]);
+            near = near.max(t0.min(t1));
+            far = far.min(t0.max(t1));
+        }
+        if near <= far { near * (1.0 - 16.0 * f64::EPSILON) } else { f64::INFINITY }
+    }
+
+    fn crossing(&self, surface: &Surface, triangle: u32) -> Option<Crossing> {
+        let [x, y, z] = self.axes;
+        let sheared = surface.mesh.corners(triangle as usize).map(|p| {
+            let p = p - self.origin;
+            Vector3::new(p[x] - self.shear.x * p[z], p[y] - self.shear.y * p[z], self.shear.z * p[z])
+        });
+        let [a, b, c] = sheared;
+        let side = |p: &Vector3<f64>, q: &Vector3<f64>| p.x * q.y - p.y * q.x;
+        let weights = [side(&b, &c), side(&c, &a), side(&a, &b)];
+        if weights.iter().any(|&w| w < 0.0) && weights.iter().any(|&w| w > 0.0) {
+            return None;
+        }
+        let sum: f64 = weights.iter().sum();
+        let barycentric = weights.map(|w| w / sum);
+        if !barycentric.iter().all(|w| w.is_finite()) {
+            return None;
+        }
+        let distance = barycentric[0] * a.z + barycentric[1] * b.z + barycentric[2] * c.z;
+        if distance < 0.0 {
+            return None;
+        }
+        let position = self.origin + self.direction.into_inner() * distance;
+        let point = SurfacePoint { position, triangle, barycentric, distance };
+        // Counter-clockwise as seen along the ray, the frame (x, y, direction) being right-handed, means that the normal
+        // points along the ray.
+        Some(Crossing { hit: RayHit { point, from_outside: sum < 0.0 }, on_border: weights.contains(&0.0) })
+    }
+}
+
+/// Directions that no design aligns with: along a spiral on the sphere, the first off all axes and diagonals.
+fn directions() -> impl Iterator<Item = Unit<Vector3<f64>>> {
+    (0..32).map(|k| {
+        let z = 0.137_131_7 + 0.023_719_3 * f64::from(k);
+        let angle = 0.577_215_66 + 2.399_963_23 * f64::from(k);
+        Unit::new_normalize(Vector3::new(angle.cos(), angle.sin(), z))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::mesh::tri_mesh::TriMesh;
+    use crate::surface::SurfaceSettings;
+    use crate::surface::ray::*;
+    use crate::test_kit::{Lcg, cuboid, sphere, torus};
+
+    fn surface(mesh: TriMesh) -> Surface {
+        Surface::new(mesh, SurfaceSettings::default())
+    }
+
+    /// Möller and Trumbore's way, over all triangles: (distance, triangle).
+    fn plain_hits(s: &Surface, o: &Point3<f64>, d: &Vector3<f64>) -> Vec<(f64, u32)> {
+        let mut hits = Vec::new();
+        for t in 0..s.mesh().triangles().len() {
+            let [a, b, c] = s.mesh().corners(t);
+            let (e1, e2) = (b - a, c - a);
+            let p = d.cross(&e2);
+            let det = e1.dot(&p);
+            let (u, q) = ((o - a).dot(&p) / det, (o - a).cross(&e1));
+            let (v, distance) = (d.dot(&q) / det, e2.dot(&q) / det);
+            if u >= 0.0 && v >= 0.0 && u + v <= 1.0 && distance >= 0.0 {
+                hits.push((distance, t as u32));
+            }
+        }
+        hits.sort_by(|a, b| a.0.total_cmp(&b.0));
+        hits
+    }
+
+    #[test]
+    fn rays_hit_what_a_plain_loop_hits() {
+        let s = surface(torus(20.0, 6.0, 30));
+        let mut rng = Lcg::new(7);
+        let mut n_hits = 0;
+        for _ in 0..1000 {
+            let (o, d) = (rng.point(30.0), rng.direction());
+            let plain = plain_hits(&s, &o, &d);
+            let all = s.ray_all(&o, &d, f64::INFINITY);
+            assert_eq!(
+                all.iter().map(|h| h.point.triangle).collect::<Vec<_>>(),
+                plain.iter().map(|h| h.1).collect::<Vec<_>>()
+            );
+            assert_eq!(s.ray(&o, &d, f64::INFINITY), all.first().copied());
+            for hit in &all {
+                n_hits += 1;
+                let p = s.point(hit.point.triangle, hit.point.barycentric);
+                assert!((p.position - hit.point.position).norm() < 1e-11);
+                assert_eq!(hit.from_outside, s.facet_normal(hit.point.triangle).unwrap().dot(&d) < 0.0);
+            }
+            if let Some(h) = all.first() {
+                assert_eq!(s.ray(&o, &d, h.point.distance), Some(*h));
+                assert_eq!(s.ray(&o, &d, h.point.distance.next_down()), None);
+            }
+        }
+        assert!(n_hits > 300);
+    }
+
+    #[test]
+    fn no_ray_slips_through_a_side_or_corner() {
+        let s = surface(sphere(10.0, 24));
+        let mut rng = Lcg::new(8);
+        for k in 0..4000 {
+            // Aims at corners and at points of sides, from everywhere, also along the axes.
+            let t = s.mesh().corners((rng.unit() * s.mesh().triangles().len() as f64) as usize);
+            let target = if k % 3 == 0 { t[0] } else { t[0] + (t[1] - t[0]) * rng.unit() };
+            let d = match k % 4 {
+                0 => Vector3::ith_axis(k / 4 % 3),
+                1 => -Vector3::ith_axis(k / 4 % 3),
+                _ => rng.direction(),
+            };
+            // Rays that graze the facets, which are turned by up to 20° from the sphere, may pass beside it for good.
+            if d.dot(&target.coords).abs() < 4.0 {
+                continue;
+            }
+            let o = target - d.into_inner() * (30.0 + 1000.0 * rng.unit());
+            let hit = s.ray(&o, &d, f64::INFINITY).unwrap_or_else(|| panic!("case {k}: ray slipped through"));
+            assert!(hit.point.position.coords.norm() < 10.0 + 1e-9);
+        }
+    }
+
+    #[test]
+    fn axis_parallel_rays_in_the_plane_of_a_face_end_at_its_border_without_nan() {
+        let s = surface(cuboid(Point3::origin(), Point3::new(2.0, 2.0, 2.0)));
+        // In the top face: meets the sides of the box that bound it.
+        let hit = s.ray(&Point3::new(-5.0, 1.0, 2.0), &Vector3::x_axis(), 100.0).unwrap();
+        assert_eq!(hit.point.position, Point3::new(0.0, 1.0, 2.0));
+        assert!(hit.from_outside);
+        assert!(s.ray(&Point3::new(-5.0, 1.0, 2.0f64.next_up()), &Vector3::x_axis(), 100.0).is_none());
+    }
+
+    #[test]
+    fn inside_is_what_the_shapes_say() {
+        let s = surface(torus(20.0, 6.0, 60));
+        let mut rng = Lcg::new(9);
+        for _ in 0..2000 {
+            let p = rng.point(27.0);
+            let depth = 6.0 - (p.x.hypot(p.y) - 20.0).hypot(p.z);
+            // The facets lie up to 0.04 mm inside the torus.
+            if depth.abs() > 0.05 {
+                assert_eq!(s.is_inside(&p), depth > 0.0, "{p} {depth}");
+            }
+        }
+    }
+
+    #[test]
+    fn overlapping_solids_cavities_and_open_sheets_wind_as_they_should() {
+        let cube = |a: f64, b: f64| cuboid(Point3::new(a, a, a), Point3::new(b, b, b));
+        let turned = |m: &TriMesh| {
+            TriMesh::new(m.vertices().to_vec(), m.triangles().iter().map(|&[a, b, c]| [b, a, c]).collect()).unwrap()
+        };
+        let sheet = TriMesh::new(
+            [(-9.0, -9.0), (9.0, -9.0), (0.0, 9.0)].iter().map(|&(x, y)| Point3::new(x, y, 5.0)).collect(),
+            vec![[0, 1, 2]],
+        );
+        let s =
+            surface(cube(0.0, 2.0).joined(&cube(1.0, 4.0)).joined(&turned(&cube(2.5, 3.5))).joined(&sheet.unwrap()));
+        let at = |x: f64| Point3::new(x, x, x);
+        assert_eq!([-1.0, 0.5, 1.5, 2.2, 3.0, 3.7, 4.5].map(|x| s.winding(&at(x)).unwrap()), [0, 1, 2, 1, 0, 1, 0]);
+        // Exactly below corners, along diagonals and in planes of faces.
+        assert_eq!(s.winding(&Point3::new(1.0, 1.0, 0.5)), Some(1));
+        assert_eq!(s.winding(&Point3::new(2.0, 2.0, -1.0)), Some(0));
+        assert_eq!(s.winding(&Point3::new(0.0, 1.0, 1.0)), None, "on a face");
+        assert!(surface(turned(&cube(0.0, 2.0))).is_inside(&at(1.0)), "a part wound inside out is still a part");
+    }
+}

@@ -1,0 +1,166 @@
+use nalgebra::{Point3, Unit, Vector3};
+
+use crate::surface::level_curves::{LevelPoint, march};
+use crate::surface::{Surface, SurfacePoint};
+
+/// Points of a surface in order.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Polyline {
+    /// Points; between two of them the line runs through the triangle of the first.
+    pub points: Vec<SurfacePoint>,
+    /// Whether the last point is followed by the first.
+    pub closed: bool,
+}
+
+/// The curves in which a surface meets the plane through `origin` with the given normal.
+///
+/// Exact up to rounding: every point lies on an edge of the mesh and in the plane. Seen from outside, the side that
+/// `normal` points to is on the left. `keep` says which triangles take part; order and ends as in
+/// [`level_curves`](crate::surface::level_curves::level_curves).
+pub fn plane_section(
+    surface: &Surface,
+    origin: &Point3<f64>,
+    normal: &Unit<Vector3<f64>>,
+    keep: impl Fn(u32) -> bool,
+) -> Vec<Polyline> {
+    implicit_section(surface, |p| (p - origin).dot(normal), keep)
+}
+
+/// The curves in which a surface meets the cylinder of `radius` (mm) about the axis through `origin`.
+///
+/// Points lie on edges of the mesh and, up to rounding, on the cylinder. Seen from outside, the side away from the axis is on
+/// the left. A crossing of the cylinder within a triangle whose corners are all on one side of it is not seen.
+pub fn cylinder_section(
+    surface: &Surface,
+    origin: &Point3<f64>,
+    axis: &Unit<Vector3<f64>>,
+    radius: f64,
+    keep: impl Fn(u32) -> bool,
+) -> Vec<Polyline> {
+    implicit_section(surface, |p| (p - origin).cross(axis).norm() - radius, keep)
+}
+
+/// The curves on a surface where `f` is 0, with its zeros on the edges found to rounding, whatever its shape between.
+///
+/// `f` is evaluated at the vertices; a zero that no vertex tells is not seen. Where `f` is not finite there is no curve. Seen
+/// from outside, positive values are on the left.
+pub fn implicit_section(
+    surface: &Surface,
+    f: impl Fn(&Point3<f64>) -> f64,
+    keep: impl Fn(u32) -> bool,
+) -> Vec<Polyline> {
+    let mesh = surface.mesh();
+    let values: Vec<f64> = mesh.vertices().iter().map(&f).collect();
+    let refine = |a: u32, b: u32, linear: f64| {
+        let (p, q) = (mesh.vertices()[a as usize], mesh.vertices()[b as usize]);
+        zero_between(|s| f(&(p + (q - p) * s)), values[a as usize], values[b as usize], linear)
+    };
+    let drawn = (0..mesh.triangles().len() as u32).filter(|&t| surface.facet_normal(t).is_some() && keep(t));
+    march(mesh, surface.edges(), &values, 0.0, drawn, refine)
+        .into_iter()
+        .map(|c| Polyline { points: c.points.iter().map(|p| surface_point(surface, p)).collect(), closed: c.closed })
+        .collect()
+}
+
+/// A zero of `f` in 0..1, where it is `f0` at 0 and `f1` at 1 and these have different signs, from a first guess.
+///
+/// Regula falsi in the Illinois form, which closes on a smooth zero in a few steps; every third step halves the bracket, so
+/// that 160 of them reach rounding for any function.
+fn zero_between(f: impl Fn(f64) -> f64, f0: f64, f1: f64, guess: f64) -> f64 {
+    let (mut low, mut high) = ((0.0, f0), (1.0, f1));
+    let mut s = guess;
+    let mut last_low = None;
+    for step in 0..160 {
+        let inside = |s: f64| low.0 < s && s < high.0;
+        if !inside(s) {
+            s = 0.5 * (low.0 + high.0);
+        }
+        if !inside(s) {
+            break;
+        }
+        let value = f(s);
+        if value == 0.0 || !value.is_finite() {
+            break;
+        }
+        let is_low = (value >= 0.0) == (f0 >= 0.0);
+        if is_low {
+            high.1 *= if last_low == Some(true) { 0.5 } else { 1.0 };
+            low = (s, value);
+        } else {
+            low.1 *= if last_low == Some(false) { 0.5 } else { 1.0 };
+            high = (s, value);
+        }
+        last_low = Some(is_low);
+        let falsi = (low.0 * high.1 - high.0 * low.1) / (high.1 - low.1);
+        s = if step % 3 == 2 { 0.5 * (low.0 + high.0) } else { falsi };
+    }
+    s
+}
+
+fn surface_point(surface: &Surface, p: &LevelPoint) -> SurfacePoint {
+    let corners = surface.mesh().triangles()[p.triangle as usize];
+    let mut barycentric = [0.0; 3];
+    for (weight, v) in [(1.0 - p.fraction, p.edge[0]), (p.fraction, p.edge[1])] {
+        if let Some(k) = corners.iter().position(|&c| c == v) {
+            barycentric[k] = weight;
+        }
+    }
+    SurfacePoint { position: p.position, triangle: p.triangle, barycentric, distance: 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::surface::SurfaceSettings;
+    use crate::surface::sections::*;
+    use crate::test_kit::{cuboid, torus};
+
+    #[test]
+    fn a_plane_cuts_a_box_in_a_rectangle() {
+        let s = Surface::new(cuboid(Point3::origin(), Point3::new(2.0, 3.0, 4.0)), SurfaceSettings::default());
+        let sections = plane_section(&s, &Point3::new(0.0, 0.0, 1.5), &Vector3::z_axis(), |_| true);
+        assert_eq!(sections.len(), 1);
+        let p = &sections[0].points;
+        assert!(sections[0].closed && p.len() == 8, "four sides, each crossed by one diagonal");
+        let length: f64 = (0..p.len()).map(|k| (p[(k + 1) % p.len()].position - p[k].position).norm()).sum();
+        assert!((length - 10.0).abs() < 1e-12);
+        for q in p {
+            assert!((q.position.z - 1.5).abs() < 1e-15);
+            let on_triangle = s.point(q.triangle, q.barycentric).position;
+            assert!(
+                (on_triangle - q.position).norm() < 1e-12 && (q.barycentric.iter().sum::<f64>() - 1.0).abs() < 1e-15
+            );
+        }
+        let front =
+            plane_section(&s, &Point3::new(0.0, 0.0, 1.5), &Vector3::z_axis(), |t| s.facet_normal(t).unwrap().x > 0.5);
+        assert!(front.len() == 1 && !front[0].closed && front[0].points.len() == 3);
+        // Seen from outside, from +x, the upper side is on the left of a line along +y.
+        assert!(front[0].points[0].position.y < front[0].points[2].position.y);
+    }
+
+    #[test]
+    fn cylinder_sections_lie_on_the_cylinder() {
+        let s = Surface::new(torus(20.0, 6.0, 24), SurfaceSettings::default());
+        let origin = Point3::new(1.0, 2.0, 50.0);
+        for radius in [17.0, 20.0, 23.0] {
+            let sections = cylinder_section(&s, &origin, &Vector3::z_axis(), radius, |_| true);
+            assert_eq!(sections.len(), 2, "above and below");
+            for p in sections.iter().flat_map(|c| &c.points) {
+                assert!(((p.position - origin).xy().norm() - radius).abs() < 1e-12);
+                assert!((s.point(p.triangle, p.barycentric).position - p.position).norm() < 1e-11);
+            }
+        }
+    }
+
+    #[test]
+    fn zeros_are_found_to_rounding_for_bent_and_broken_functions() {
+        for (f, zero) in [
+            ((|s: f64| s.powi(9) - 1e-4) as fn(f64) -> f64, 1e-4f64.powf(1.0 / 9.0)),
+            (|s| (s - 0.3).cbrt(), 0.3),
+            (|s| if s < 0.7 { -1.0 } else { 1e-9 }, 0.7),
+        ] {
+            let guess = f(0.0) / (f(0.0) - f(1.0));
+            let s = zero_between(f, f(0.0), f(1.0), guess);
+            assert!((s - zero).abs() < 1e-9, "{s} {zero}");
+        }
+    }
+}

@@ -1,0 +1,143 @@
+//! Findings as a reader wants them: one for a fault, however often the contact is lost and found again.
+
+use std::collections::BTreeMap;
+
+use facemill_nc_program::{MotionKind, ReadProgram};
+
+use crate::finding::{Finding, FindingKind};
+
+/// Findings of one kind, bodies and axis that are told by themselves; the last of them stands for all that follow.
+const MOST_ALIKE: usize = 20;
+
+/// What findings of one fault have in common: kind, body, obstacle, axis and note.
+type Alike = (FindingKind, Option<String>, Option<String>, Option<String>, String);
+
+/// What meets: body and obstacle.
+type Pair = (Option<String>, Option<String>);
+
+/// Findings without the near misses of bodies that meet each other on some of the same blocks.
+fn without_near(findings: Vec<Finding>) -> Vec<Finding> {
+    let is_collision = |k: FindingKind| {
+        matches!(k, FindingKind::Collision | FindingKind::HolderCollision | FindingKind::RapidCollision)
+    };
+    let mut met: BTreeMap<Pair, Vec<[u32; 2]>> = BTreeMap::new();
+    for f in findings.iter().filter(|f| is_collision(f.kind)) {
+        met.entry((f.body.clone(), f.obstacle.clone())).or_default().push([f.first_line, f.last_line]);
+    }
+    let is_met = |f: &Finding| {
+        let of_pair = met.get(&(f.body.clone(), f.obstacle.clone()));
+        of_pair.into_iter().flatten().any(|[first, last]| *first <= f.last_line && f.first_line <= *last)
+    };
+    findings.into_iter().filter(|f| f.kind != FindingKind::NearMiss || !is_met(f)).collect()
+}
+
+/// Findings, without near misses of bodies that meet each other on some of the same blocks, and of which those that are alike and without a rapid between them are one: it tells its first and last line, how many
+/// there were ([`Finding::episodes`]), and all else of the worst. Where there are still more than twenty alike, those
+/// from the twentieth on are one, too. In the order of their first lines; those of the same one stay in theirs.
+///
+/// A joined finding's lines have blocks among them on which nothing is wrong; who asks what is wrong on a block takes the
+/// findings as they are.
+///
+/// `rapid_lines` are those of the program, as [`rapid_lines`] tells.
+#[must_use]
+pub fn merge_findings(findings: Vec<Finding>, rapid_lines: &[u32]) -> Vec<Finding> {
+    let rapid_between = |a: u32, b: u32| {
+        let next = rapid_lines.partition_point(|line| *line <= a);
+        rapid_lines.get(next).is_some_and(|line| *line < b)
+    };
+    let mut all: Vec<Finding> = Vec::new();
+    // Where the last one of each is, and how many there are.
+    let mut latest: BTreeMap<Alike, (usize, usize)> = BTreeMap::new();
+    for finding in without_near(findings) {
+        let (last, n) = latest.entry(alike(&finding)).or_insert((all.len(), 0));
+        let goes_on = *n > 0 && !rapid_between(all[*last].last_line, finding.first_line);
+        if goes_on || *n == MOST_ALIKE {
+            all[*last].join(finding);
+        } else {
+            (*last, *n) = (all.len(), *n + 1);
+            all.push(finding);
+        }
+    }
+    all.sort_by_key(|f| f.first_line);
+    all
+}
+
+/// Lines of the program's motions that are no cuts, in order.
+#[must_use]
+pub fn rapid_lines(program: &ReadProgram) -> Vec<u32> {
+    let is_cut = |kind: MotionKind| matches!(kind, MotionKind::Linear | MotionKind::Arc { .. });
+    let rapids = program.blocks.iter().filter(|b| b.motion.as_ref().is_some_and(|m| !is_cut(m.kind)));
+    rapids.map(|b| b.line).collect()
+}
+
+fn alike(f: &Finding) -> Alike {
+    (f.kind, f.body.clone(), f.obstacle.clone(), f.axis.clone(), f.note.clone())
+}
+
+impl Finding {
+    /// Takes another one of the same fault in.
+    fn join(&mut self, other: Self) {
+        let (first_line, last_line) = (self.first_line.min(other.first_line), self.last_line.max(other.last_line));
+        let episodes = self.episodes + other.episodes;
+        self.take_worse(other);
+        (self.first_line, self.last_line, self.episodes) = (first_line, last_line, episodes);
+    }
+
+    /// Tells the worst of another one of the same fault where that is worse; lines and number of episodes stay.
+    pub fn take_worse(&mut self, other: Self) {
+        let is_worse = match (&other.measure, &self.measure) {
+            (Some(new), Some(old)) => new.is_worse_than(old),
+            (Some(_), None) => true,
+            _ => false,
+        };
+        if is_worse {
+            let (first_line, last_line, episodes) = (self.first_line, self.last_line, self.episodes);
+            *self = Self { first_line, last_line, episodes, ..other };
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use facemill_nc_program::Dialect;
+    use facemill_nc_program::read_program;
+
+    use crate::finding::Measure;
+    use crate::finding::merge::*;
+
+    /// Cuts with a rapid in every tenth line.
+    fn rapids(n: u32) -> Vec<u32> {
+        let line = |k: u32| if k.is_multiple_of(10) { format!("G0 X{k}.\n") } else { format!("G1 X{k}. F100.\n") };
+        rapid_lines(&read_program((1..=n).map(line).collect::<String>(), Dialect::Fanuc).unwrap())
+    }
+
+    fn gouge(line: u32, depth: f64, at: &str) -> Finding {
+        let found = Finding::of_line(FindingKind::Gouge, line, None, "", String::new());
+        Finding { obstacle: Some(at.to_owned()), measure: Some(Measure::DepthMm(depth)), ..found }
+    }
+
+    fn lines(findings: &[Finding]) -> Vec<[u32; 4]> {
+        findings.iter().map(|f| [f.first_line, f.last_line, f.worst_line, u32::try_from(f.episodes).unwrap()]).collect()
+    }
+
+    #[test]
+    fn what_is_lost_and_found_again_in_one_pass_is_one_finding() {
+        let found = [(2, 0.1, "a"), (4, 0.3, "a"), (4, 0.2, "b"), (6, 0.2, "a"), (9, 0.1, "b"), (11, 0.1, "a")];
+        let found = found.map(|(line, depth, at)| gouge(line, depth, at)).to_vec();
+        let told = merge_findings(found, &rapids(20));
+        assert_eq!(lines(&told), [[2, 6, 4, 3], [4, 9, 4, 2], [11, 11, 11, 1]]);
+        assert_eq!(told[0].measure, Some(Measure::DepthMm(0.3)));
+        assert!(told[0].to_string().contains("3 times"), "{}", told[0]);
+        // As they are, where nothing is to be joined.
+        assert_eq!(merge_findings(told.clone(), &rapids(20)), told);
+    }
+
+    #[test]
+    fn a_fault_of_every_pass_is_not_told_a_thousand_times() {
+        let found: Vec<Finding> = (0..2000).map(|k| gouge(10 * k + 5, 0.1 + f64::from(k) * 1e-4, "a")).collect();
+        let told = merge_findings(found, &rapids(20_010));
+        assert_eq!(told.len(), MOST_ALIKE);
+        assert_eq!(lines(&told)[0], [5, 5, 5, 1]);
+        assert_eq!(lines(&told)[MOST_ALIKE - 1], [195, 19_995, 19_995, 1981]);
+    }
+}

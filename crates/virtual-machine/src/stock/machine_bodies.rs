@@ -1,0 +1,136 @@
+//! Bodies of the machine against what may be left of the stock when they come near it.
+
+use facemill_cl_data::{Cancelled, Monitor};
+use facemill_interference::Interference;
+use facemill_z_map::{DexelGrid, DexelMap};
+use rayon::prelude::*;
+
+use crate::finding::FindingKind;
+use crate::finding::episodes::{Contact, Episode, Key};
+use crate::motion::moves::Move;
+use crate::motion::setup::{VerifySettings, VirtualSetup};
+use crate::run::between::Follower;
+use crate::run::chunk_result::ChunkResult;
+use crate::run::edges::Asked;
+use crate::run::scene::{Mount, Scene, SceneBody};
+use crate::run::walker::Walker;
+use crate::stock::now::{FirstStock, StockNow};
+
+/// The bodies of the machine of one head.
+pub(crate) struct MachineBodies<'a> {
+    setup: &'a VirtualSetup<'a>,
+    settings: &'a VerifySettings,
+    /// Each with its index among the bodies of the run's scene.
+    bodies: Vec<(usize, SceneBody)>,
+    /// Index of the stock that is cut, behind those of the run's obstacles.
+    stock: usize,
+    first: Vec<FirstStock<'a>>,
+}
+
+/// A move on which bodies of a head's machine are in question.
+pub(crate) struct InQuestion {
+    pub(crate) head: usize,
+    /// Index of the move in its batch.
+    pub(crate) index: usize,
+    /// The bodies, by their indices among those of the run's scene.
+    pub(crate) bodies: Vec<usize>,
+}
+
+/// Moves that are still to be asked, in order.
+pub(crate) struct Waiting {
+    moves: Vec<InQuestion>,
+    /// How many are asked at once.
+    at_once: usize,
+}
+
+/// Most moves that are asked at once. More are asked in vain where the first of them cuts what the others come near.
+const MOST_AT_ONCE: usize = 64;
+
+impl<'a> MachineBodies<'a> {
+    /// `scene` is that of the run, `grid` that of the lines that are outside of all stock.
+    pub(crate) fn new(scene: &Scene<'a>, grid: &DexelGrid) -> Self {
+        let on_machine = |(_, body): &(usize, &SceneBody)| matches!(body.mount, Mount::Machine(_));
+        let bodies = scene.bodies.iter().enumerate().filter(on_machine);
+        Self {
+            setup: scene.setup,
+            settings: scene.settings,
+            bodies: bodies.map(|(k, body)| (k, body.clone())).collect(),
+            stock: scene.obstacles.len(),
+            first: scene.setup.obstacles.iter().filter_map(|o| FirstStock::of(o, grid)).collect(),
+        }
+    }
+
+    /// Index of each among the bodies of the run's scene, and its name.
+    pub(crate) fn names(&self) -> impl Iterator<Item = (usize, &str)> {
+        self.bodies.iter().map(|(k, body)| (*k, &*body.name))
+    }
+
+    /// What bodies do on a move near the stock as it is on these lines: at the positions of [`verify`](crate::run::verify::verify), and followed
+    /// from one to the next as there. A body that is not known to be free at every time has an episode, if need be without a measure.
+    fn contacts(
+        &self,
+        asked: &[usize],
+        (index, m): (usize, &Move),
+        lines: &DexelMap,
+        monitor: &dyn Monitor,
+    ) -> Result<Vec<Episode>, Cancelled> {
+        let bodies: Vec<&(usize, SceneBody)> = self.bodies.iter().filter(|(k, _)| asked.contains(k)).collect();
+        let stock: Vec<StockNow<'_>> = self.first.iter().map(|first| first.at(lines)).collect();
+        let own: Vec<&SceneBody> = bodies.iter().map(|(_, body)| body).collect();
+        let meshes = stock.iter().map(|now| now as &dyn Interference);
+        let scene = Scene::of_bodies(self.setup, self.settings, &own, meshes);
+        let shapes = Asked::new(&scene);
+        let mut walker = Walker::new(&scene, &shapes, None, None);
+        walker.run_bodies(index, m, monitor)?;
+        let mut follower = Follower::new(&scene);
+        follower.run(index, m, &mut walker.result);
+        let ChunkResult { mut episodes, open, .. } = walker.result;
+        if !open.is_empty() {
+            for k in 0..bodies.len() {
+                let key = Key::of_body(FindingKind::Collision, k, 0);
+                let cl = scene.cl_at(&m.end);
+                episodes.record(index, Contact { key, measure: None, place: None, axes: m.end, cl, at: 1.0 });
+            }
+        }
+        let of_run = |episode: Episode| {
+            let key = episode.worst.key;
+            let key = Key { body: key.body.map(|k| bodies[k].0), obstacle: Some(self.stock), ..key };
+            Episode { worst: Contact { key, ..episode.worst }, ..episode }
+        };
+        Ok(episodes.all.into_iter().map(of_run).collect())
+    }
+}
+
+impl Waiting {
+    pub(crate) fn new(moves: Vec<InQuestion>) -> Self {
+        Self { moves, at_once: 1 }
+    }
+
+    /// Index of the next move in its batch.
+    pub(crate) fn next(&self) -> Option<usize> {
+        self.moves.first().map(|asked| asked.index)
+    }
+
+    /// What bodies of each head do on the first of the moves, with the lines as they are before it: its head, and the episodes. `first`
+    /// is the index of the batch's first move in the program. The move waits no more, and neither do moves behind it that are free of
+    /// the lines as they are now: what is cut until then is only less.
+    pub(crate) fn ask_first(
+        &mut self,
+        heads: &[&MachineBodies<'_>],
+        (first, moves): (usize, &[&[Move]]),
+        lines: &DexelMap,
+        monitor: &dyn Monitor,
+    ) -> Result<Option<(usize, Vec<Episode>)>, Cancelled> {
+        let asked: Vec<InQuestion> = self.moves.drain(..self.at_once.min(self.moves.len())).collect();
+        let contacts = |InQuestion { head, index, bodies }: &InQuestion| {
+            heads[*head].contacts(bodies, (first + index, &moves[*head][*index]), lines, monitor)
+        };
+        let found: Result<Vec<Vec<Episode>>, Cancelled> = asked.par_iter().map(contacts).collect();
+        let mut all = asked.into_iter().zip(found?);
+        let of_first = all.next().map(|(asked, episodes)| (asked.head, episodes));
+        let again: Vec<InQuestion> = all.filter(|(_, episodes)| !episodes.is_empty()).map(|(asked, _)| asked).collect();
+        self.at_once = if again.is_empty() { (2 * self.at_once).min(MOST_AT_ONCE) } else { 1 };
+        self.moves.splice(0..0, again);
+        Ok(of_first)
+    }
+}
