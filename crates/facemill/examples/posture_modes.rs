@@ -50,7 +50,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             both(&|k| format!("{:.2}", rotary[k].mean_acceleration_deg_s2)),
             report.worst.cusp_mm.unwrap_or(f64::NAN),
             report.totals.blocks,
-            report.totals.cutting_time_s,
+            report.totals.passes_time_s,
         );
     }
     Ok(())

@@ -218,11 +218,12 @@ impl<'a> BlockWriter<'a> {
         if m.kind == MoveKind::Cut {
             let added_time = feed.time - given.time;
             self.timed.cut_feeds.push(CutFeed { asked, before: given.tip_feed, added_time });
-            self.timed.cutting_time += feed.time;
-            self.timed.cutting_length += tip_distance;
+            self.timed.passes_time += feed.time;
+            self.timed.passes_length += tip_distance;
             self.timed.tip_feeds.push(feed.tip_feed);
         } else {
             self.timed.approach_time += feed.time;
+            self.timed.approach_length += tip_distance;
         }
         let value = match self.feed_mode {
             FeedMode::G94 => feed.f_word,

@@ -13,7 +13,7 @@ use facemill_job::format::program_stamp::ProgramStamp;
 use facemill_job::format::report::deviation::{DeviationPlace, DeviationReport};
 use facemill_job::load::job::{Job, Setup};
 use facemill_job::load::obstacle_meshes::ObstacleRole;
-use facemill_job::setup::cell::budget;
+use facemill_job::setup::cell::largest_left;
 use facemill_job::stages::Stages;
 use facemill_nc_program::ReadProgram;
 use facemill_surface_model::{Refined, Surface, SurfaceSettings, TriMesh, write_painted_glb};
@@ -30,8 +30,8 @@ use crate::deviation::stock_places::StockPlaces;
 /// What is asked of the deviation.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct DeviationRequest {
-    /// Deviation up to which a place is within tolerance, mm; `None`: the largest cusp that one of the setup's
-    /// operations allows, with the gouge limit and the uncertainty of the cut.
+    /// Deviation up to which a place is within tolerance, mm; `None`: the largest height that one of the setup's operations
+    /// may leave ([`largest_left`]).
     pub tolerance: Option<f64>,
     /// Write the part's surface in colours, too.
     pub painted: bool,
@@ -70,10 +70,9 @@ pub fn deviation_of(
     stages: &dyn Stages,
 ) -> Result<(DeviationReport, Option<Vec<u8>>), Failure> {
     let uncertainty_mm = 2.0 * stock.tolerance;
-    let tolerance_mm = request.tolerance.unwrap_or_else(|| {
-        let cusps = job.operations_of(setup.file).map(|(_, o)| o.tolerances.cusp_mm + budget(job, o).simulated());
-        cusps.fold(0.0, f64::max) + uncertainty_mm
-    });
+    let tolerance_mm = request
+        .tolerance
+        .unwrap_or_else(|| job.operations_of(setup.file).map(|(_, o)| largest_left(job, o)).fold(0.0, f64::max));
     if !(tolerance_mm > 0.0 && tolerance_mm.is_finite()) {
         return Err(job.wrong("the tolerance of the deviation must be a length above 0 mm"));
     }

@@ -63,6 +63,9 @@ pub struct VerifyRequest<'a> {
     /// they are held against the stock as it was at first; bodies of the machine are also where the cut begins with a rest, the flute
     /// is too short to know what is left between the lines, or the run is an estimate.
     pub cut: Option<CutRequest>,
+    /// Whether the program is to finish the regions of the setup's operations: more left than they allow is then a finding. What is
+    /// left is measured in any case.
+    pub finishes: bool,
 }
 
 impl<'a> VerifyRequest<'a> {
@@ -78,6 +81,7 @@ impl<'a> VerifyRequest<'a> {
             time_law: false,
             fast: false,
             cut: None,
+            finishes: true,
         }
     }
 }
@@ -416,8 +420,8 @@ impl Run<'_> {
         times
     }
 
-    /// Measures what the program leaves on the regions of the job's operations; with the deviation asked for, more than they allow is a
-    /// finding.
+    /// Measures what the program leaves on the regions of the job's operations; more than they allow is a finding
+    /// where the program is to finish them.
     fn measure(
         &self,
         job: &Job,
@@ -431,7 +435,7 @@ impl Run<'_> {
         let settings = self.settings();
         let heads: Vec<RunningHead<'_>> = heads.iter().map(|&at| RunningHead { at, settings: &settings }).collect();
         found.remaining = remaining(job, setup, self.program, &heads, self.stages)?;
-        if self.request.cut.as_ref().is_some_and(|cut| cut.deviation.is_some()) {
+        if self.request.finishes {
             let last = self.program.blocks.last().map_or(1, |block| block.line);
             found.verification.findings.extend(found.remaining.iter().flat_map(|r| r.findings(last)));
         }

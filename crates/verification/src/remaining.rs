@@ -7,7 +7,7 @@ use facemill_job::failure::Failure;
 use facemill_job::format::job_file::{OperationFile, PathFile};
 use facemill_job::format::report::remaining::{RemainingOnRegion, RemainingPlace, RemainingReport};
 use facemill_job::load::job::{Job, Setup};
-use facemill_job::setup::cell::{budget, search_curve};
+use facemill_job::setup::cell::{largest_left, search_curve};
 use facemill_job::setup::pattern::places;
 use facemill_job::stages::{MATERIAL, Stages};
 use facemill_nc_program::ReadProgram;
@@ -105,7 +105,7 @@ impl<'a> Asked<'a> {
         };
         let mut region = file.to_region().map_err(wrong)?;
         region.groups = region.groups.or_else(|| Some(setup.drive_groups.clone()));
-        let limit = operation.tolerances.cusp_mm + budget(job, operation).simulated();
+        let limit = largest_left(job, operation);
         Ok(Self { operation, region, strategy, places: places(operation.pattern.as_ref()), limit })
     }
 

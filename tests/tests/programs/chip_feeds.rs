@@ -137,7 +137,7 @@ fn removal_rate_is_kept_between_its_bounds_in_every_block() {
     let smallest = number(&chips["area_mm2"]["min"]);
     assert!((smallest - beside).abs() < 2e-3 * beside, "{smallest} for {beside} mm²");
     // The time that the passes take longer: by the law of both programs, which at constant feeds would be more.
-    let by_law = |w: &Written| number(&w.report["time_law"]["cutting_time_s"]);
+    let by_law = |w: &Written| number(&w.report["time_law"]["passes_time_s"]);
     let added = by_law(&w) - by_law(&before);
     assert!((number(&chips["added_time_s"]) - added).abs() < 0.03 * added, "{added} s, {chips}");
     // Entries in the stock are not faster than the first cut.

@@ -54,7 +54,7 @@ fn check_times(w: &Written, job: &JobFolder) {
         assert!((took / needed - 1.0).abs() < slack, "line {}: {took} s, needs {needed} s", m.line);
         sums[usize::from(feed == APPROACH)] += took;
     }
-    for (sum, key) in sums.into_iter().zip(["cutting_time_s", "approach_time_s"]) {
+    for (sum, key) in sums.into_iter().zip(["passes_time_s", "approach_time_s"]) {
         assert!(sum > 1.0 && (sum / w.total(key) - 1.0).abs() < 1e-3, "{key}: {sum} s and {}", w.total(key));
     }
 }

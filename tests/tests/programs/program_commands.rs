@@ -6,7 +6,7 @@ use facemill::nc_program::{AxisAt, Dialect, FeedMode, MotionKind, read_program};
 use facemill::virtual_machine::FindingKind;
 use facemill::{Job, PlanSettings, Planned, RefeedSettings, SilentStages, TipFeed, plan_job, refeed};
 use facemill_tests::craig::{Words, end_of};
-use facemill_tests::jobs::{JobFolder, small_patch, small_patch_planned, text_of};
+use facemill_tests::jobs::{JobFolder, small_patch, small_patch_planned, text_of, unfinished};
 use facemill_tests::program::run;
 use facemill_tests::shared::workspace;
 use facemill_tests::variants::tiny_patch;
@@ -351,7 +351,7 @@ fn new_feeds_are_understood(job: &JobFolder, dialect: &str, mode: &str, text: &s
     let kept = refed(TipFeed::Keep).unwrap_or_else(|why| panic!("{dialect} {mode}: {why}"));
     assert!(kept.text == text.as_bytes() && kept.summary.kept == 0, "{dialect} {mode}: {:?}", kept.summary);
     let totals = &planned.report.totals;
-    let time = totals.cutting_time_s + totals.approach_time_s;
+    let time = totals.passes_time_s + totals.approach_time_s;
     assert!((kept.summary.time_after_s / time - 1.0).abs() < 5e-3, "{dialect} {mode}: {:?} {time} s", kept.summary);
     match (mode, refed(TipFeed::Programmed)) {
         ("g94", found) => assert!(found.is_err_and(|why| why.contains("--tip-feed keep")), "{dialect}"),
@@ -361,7 +361,7 @@ fn new_feeds_are_understood(job: &JobFolder, dialect: &str, mode: &str, text: &s
     // Half the time of a slow tip at twice its speed: what the axes limit at 60 mm/min is nothing.
     let [slow, fast] = [30.0, 60.0].map(|feed| refed(TipFeed::Given(feed)).unwrap().summary);
     assert!((slow.time_after_s / fast.time_after_s - 2.0).abs() < 1e-3, "{dialect} {mode}: {slow:?} {fast:?}");
-    assert!(fast.time_after_s > 0.99 * totals.cutting_length_mm, "{dialect} {mode}: {fast:?}");
+    assert!(fast.time_after_s > 0.99 * totals.passes_length_mm, "{dialect} {mode}: {fast:?}");
 }
 
 /// Options out of range are refused by name, and a file without a program by its own.
@@ -474,6 +474,8 @@ fn a_template_that_changes_what_f_counts_is_refused() {
 #[test]
 fn programs_from_anywhere_are_run_as_the_job_stands() {
     let (job, planned) = (small_patch(), small_patch_planned());
+    // Its passes are a band of the region.
+    job.set("job.json", &[unfinished()]);
     let text = text_of(planned, "program.nc");
     job.write("program.nc", text.as_bytes());
     let path = |name: &str| job.path(name).to_str().unwrap().to_owned();

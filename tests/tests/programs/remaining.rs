@@ -45,6 +45,20 @@ fn a_finished_plan_says_so_and_a_deleted_pass_is_found_by_the_same_measure() {
     let text = program(&plan);
     let whole = verified(&text);
     assert_eq!(whole.remaining, plan.report.remaining);
+    let totals = &plan.report.totals;
+    let constant = |times: &facemill::ProgramTimes| [times.constant_cutting_s, times.constant_rapid_s];
+    assert_eq!(
+        (totals.blocks, totals.cutting_length_mm, constant(&plan.report.times)),
+        (whole.verification.n_blocks, whole.verification.cutting_length_mm, constant(&whole.times)),
+        "a plan and a verification of its text count alike"
+    );
+    let deviation = whole.deviation.as_ref().expect("a deviation");
+    assert_eq!(
+        deviation.tolerance_mm,
+        left(&plan).limit_mm,
+        "one limit for what is left and for the map of deviations"
+    );
+    assert!(totals.passes_length_mm > 0.0 && totals.passes_length_mm < totals.cutting_length_mm);
     assert!(whole.verification.findings.iter().all(|f| f.kind != FindingKind::Excess));
 
     // Without the first pass more is left at the border of the region, though its neighbour keeps within the limit there.
@@ -285,8 +299,23 @@ fn a_plan_that_is_not_run_measures_what_it_leaves() {
     let settings = PlanSettings { verify: false, certificates: false };
     let plan = plan_setup(&read, 0, settings, &SilentStages).unwrap_or_else(|e| panic!("{e}"));
     assert!(!plan.report.verified && left(&plan).exceeded, "{:?}", left(&plan));
+    let [written, run] =
+        [&plan.report.totals.cutting_length_mm, &verified(&job, &program(&plan)).verification.cutting_length_mm];
+    assert!((written / run - 1.0).abs() < 1e-3, "{written} {run}");
     assert_eq!(plan.outcome(), Outcome::Incomplete);
     let summary = SetupSummary::of(&plan.report);
     let [reason] = &*summary.incomplete_because else { panic!("{:?}", summary.incomplete_because) };
     assert!(reason.contains(&left(&plan).operation) && summary.remaining == plan.report.remaining, "{reason}");
+}
+#[test]
+fn a_verification_on_a_job_finds_what_is_not_finished() {
+    let job = plate();
+    let read = Job::read(&job.job()).expect("a job");
+    let settings = PlanSettings { verify: false, certificates: false };
+    let plan = plan_setup(&read, 0, settings, &SilentStages).unwrap_or_else(|e| panic!("{e}"));
+    let excess = |text: &str| {
+        verified(&job, text).verification.findings.iter().filter(|f| f.kind == FindingKind::Excess).count()
+    };
+    let text = program(&plan);
+    assert_eq!([excess(&text), excess(&without_a_pass(&text))], [0, 1]);
 }

@@ -328,7 +328,7 @@ fn feeds_of_a_plan_with_vectors_are_those_that_its_own_text_reaches() {
     job.set("job.json", &[("/post/orientation", json!("rotary"))]);
     let by_words = plan_unverified(&job).report.time_law.unwrap();
     assert_eq!(by_words.tool_vectors, None);
-    let [cuts, by_words] = [law, &by_words].map(|law| law.cutting_time_s + law.approach_time_s);
+    let [cuts, by_words] = [law, &by_words].map(|law| law.passes_time_s + law.approach_time_s);
     let saved = cuts - by_words;
     assert!((saved - told.added_time_s).abs() < 0.1 * saved, "{told:?}, {cuts} s and {by_words} s");
 }

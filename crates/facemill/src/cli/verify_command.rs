@@ -73,7 +73,7 @@ pub(crate) struct VerifyArguments {
     #[arg(long, value_name = "FILE", value_parser = painted_mesh)]
     deviation: Option<PathBuf>,
     /// Hold the stock behind the program against the part, with this deviation to both sides within tolerance; where it
-    /// is not given with --deviation, the largest cusp of the setup's operations with all that is allowed for gouges
+    /// is not given with --deviation, the largest height that the setup's operations may leave
     #[arg(long, value_name = "MM", allow_negative_numbers = true, value_parser = above_zero)]
     deviation_tolerance_mm: Option<f64>,
     /// File to write what was found to, as JSON

@@ -170,13 +170,13 @@ fn feeds_are_lowered_to_what_the_axes_reach_and_no_limit_is_exceeded_at_them() {
         }
         time += law.total_time();
     }
-    let told = law.cutting_time_s + law.approach_time_s;
+    let told = law.passes_time_s + law.approach_time_s;
     assert!((time / told - 1.0).abs() < 0.05, "{time} {told}");
     // Few blocks ask for a tenth more than they reach: the tolerance here is not quite the planner's.
     assert!(hot[0] * 10 < hot[1], "{hot:?}");
     let at_f: f64 = cutting_runs(&after).iter().flat_map(|r| &r.1).map(|b| b.tip_time).sum();
     let totals = &lowered.report.totals;
-    assert!((totals.cutting_time_s + totals.approach_time_s - at_f).abs() < 2e-3 * at_f && at_f < told);
+    assert!((totals.passes_time_s + totals.approach_time_s - at_f).abs() < 2e-3 * at_f && at_f < told);
     let shares: f64 = law.held_back_by.iter().map(|h| h.share).sum();
     assert!((shares - 1.0).abs() < 1e-9 && law.held_back_by.windows(2).all(|h| h[0].share >= h[1].share));
 }
@@ -254,7 +254,7 @@ fn rapids_of_axes_on_their_own_take_the_slowest_axis_time_from_stop_to_stop() {
         .iter()
         .map(|(start, blocks)| program_law(start, blocks, &bounds, &ProgramSettings::stopping()).unwrap().total_time())
         .sum();
-    let told = law.cutting_time_s + law.approach_time_s;
+    let told = law.passes_time_s + law.approach_time_s;
     assert!((told / stopping - 1.0).abs() < 0.01, "{told} {stopping}");
 }
 
@@ -295,7 +295,7 @@ fn new_feeds_within_the_law_are_those_that_a_plan_has_within_it() {
     let new = refeed(text(&quick).as_bytes(), &within_the_law(&machine, tool_length, None)).unwrap();
     let told = new.summary.time_law.unwrap();
     let law = lowered.report.time_law.as_ref().unwrap();
-    let time = law.cutting_time_s + law.approach_time_s;
+    let time = law.passes_time_s + law.approach_time_s;
     assert!((told.cutting_time_s / time - 1.0).abs() < 0.01, "{told:?} {law:?}");
     // Here the feeds that there were are those of FEED.
     assert!((told.cutting_time_before_s / time - 1.0).abs() < 0.01, "{told:?} {law:?}");

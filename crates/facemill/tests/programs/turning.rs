@@ -206,7 +206,7 @@ fn a_head_with_stops_turns_back_above_the_part() {
 
 /// Angle of the tool axis to the table's axis in cuts, smallest, deg: what B shows on this machine.
 fn nearest_to_pole(planned: &Planned) -> f64 {
-    let cutting = planned.report.totals.cutting_length_mm;
+    let cutting = planned.report.totals.passes_length_mm;
     assert!(cutting > 100.0);
     let lines = lines(planned);
     let cuts = lines.iter().filter(|l| !l.rapid && l.feed > 0.0);

@@ -196,12 +196,15 @@ pub struct Totals {
     pub dropped_pieces: usize,
     /// Blocks that were halved because the program, as run or as proven, would have cut too deep in them.
     pub mended_blocks: usize,
-    /// Motion blocks written.
+    /// Blocks with a motion in the program, as a verification counts them.
     pub blocks: usize,
-    /// Length of the tool tip's way in passes.
+    /// Way of the tip at a feed, in passes, entries and exits, as a verification measures it; of a program that is not run, the sum
+    /// of its written positions' distances.
     pub cutting_length_mm: f64,
+    /// Way of the tip in passes alone.
+    pub passes_length_mm: f64,
     /// Time in passes at the written feeds, without entries and exits.
-    pub cutting_time_s: f64,
+    pub passes_time_s: f64,
     /// Time in entries and exits at the written feeds.
     pub approach_time_s: f64,
     /// Time in rapids at the axes' largest velocities, without acceleration, with the ways to the part and home.
@@ -215,7 +218,7 @@ pub struct TimeLawReport {
     /// The whole program, without tool change, spindle and coolant.
     pub total_time_s: f64,
     /// Passes, without entries and exits.
-    pub cutting_time_s: f64,
+    pub passes_time_s: f64,
     /// Entries and exits.
     pub approach_time_s: f64,
     /// Rapids, with the ways to the part and home.

@@ -93,6 +93,12 @@ pub fn budget(job: &Job, operation: &OperationFile) -> ErrorBudget {
     }
 }
 
+/// Height up to which a finished surface may stand above the operation's, mm: the cusp between passes, and what the written program
+/// may be off the planned one. Plans, verifications and maps of deviations ask by this one.
+pub fn largest_left(job: &Job, operation: &OperationFile) -> f64 {
+    operation.tolerances.cusp_mm + budget(job, operation).simulated()
+}
+
 /// The search curve for passes with the uncut stock on this side of the feed: rotate turns toward it.
 ///
 /// # Errors

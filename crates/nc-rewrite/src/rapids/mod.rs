@@ -98,6 +98,8 @@ fn verified(job: &Job, text: &[u8], request: &RapidsRequest<'_>, stages: &dyn St
         setup: request.setup,
         gouge_limit: request.gouge_limit,
         cut: Some(request.cut.clone()),
+        // Links cut nothing: whether the program finishes its regions is not theirs to judge.
+        finishes: false,
         ..VerifyRequest::new(request.program, request.dialect)
     };
     verify_program(job, text, &verify, stages)

@@ -201,7 +201,7 @@ impl<'a> PairPlanner<'_, 'a> {
             let mut writer = BlockWriter::new(job, self.ground.setups[*head], &words)?;
             writer.operation(operation.operation, &operation.moves)?;
             let timed = writer.finish();
-            sum += timed.cutting_time + timed.approach_time + timed.rapid_time;
+            sum += timed.passes_time + timed.approach_time + timed.rapid_time;
         }
         Ok(sum)
     }

@@ -202,10 +202,11 @@ impl<'a> DualWriter<'a> {
             let added_time = feed.time - given.time;
             told.cut_feeds =
                 [0, 1].map(|h| asked[h].map(|asked| CutFeed { asked, before: given.tip_feeds[h], added_time }));
-            self.timed.cutting_time += feed.time;
-            self.timed.cutting_length += (0..2).filter(|&h| m.working[h]).map(|h| ways[h]).sum::<f64>();
+            self.timed.passes_time += feed.time;
+            self.timed.passes_length += (0..2).filter(|&h| m.working[h]).map(|h| ways[h]).sum::<f64>();
         } else {
             self.timed.approach_time += feed.time;
+            self.timed.approach_length += ways.iter().sum::<f64>();
         }
         let value = match self.feed_mode {
             FeedMode::G93 => feed.inverse_time().unwrap_or(1.0),

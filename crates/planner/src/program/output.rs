@@ -321,7 +321,7 @@ const SAME_TIME: f64 = 0.02;
 /// # Errors
 /// When they do not: a shop's own template or dialect file lets F count other axes, or changes feeds.
 pub(crate) fn check_feeds(job: &Job, timed: &Timed, run: Option<&Verification>) -> Result<(), Failure> {
-    let planned = timed.cutting_time + timed.approach_time;
+    let planned = timed.passes_time + timed.approach_time;
     // What is not understood of a text has findings of its own, and no time.
     let Some(found) = run.filter(|v| v.faults().next().is_none()).map(|v| v.cutting_time_s) else { return Ok(()) };
     if (found - planned).abs() <= SAME_TIME * planned {

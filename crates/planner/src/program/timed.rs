@@ -15,13 +15,15 @@ pub(crate) struct Timed {
     /// Blocks.
     pub program: NcProgram,
     /// Time in passes, s.
-    pub cutting_time: f64,
+    pub passes_time: f64,
     /// Time in entries and exits, s.
     pub approach_time: f64,
     /// Time in rapids, s.
     pub rapid_time: f64,
     /// Length of the tip's way in passes, mm.
-    pub cutting_length: f64,
+    pub passes_length: f64,
+    /// Length of the tip's way in entries and exits, mm.
+    pub approach_length: f64,
     /// Motion blocks.
     pub n_blocks: usize,
     /// Tip feed reached at every cutting move, mm/min, in program order.
@@ -55,7 +57,7 @@ impl Timed {
             m.time += longer;
             match m.kind {
                 MoveKind::Cut => {
-                    self.cutting_time += longer;
+                    self.passes_time += longer;
                     tip_feeds.by_ref().take(1).for_each(|feed| *feed /= factor);
                 }
                 MoveKind::Approach | MoveKind::Engage => self.approach_time += longer,

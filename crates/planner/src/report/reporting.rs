@@ -71,9 +71,11 @@ pub(crate) fn report(
     totals.max_trimmed_fraction = operations.iter().map(PlannedOperation::max_trimmed_fraction).fold(1.0, f64::min);
     totals.planned_fraction =
         if totals.cc_points > 0 { totals.planned_points as f64 / totals.cc_points as f64 } else { 0.0 };
-    totals.blocks = timed.n_blocks;
-    totals.cutting_length_mm = timed.cutting_length;
-    totals.cutting_time_s = timed.cutting_time;
+    let run = verification.as_ref();
+    totals.blocks = run.map_or(timed.n_blocks, |v| v.n_blocks);
+    totals.cutting_length_mm = run.map_or(timed.passes_length + timed.approach_length, |v| v.cutting_length_mm);
+    totals.passes_length_mm = timed.passes_length;
+    totals.passes_time_s = timed.passes_time;
     totals.approach_time_s = timed.approach_time;
     totals.rapid_time_s = timed.rapid_time;
     if let Some(v) = &verification {
@@ -131,10 +133,10 @@ pub(crate) fn report(
 
 /// Times of the text: at constant speed of its run, and, where it was not run, of the blocks that it was written from.
 fn program_times(timed: &Timed, run: Option<&Verification>) -> ProgramTimes {
-    let planned = [timed.cutting_time + timed.approach_time, timed.rapid_time];
+    let planned = [timed.passes_time + timed.approach_time, timed.rapid_time];
     let constant = run.map_or(planned, |v| [v.cutting_time_s, v.rapid_time_s]);
     match &timed.time_law {
-        Some(law) => ProgramTimes::by_law(constant, [law.cutting_time_s + law.approach_time_s, law.rapid_time_s]),
+        Some(law) => ProgramTimes::by_law(constant, [law.passes_time_s + law.approach_time_s, law.rapid_time_s]),
         None => ProgramTimes::constant(constant, timed.no_time_law.clone()),
     }
 }

@@ -26,7 +26,12 @@ pub fn summary(report: &Report) -> String {
             100.0 * t.planned_fraction,
             t.trimmed_points
         ),
-        format!("  blocks            {}, cutting length {:.1} m", t.blocks, t.cutting_length_mm / 1000.0),
+        format!(
+            "  blocks            {} with a motion, cutting length {:.1} m, {:.1} m of it in passes",
+            t.blocks,
+            t.cutting_length_mm / 1000.0,
+            t.passes_length_mm / 1000.0
+        ),
     ];
     lines.extend(times(report));
     lines.extend(report.pairs.iter().map(pair));
@@ -170,7 +175,7 @@ fn times(report: &Report) -> Vec<String> {
     if law.stops_at_corners {
         lines.push("  stops             at every corner: motion.control_tolerance of the machine file is 0".to_owned());
     }
-    let slow = |v: &&VectorTimeReport| v.added_time_s >= TOLD_SHARE * (law.cutting_time_s + law.approach_time_s);
+    let slow = |v: &&VectorTimeReport| v.added_time_s >= TOLD_SHARE * (law.passes_time_s + law.approach_time_s);
     lines.extend(law.tool_vectors.iter().filter(slow).map(|v| {
         format!(
             "  tool vectors      of {} decimals turn the tool by up to {:.1e} deg beside its way, and the axes take {:.1} s longer for it: \

@@ -11,6 +11,7 @@ use super::two_ways;
 /// [`tiny_patch`] with a block for its surface: a few facets, far below both ways.
 pub(super) fn block() -> JobFolder {
     let job = tiny_patch();
+    job.set("job.json", &[facemill_tests::jobs::unfinished()]);
     job.write("patch.obj", box_obj([-40.0, -40.0, -5.0], [40.0, 40.0, 0.0]).as_bytes());
     job
 }

@@ -29,6 +29,7 @@ const WALL: (f64, f64) = (20.0, 25.0);
 /// The example's patch with a wall beside its middle.
 fn with_wall() -> JobFolder {
     let job = tiny_patch();
+    job.set("job.json", &[facemill_tests::jobs::unfinished()]);
     let corner = |k: usize| {
         let at = |axis: usize, low: f64, high: f64| if k >> axis & 1 == 0 { low } else { high };
         Point3::new(at(0, WALL.0, WALL.0 + 4.0), at(1, -30.0, 30.0), at(2, 5.0, WALL.1))

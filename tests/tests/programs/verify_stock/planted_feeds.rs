@@ -25,6 +25,7 @@ fn job(speed: f64) -> JobFolder {
             (&feed("approach_mm_min"), json!(ENTRIES)),
             (&feed("air_mm_min"), Value::Null),
             (&feed("spindle_rpm"), json!(speed)),
+            facemill_tests::jobs::unfinished(),
         ],
     );
     job

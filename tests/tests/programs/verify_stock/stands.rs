@@ -47,7 +47,8 @@ fn a_program_has_the_same_findings_by_a_job_and_by_its_files() {
     let job = plate();
     // Paths of a job are beside it; those of a stand are the caller's.
     let file = job.path("plate.obj").display().to_string();
-    job.set("job.json", &[("/setups/0/meshes", json!([{ "file": file, "role": "drive" }]))]);
+    let meshes = ("/setups/0/meshes", json!([{ "file": file, "role": "drive" }]));
+    job.set("job.json", &[meshes, facemill_tests::jobs::unfinished()]);
     // Too deep in one place, and beyond the stock at rapid rate in another.
     let text = program(1, 0.15).replace("F2000.", "F1000.").replace("M30", "G0 X-30. Y0. Z-180.\nM30");
     let by_job = run(&Job::read(&job.job()).unwrap(), &text);

@@ -84,7 +84,7 @@ fn nearest_to_pole(pass: &PlannedPass) -> f64 {
 }
 
 fn cutting_time(planned: &Planned) -> f64 {
-    planned.report.time_law.as_ref().unwrap().cutting_time_s
+    planned.report.time_law.as_ref().unwrap().passes_time_s
 }
 
 #[test]
@@ -148,9 +148,9 @@ fn lost_time_is_reported_with_a_remedy_and_not_where_the_feed_is_kept() {
     let law = lost.report.time_law.as_ref().unwrap();
     let lost_s: f64 = lost.report.lost_times.iter().map(|l| l.lost_s).sum();
     // What is lost is the time in passes less that of their length at the feed of 1200 mm/min; causes below a tenth are left out.
-    let all = law.cutting_time_s - lost.report.totals.cutting_length_mm / 20.0;
+    let all = law.passes_time_s - lost.report.totals.passes_length_mm / 20.0;
     assert!(lost_s <= all + 0.1 && lost_s > 0.7 * all, "{lost_s} of {all} s");
-    assert!((first.share - first.lost_s / law.cutting_time_s).abs() < 1e-6);
+    assert!((first.share - first.lost_s / law.passes_time_s).abs() < 1e-6);
     assert!(first.remedy.contains("table_from_work") && first.remedy.contains("singular_cone_deg"));
     assert!(crate::report::summary::summary(&lost.report).contains("below the feed"));
 }

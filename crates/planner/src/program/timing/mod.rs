@@ -288,7 +288,7 @@ impl Tally {
         limit: Option<MotionLimit>,
     ) {
         let sum = match kind {
-            MoveKind::Cut => &mut self.told.cutting_time_s,
+            MoveKind::Cut => &mut self.told.passes_time_s,
             MoveKind::Approach | MoveKind::Engage => &mut self.told.approach_time_s,
             MoveKind::Rapid => &mut self.told.rapid_time_s,
         };
@@ -299,11 +299,11 @@ impl Tally {
     }
 
     fn finish(mut self) -> TimeLawReport {
-        let all = self.told.cutting_time_s.max(f64::MIN_POSITIVE);
+        let all = self.told.passes_time_s.max(f64::MIN_POSITIVE);
         let held_back = self.held_back.into_iter();
         self.told.held_back_by = held_back.map(|(limit, time)| HeldBackReport { limit, share: time / all }).collect();
         self.told.held_back_by.sort_by(|a, b| b.share.total_cmp(&a.share).then_with(|| a.limit.cmp(&b.limit)));
-        self.told.total_time_s = self.told.cutting_time_s + self.told.approach_time_s + self.told.rapid_time_s;
+        self.told.total_time_s = self.told.passes_time_s + self.told.approach_time_s + self.told.rapid_time_s;
         self.told
     }
 }
