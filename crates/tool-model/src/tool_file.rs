@@ -13,7 +13,7 @@ pub enum FormatTag {
     V1,
 }
 
-/// A tool file as written. [`ToolAssembly::new`](crate::assembly::ToolAssembly::new) checks that its numbers make a tool.
+/// A tool file as written. `ToolAssembly::new` checks that its numbers make a tool.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ToolFile {

@@ -149,7 +149,7 @@ pub struct Finding {
     pub last_line: u32,
     /// Line it is worst on.
     pub worst_line: u32,
-    /// How often it begins between these lines: once, but where findings of one fault are told as one ([`merge_findings`](crate::finding::merge::merge_findings)).
+    /// How often it begins between these lines: once, but where findings of one fault are told as one (`merge_findings`).
     #[serde(skip_serializing_if = "is_one")]
     pub episodes: usize,
     /// Number (N) of that block.
