@@ -50,7 +50,7 @@ mod strategy;
 #[cfg(test)]
 mod test_kit;
 
-pub use crate::layout::lay::{Laid, LaidPass, lay_passes};
+pub use crate::layout::generate_passes::{Laid, LaidPass, lay_passes};
 pub use crate::strategy::file::{
     BoxFile, CylindricalSectionsFile, NormalConeFile, ParallelPlanesFile, RegionFile, StrategyFile,
 };

@@ -6,7 +6,7 @@ pub(crate) mod certified;
 pub(crate) mod lattice;
 pub(crate) mod machine_proof;
 pub mod map;
-pub(crate) mod relief;
+pub(crate) mod remedy;
 
 use facemill_cl_data::CcPoint;
 

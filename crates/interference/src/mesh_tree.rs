@@ -3,7 +3,7 @@
 pub(crate) mod build;
 pub(crate) mod certify;
 pub(crate) mod deepest;
-pub(crate) mod rise;
+pub(crate) mod lift_search;
 pub(crate) mod turn;
 
 use facemill_cl_data::{Aabb, Solid};
@@ -17,7 +17,7 @@ use crate::body::lanes::{Lanes, vectorized};
 use crate::body::{Body, Placed, for_body};
 use crate::closed::{ClosedParts, Components};
 use crate::mesh_tree::build::{Child, Node, Tree};
-use crate::mesh_tree::rise::Way;
+use crate::mesh_tree::lift_search::Way;
 use crate::query::Interference;
 use crate::query::sweep_verdict::{MotionInterval, SweepVerdict, TurnRange};
 use crate::query::verdict::{Separation, Verdict, Witness};

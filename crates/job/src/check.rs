@@ -1,7 +1,7 @@
 //! What `check` says of a setup.
 
 pub mod machine_check;
-pub mod mesh_told;
+pub mod mesh_summary;
 #[cfg(test)]
 mod placement_laws;
 pub mod post_block_words;
@@ -40,7 +40,7 @@ pub fn describe_setup(job: &Job, index: usize) -> Result<Vec<String>, Failure> {
     let mut lines = vec![format!("setup \"{}\"", setup.file.name)];
     for mesh in &setup.reports {
         let taken = format!("in {}, {} up", units(mesh.unit), up(mesh.up_axis));
-        lines.push(format!("mesh {} {taken}: {}", mesh.file, mesh.told()));
+        lines.push(format!("mesh {} {taken}: {}", mesh.file, mesh.summary_line()));
     }
     lines.extend(undecided);
     lines.push(part_line(&setup));

@@ -1,5 +1,6 @@
 //! From a job file to everything it names, checked.
 
+pub mod ad_hoc_setup;
 pub mod clearance_surface;
 pub mod enclosure;
 pub mod job;
@@ -14,7 +15,6 @@ pub mod obstacle_meshes;
 pub mod open_meshes;
 pub mod part_size;
 pub mod post_load;
-pub mod stand;
 pub mod stock_solid;
 
 use std::path::Path;

@@ -69,7 +69,7 @@ pub enum Block {
     SpindleOff,
     /// Switch the coolant.
     Coolant(Coolant),
-    /// Stand still.
+    /// AdHocSetup still.
     Dwell {
         /// s, not negative.
         seconds: f64,

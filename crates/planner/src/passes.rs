@@ -1,6 +1,6 @@
 //! Passes with tested postures, chips and ridges at every point, passes beside them.
 
-pub(crate) mod along;
+pub(crate) mod engagement;
 pub(crate) mod extra_passes;
 pub(crate) mod move_settings;
 pub(crate) mod operation;

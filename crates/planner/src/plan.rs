@@ -13,22 +13,22 @@ use facemill_job::setup::cell::z_map;
 use facemill_job::setup::word_map::word_map;
 use facemill_job::stages::{READ, Stages, TIMES, WRITE};
 use facemill_nc_program::WordMap;
-use facemill_verification::between_lines::{is_cut_known, machine_as_cut, seen_between, seen_of_rest};
 use facemill_verification::stock_run::CutRequest;
+use facemill_verification::sub_cell_check::{is_cut_known, machine_as_cut, seen_between, seen_of_rest};
 use facemill_virtual_machine::{Assumption, Certificates, HeldAsCut, Verification, merge_findings, rapid_lines};
 
 use crate::dual::plan::plan_dual_setup;
-use crate::passes::operation::{Ground, PlannedOperation};
+use crate::passes::operation::{PlannedOperation, SetupContext};
 use crate::plan_stages::stages_of;
 use crate::plan_stock::{CutByPlan, StockBefore, StockToCut, cut_by_plan};
 use crate::planned::{PlanSettings, Planned, name_parts, planned_files};
-use crate::program::mending::{ROUNDS, lines_to_mend, mend};
 use crate::program::output::{OwnProgram, Texts, check_feeds, time_texts, write_draft, write_texts};
 use crate::program::planned_links::PlannedLinks;
+use crate::program::refinement::{ROUNDS, lines_to_refine, refine};
 use crate::program::timing::control_assumption;
 use crate::report::chip_files::ChipFiles;
 use crate::report::reporting::report;
-use crate::report::turning::Turning;
+use crate::report::rotary_reversals::RotaryReversals;
 use crate::stage_clock::Clock;
 
 /// Plans one setup of a job. Its program is held against the stock as it was before; [`plan_job`](crate::plan_job::plan_job) cuts it.
@@ -61,7 +61,7 @@ pub(crate) fn planned_setup(
     try_template(job, &setup, &words)?;
     drop(reading);
     clock.lap("read");
-    let ground = Ground { job, setup: &setup, map: &map, adds_passes: true };
+    let ground = SetupContext { job, setup: &setup, map: &map, adds_passes: true };
     let mut operations: Vec<PlannedOperation<'_>> = Vec::new();
     let mut picture = None;
     for operation in job.operations_of(setup.file) {
@@ -87,7 +87,7 @@ pub(crate) fn planned_setup(
     time_texts(job, &words, &mut texts)?;
     drop(timing);
     clock.lap("times");
-    let turning = Turning::of(job, &operations, &texts);
+    let turning = RotaryReversals::of(job, &operations, &texts);
     let jobs = vec![job; operations.len()];
     let mut report = report(&jobs, &setup, &operations, &texts.timed, turning, verification, certificates.as_ref());
     report.made_from = made_from;
@@ -121,7 +121,7 @@ pub(crate) fn planned_setup(
 
 /// Links that are faster than over the clearance surface, put into the moves; or why they are not.
 fn shorten_links(
-    Ground { job, setup, .. }: &Ground<'_>,
+    SetupContext { job, setup, .. }: &SetupContext<'_>,
     operations: &mut [PlannedOperation<'_>],
     words: &WordMap,
     before: &StockBefore,
@@ -144,7 +144,7 @@ fn shorten_links(
 
 /// What a program is written, run, mended and cut with.
 struct Rounds<'r, 'a> {
-    ground: &'r Ground<'a>,
+    ground: &'r SetupContext<'a>,
     words: &'r WordMap,
     settings: PlanSettings,
     before: &'r StockBefore,
@@ -167,7 +167,7 @@ impl Rounds<'_, '_> {
     /// What is held against the stock as it is at that moment alone: where links may go through what has been cut, tool and rapids, by its
     /// lines; and bodies of the machine where all that may be left of it is known.
     fn as_cut(&self) -> HeldAsCut {
-        let Ground { job, setup, .. } = self.ground;
+        let SetupContext { job, setup, .. } = self.ground;
         let (Ok((stock, began_as)), LinkStockFile::AsCut) = (self.before, setup.file.links.stock) else {
             return HeldAsCut::NOTHING;
         };
@@ -187,7 +187,7 @@ impl Rounds<'_, '_> {
         mut shortened: Result<PlannedLinks, String>,
         clock: &mut Clock,
     ) -> Result<Sound, Failure> {
-        let Ground { job, setup, .. } = self.ground;
+        let SetupContext { job, setup, .. } = self.ground;
         let (mut mended, mut round) = (0, 0);
         loop {
             round += 1;
@@ -239,7 +239,7 @@ impl Rounds<'_, '_> {
     }
 
     fn written(&self, operations: &[PlannedOperation<'_>], clock: &mut Clock) -> Result<Written, Failure> {
-        let (Ground { job, setup, .. }, words, settings) = (self.ground, self.words, self.settings);
+        let (SetupContext { job, setup, .. }, words, settings) = (self.ground, self.words, self.settings);
         let writing = self.stages.start(WRITE, 0);
         let texts = write_texts(job, setup, operations, words, settings.verify)?;
         drop(writing);
@@ -252,7 +252,7 @@ impl Rounds<'_, '_> {
         Ok((texts, verification, certificates))
     }
 
-    /// Writes the program until no block is left to mend, or mending has been tried often enough.
+    /// Writes the program until no block is left to refine, or mending has been tried often enough.
     fn mended(
         &self,
         operations: &mut [PlannedOperation<'_>],
@@ -261,9 +261,9 @@ impl Rounds<'_, '_> {
     ) -> Result<Written, Failure> {
         for round in 1.. {
             let (texts, verification, certificates) = self.written(operations, clock)?;
-            let lines = lines_to_mend(verification.as_ref(), certificates.as_ref());
+            let lines = lines_to_refine(verification.as_ref(), certificates.as_ref());
             let blocks = if round == ROUNDS { Vec::new() } else { texts.cut_blocks_at(&lines) };
-            let put_in = mend(self.ground, operations, &blocks);
+            let put_in = refine(self.ground, operations, &blocks);
             clock.lap("mend");
             if put_in == 0 {
                 return Ok((texts, verification, certificates));

@@ -1,8 +1,8 @@
 //! From moves to timed blocks and text.
 
-pub(crate) mod mending;
 pub(crate) mod output;
 pub(crate) mod planned_links;
+pub(crate) mod refinement;
 pub(crate) mod timed;
 pub(crate) mod timing;
 pub(crate) mod vector_blocks;

@@ -7,5 +7,5 @@ pub(crate) mod cusps_kept;
 pub(crate) mod lost_time;
 pub(crate) mod reporting;
 pub(crate) mod rotary_motion;
+pub(crate) mod rotary_reversals;
 pub(crate) mod summary;
-pub(crate) mod turning;

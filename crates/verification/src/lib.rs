@@ -11,12 +11,12 @@
 //! It must not know how a program was planned.
 
 pub mod assumptions;
-pub mod between_lines;
 pub mod deviation;
 pub mod feeds;
-pub mod heads_merged;
+pub mod merged_heads;
 pub mod program;
 pub mod remaining;
 pub mod stock_run;
+pub mod sub_cell_check;
 pub mod text_times;
 pub mod virtual_setup;

@@ -30,14 +30,14 @@ use facemill_z_map::DexelMap;
 use nalgebra::Isometry3;
 
 use crate::assumptions::{all_assumptions, cuts_nothing, is_estimate};
-use crate::between_lines::{
-    BetweenLines, add_between, between_lines, held_as_cut, seen_between, seen_in_estimate, seen_of_rest,
-};
 use crate::deviation::{CutStock, deviation_of};
 use crate::feeds::{Asked, CutFeeds, FastBlock, KnownCuts};
-use crate::heads_merged::{merged_runs, proven_for_both};
+use crate::merged_heads::{merged_runs, proven_for_both};
 use crate::remaining::{RunningHead, remaining};
-use crate::stock_run::{CutRequest, Stand, blocks_of_heads, cut_stock};
+use crate::stock_run::{CutRequest, HeadView, blocks_of_heads, cut_stock};
+use crate::sub_cell_check::{
+    BetweenLines, add_between, between_lines, held_as_cut, seen_between, seen_in_estimate, seen_of_rest,
+};
 use crate::text_times::{TimedText, times_of_text};
 use crate::virtual_setup::{name_obstacles, not_verified, virtual_setup};
 
@@ -274,7 +274,7 @@ impl Run<'_> {
         let asked = Asked::of(job, setup.file);
         let [feeds] = self.cut_feeds(asked.as_ref(), [(&job.machine, job.tool.gauge_length())], &at);
         let cut = self.request.cut.as_ref();
-        let on = Stand { job, setup: &setup, at: &at };
+        let on = HeadView { job, setup: &setup, at: &at };
         let then = [&*found.verification.findings];
         let cut = cut.map(|cut| self.cut([(&on, &feeds.fast)], then, cut)).transpose()?;
         let known = cut.map(|cut| found.take(cut));
@@ -289,7 +289,7 @@ impl Run<'_> {
     /// Cuts the stock by all heads, and tells which of these blocks of each are cuts; `then` are each head's findings so far.
     fn cut<const N: usize>(
         &self,
-        heads: [(&Stand<'_>, &[FastBlock]); N],
+        heads: [(&HeadView<'_>, &[FastBlock]); N],
         then: [&[Finding]; N],
         cut: &CutRequest,
     ) -> Result<Cut<N>, Failure> {
@@ -369,7 +369,7 @@ impl Run<'_> {
         let asked = Asked::of(job, setups[0].file);
         // Words are the axes' own, whichever head's view they are read by.
         let feeds = self.cut_feeds(asked.as_ref(), heads, &at[0]);
-        let on = [0, 1].map(|h| Stand { job: &seen[h], setup: &setups[h], at: &at[h] });
+        let on = [0, 1].map(|h| HeadView { job: &seen[h], setup: &setups[h], at: &at[h] });
         let stands = [(&on[0], &feeds[0].fast[..]), (&on[1], &feeds[1].fast[..])];
         let then = [&*first.verification.findings, &*second.verification.findings];
         let mut cut = self.request.cut.as_ref().map(|cut| self.cut(stands, then, cut)).transpose()?;

@@ -1,7 +1,6 @@
 //! The stock of a job's setup as a program from anywhere cuts it.
 
-mod across;
-
+mod tri_dexel_run;
 use std::collections::BTreeSet;
 
 use facemill_job::failure::Failure;
@@ -15,7 +14,7 @@ use facemill_virtual_machine::{BlockCut, StockRun, VerifySettings, VirtualSetup,
 use facemill_z_map::DexelMap;
 
 use crate::deviation::DeviationRequest;
-use crate::stock_run::across::cut_across;
+use crate::stock_run::tri_dexel_run::cut_across;
 use crate::virtual_setup::not_verified;
 
 /// How stock is cut.
@@ -57,7 +56,7 @@ impl CutRequest {
 }
 
 /// Where a program is run.
-pub struct Stand<'a> {
+pub struct HeadView<'a> {
     /// Job, as the head sees it.
     pub job: &'a Job,
     /// Setup.
@@ -88,7 +87,7 @@ pub struct CutDone<const N: usize> {
 /// When the stock cannot be made lines of, a setting makes no sense, or the stages are cancelled.
 pub fn cut_stock<const N: usize>(
     program: &ReadProgram,
-    heads: [(&Stand<'_>, &VerifySettings); N],
+    heads: [(&HeadView<'_>, &VerifySettings); N],
     cut: &CutRequest,
     stages: &dyn Stages,
 ) -> Result<CutDone<N>, Failure> {

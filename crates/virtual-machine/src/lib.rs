@@ -95,11 +95,11 @@ pub use crate::motion::tool_vectors::not_unit;
 pub use crate::proof::certificate::{Certificate, Certificates, certify};
 pub use crate::run::verify::{place_findings, verify};
 pub use crate::stock::cover::blocks_beyond;
-pub use crate::stock::outside_run::{
-    HeadFindings, certain_depth, in_question, is_known_to_cut, outside_layer, still_there,
-};
 pub use crate::stock::remaining::swept_by_cuts;
 pub use crate::stock::run::{BlockCut, StockRun, run_stock, run_stock_of_heads};
+pub use crate::stock::unresolved_findings::{
+    HeadFindings, certain_depth, in_question, is_known_to_cut, outside_layer, still_there,
+};
 pub use finding::{
     AxisReading, BetweenPositions, ClearancePlace, EstimatedPositions, Finding, FindingKind, GougePlace, Measure, Pose,
     SectionGouge, Verification, WindUp,

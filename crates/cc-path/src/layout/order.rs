@@ -1,7 +1,7 @@
 use facemill_cl_data::{CcPoint, Pass};
 use nalgebra::{Point3, Unit, Vector3};
 
-use crate::layout::lay::LaidPass;
+use crate::layout::generate_passes::LaidPass;
 use crate::layout::resample::Piece;
 use crate::strategy::settings::{Direction, LaySettings, Pattern};
 

@@ -16,7 +16,7 @@ pub struct LaySettings {
     pub max_normal_change: Option<f64>,
     /// Largest distance between neighbouring passes along the surface, mm.
     pub max_step_over: f64,
-    /// Strip widths below this are taken for it, mm; [`Laid::n_wide_strips`](crate::layout::lay::Laid) counts where that was done.
+    /// Strip widths below this are taken for it, mm; [`Laid::n_wide_strips`](crate::layout::generate_passes::Laid) counts where that was done.
     pub min_step_over: f64,
     /// Whether all step-overs shrink by one factor, so that the last is no narrower than it has to be.
     pub even: bool,

@@ -118,7 +118,7 @@ const ESTIMATE: f64 = 1.2;
 
 #[cfg(test)]
 mod tests {
-    use crate::layout::lay::lay_passes;
+    use crate::layout::generate_passes::lay_passes;
     use crate::region::Region;
     use crate::strategy::size::*;
     use crate::strategy::{CylindricalSections, ParallelPlanes};

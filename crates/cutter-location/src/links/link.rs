@@ -5,8 +5,8 @@ use facemill_inverse_kinematics::BlockLaw;
 use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
 
 use crate::links::rewind::{Height, rewound_axis};
+use crate::pose::placed_machine::PlacedMachine;
 use crate::pose::pose_test::PoseTest;
-use crate::pose::stance::Stance;
 use crate::pose::workcell::{Configuration, Hints, Infeasible, angle_between};
 
 /// Surface outside of which the whole workpiece, its stock and its fixtures lie inside; workpiece frame, mm.
@@ -343,10 +343,10 @@ impl<'t, 'a> Linker<'t, 'a> {
             if walk.t >= 1.0 {
                 return Ok(Waypoint { cl: *to, configuration });
             }
-            let here = Stance::new(test, &configuration);
+            let here = PlacedMachine::new(test, &configuration);
             let motion = |t: f64| {
                 let there = test.configuration_like(&between(&from.cl, to, t), &configuration)?;
-                Ok(here.motion_to(&Stance::new(test, &there)))
+                Ok(here.motion_to(&PlacedMachine::new(test, &there)))
             };
             walk.advance((distance - clearance).max(least_advance(clearance)), motion).map_err(blocked)?;
         }

@@ -4,7 +4,7 @@ use facemill_inverse_kinematics::{AxisKind, AxisValues, BlockLaw, Machine, Motio
 
 use crate::links::link::{FAR, LinkBlocked, Linker, MAX_STEPS, Walk, least_advance};
 use crate::links::rewind::rewound_axis;
-use crate::pose::stance::Stance;
+use crate::pose::placed_machine::PlacedMachine;
 use crate::pose::workcell::{Configuration, Infeasible};
 
 /// Largest turn of all rotary axes together in a step of a rapid block, rad.
@@ -59,12 +59,12 @@ impl Linker<'_, '_> {
             if walk.t >= 1.0 {
                 return Ok(());
             }
-            let stance = Stance::new(test, &here);
+            let stance = PlacedMachine::new(test, &here);
             let moved = |t: f64| {
                 let next: Configuration = at(t)?;
                 // Axes that follow a turned vector do not turn evenly.
                 let is_far = keeps_tip && turn(machine, &here.axes, &next.axes) > JUMP;
-                Ok(if is_far { f64::INFINITY } else { ARC_FACTOR * stance.motion_to(&Stance::new(test, &next)) })
+                Ok(if is_far { f64::INFINITY } else { ARC_FACTOR * stance.motion_to(&PlacedMachine::new(test, &next)) })
             };
             walk.step = walk.step.min(largest_step);
             let (free, before) = ((distance - clearance).max(least_advance(clearance)), walk.t);

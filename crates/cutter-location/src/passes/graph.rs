@@ -152,7 +152,7 @@ impl<'g, 's, 'a> PassGraph<'g, 's, 'a> {
                 self.layers[layer].found = found.ok().map(|f| f.pose.posture);
             }
             let Some(asked) = self.posture(layer, posture as u16) else { continue };
-            let Ok(free) = self.pass.test.stances_of(cc, asked, hints) else { continue };
+            let Ok(free) = self.pass.test.configurations_of(cc, asked, hints) else { continue };
             let is_free = |node: &Node| free.iter().any(|c| c.branch == node.configuration.branch);
             for (way, node) in self.standing(layer, posture as u16).into_iter().enumerate() {
                 if is_free(&node) {

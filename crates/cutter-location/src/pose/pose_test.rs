@@ -164,7 +164,7 @@ impl<'a> PoseTest<'a> {
     ///
     /// # Errors
     /// The first reason found, in the order of the tests.
-    pub(crate) fn stances_of(
+    pub(crate) fn configurations_of(
         &self,
         cc: &CcPoint,
         posture: Posture,
@@ -189,7 +189,7 @@ impl<'a> PoseTest<'a> {
     }
 
     /// All ways for the machine to stand in a posture at a CC point at the largest lift, within its limits, nothing else tested:
-    /// those of [`PoseTest::stances_of`] are among them, in the same order.
+    /// those of [`PoseTest::configurations_of`] are among them, in the same order.
     pub(crate) fn lifted_configurations(&self, cc: &CcPoint, posture: Posture) -> Vec<Configuration> {
         let cl = cl_from_cc(self.cell.tool.cutter(), cc, posture);
         let lifted = cl.translated(cc.normal.into_inner() * self.cell.max_lift);

@@ -47,14 +47,14 @@ pub(crate) fn mesh_bytes(file: &Path, rest: &DexelMap) -> Result<Vec<u8>, Failur
 }
 
 /// Lines of the summary.
-pub(crate) fn told_deviation(report: &DeviationReport) -> Vec<String> {
+pub(crate) fn deviation_lines(report: &DeviationReport) -> Vec<String> {
     let tolerance = report.tolerance_mm;
     let mut lines = vec![format!(
         "  deviation         within tolerance to {tolerance:.3} mm; told to {:.3} mm on every line",
         report.uncertainty_mm
     )];
     for (name, figures) in [("drive surface", &report.drive), ("part", &report.part)] {
-        lines.extend(told_figures(name, figures));
+        lines.extend(figures_lines(name, figures));
     }
     if let Some(c) = &report.cavity {
         lines.push(format!("    hole in the part  {:.3} mm from its surface{}", c.value_mm, at(c)));
@@ -65,7 +65,7 @@ pub(crate) fn told_deviation(report: &DeviationReport) -> Vec<String> {
             c.largest_measured_mm, c.largest_predicted_mm, c.compared, c.sampled, r.p5, r.p95, r.median
         ));
     }
-    lines.extend(report.cusps.as_ref().and_then(told_not_compared));
+    lines.extend(report.cusps.as_ref().and_then(not_compared_lines));
     if report.exceeds_gouge_limit {
         lines.push("    DEEPER THAN ALLOWED: the program has cut into the part".to_owned());
     }
@@ -73,7 +73,7 @@ pub(crate) fn told_deviation(report: &DeviationReport) -> Vec<String> {
 }
 
 /// At how many places cusps are not compared, and why; `None` where they are at all.
-fn told_not_compared(cusps: &CuspReport) -> Option<String> {
+fn not_compared_lines(cusps: &CuspReport) -> Option<String> {
     let CuspsNotCompared { no_neighbour, too_close, beside_an_end, too_low, not_measured } = cusps.not_compared;
     let why = [
         (no_neighbour, "without a neighbouring pass"),
@@ -87,7 +87,7 @@ fn told_not_compared(cusps: &CuspReport) -> Option<String> {
     (!told.is_empty()).then(|| format!("      not compared    {}", told.join(", ")))
 }
 
-fn told_figures(name: &str, figures: &DeviationFigures) -> [String; 2] {
+fn figures_lines(name: &str, figures: &DeviationFigures) -> [String; 2] {
     let told = |place: &Option<DeviationPlace>| match place {
         Some(p) => format!("{:.3} mm{}", p.value_mm, at(p)),
         None => "none".to_owned(),

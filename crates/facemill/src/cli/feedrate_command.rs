@@ -115,11 +115,11 @@ pub(crate) fn run(arguments: &FeedrateArguments) -> Result<ExitCode, Failure> {
         let mut text = Vec::new();
         let summary = refeed_lines(from_start, &settings, &mut text).map_err(failed)?;
         say_bytes(&text)?;
-        eprint!("{}", told(&summary, settings.dialect));
+        eprint!("{}", summary_text(&summary, settings.dialect));
         return Ok(ExitCode::SUCCESS);
     };
     let summary = files::write_through(out, |new| refeed_lines(from_start, &settings, new))?.map_err(failed)?;
-    let told = told(&summary, settings.dialect);
+    let told = summary_text(&summary, settings.dialect);
     say(&if arguments.json { facemill::file_format::to_json(&summary) } else { told })?;
     Ok(ExitCode::SUCCESS)
 }
@@ -134,7 +134,7 @@ fn clock(seconds: f64) -> String {
     format!("{}:{:02}:{:02}.{tenths}", seconds / 3600, seconds / 60 % 60, seconds % 60)
 }
 
-fn told(s: &RefeedSummary, dialect: Dialect) -> String {
+fn summary_text(s: &RefeedSummary, dialect: Dialect) -> String {
     let assumption = dialect.file().control_motion.assumption();
     let by_law = s.time_law.map_or_else(String::new, |_| format!(", acceleration and jerk {}", s.by_law));
     let timed = |law: RefeedLawTimes| {

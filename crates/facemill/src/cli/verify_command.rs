@@ -13,7 +13,7 @@ use facemill::{
 
 use crate::cli::arguments::ad_hoc_setup::StandArguments;
 use crate::cli::arguments::program::{ProgramArguments, ProgramOfJob};
-use crate::cli::deviation_command::{mesh_bytes, painted_mesh, rest_mesh, told_deviation};
+use crate::cli::deviation_command::{deviation_lines, mesh_bytes, painted_mesh, rest_mesh};
 use crate::cli::findings_table::findings_table;
 use crate::cli::option_lengths::{above_zero, from_zero, stock_tolerance};
 use crate::cli::output::say;
@@ -110,7 +110,7 @@ pub(crate) fn run(arguments: &VerifyArguments) -> Result<ExitCode, Failure> {
     let file = &verified.file;
     let gouged = file.deviation.as_ref().is_some_and(|d| d.exceeds_gouge_limit);
     let clean = file.verification.faults().next().is_none() && !gouged;
-    let told = told(file);
+    let told = verification_text(file);
     let outputs = outputs(arguments, verified)?;
     if !crate::cli::progress::start_writing() {
         return Err(Failure::Interrupted);
@@ -196,16 +196,16 @@ fn region(text: &str) -> Result<StockRegion, String> {
     }
 }
 
-fn told(file: &VerificationFile) -> String {
+fn verification_text(file: &VerificationFile) -> String {
     let v: &Verification = &file.verification;
     let mut lines = vec![format!("{} - {}, read as {}", file.job, file.setup, file.dialect)];
-    lines.extend(v.estimate.as_ref().map(told_estimate));
+    lines.extend(v.estimate.as_ref().map(estimate_lines));
     lines.extend([format!(
         "  blocks            {} with a motion, cutting length {:.1} m",
         v.n_blocks,
         v.cutting_length_mm / 1000.0
     )]);
-    lines.extend(file.times.told());
+    lines.extend(file.times.summary_lines());
     lines.extend([
         match &v.largest_gouge {
             Some(g) => format!(
@@ -222,10 +222,10 @@ fn told(file: &VerificationFile) -> String {
         },
     ]);
     lines.extend(v.wind_up.iter().filter(|w| w.turns > 1.0).map(|w| format!("  wind-up           {w}")));
-    lines.extend(v.between.as_ref().map(told_between));
-    lines.extend(file.stock.iter().flat_map(StockReport::told));
+    lines.extend(v.between.as_ref().map(between_lines));
+    lines.extend(file.stock.iter().flat_map(StockReport::summary_lines));
     lines.extend(file.remaining.iter().flat_map(RemainingReport::summary_lines));
-    lines.extend(file.deviation.as_ref().map(told_deviation).unwrap_or_default());
+    lines.extend(file.deviation.as_ref().map(deviation_lines).unwrap_or_default());
     if let Some(c) = &file.certificates {
         lines.push(format!("  certified blocks  {} of {}", c.certified, c.blocks));
         lines.extend(c.uncertified().next().map(|first| {
@@ -244,7 +244,7 @@ fn told(file: &VerificationFile) -> String {
     lines.join("\n") + "\n"
 }
 
-fn told_between(between: &BetweenPositions) -> String {
+fn between_lines(between: &BetweenPositions) -> String {
     let BetweenPositions { cutter_mm, bodies_mm, open_blocks, first_open_line } = between;
     let known = format!("  between positions cutter within {cutter_mm:.3} mm, bodies within {bodies_mm:.3} mm");
     match first_open_line {
@@ -253,7 +253,7 @@ fn told_between(between: &BetweenPositions) -> String {
     }
 }
 
-fn told_estimate(positions: &EstimatedPositions) -> String {
+fn estimate_lines(positions: &EstimatedPositions) -> String {
     let EstimatedPositions { cut_step_mm, rapid_step_mm } = positions;
     format!(
         "  AN ESTIMATE       nothing is proven between positions, {cut_step_mm} mm apart in cuts and {rapid_step_mm} mm in rapids, nor \

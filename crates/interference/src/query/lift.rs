@@ -94,7 +94,7 @@ fn bisected(mut low: f64, mut high: f64, resolution: f64, mut is_free: impl FnMu
 }
 
 /// A body on its way along a direction.
-pub(crate) struct Rising<'a, B> {
+pub(crate) struct LiftSearch<'a, B> {
     /// Where it starts.
     pub(crate) body: &'a B,
     /// Unit vector.
@@ -111,7 +111,7 @@ const MAX_EXIT_STEPS: usize = 200;
 /// Steps after which every second one halves the bracket: Newton's take 2 to 6.
 const NEWTON_STEPS: usize = 8;
 
-impl<B: Body> Rising<'_, B> {
+impl<B: Body> LiftSearch<'_, B> {
     /// The body at a lift.
     #[inline(always)]
     pub(crate) fn at(&self, lift: f64) -> B {

@@ -33,7 +33,7 @@ impl ProgramTimes {
     }
 
     /// Lines for a person.
-    pub fn told(&self) -> Vec<String> {
+    pub fn summary_lines(&self) -> Vec<String> {
         let line = |what: &str, law: Option<f64>, constant: f64| match law {
             Some(time) => format!("  {what:<17} {} (at constant speed {})", clock(time), clock(constant)),
             None => format!("  {what:<17} {} at constant speed", clock(constant)),
@@ -53,7 +53,7 @@ mod tests {
 
     #[test]
     fn what_is_not_known_within_acceleration_is_told_at_constant_speed_with_the_reason() {
-        let known = ProgramTimes::by_law([60.0, 30.0], [75.0, 40.0]).told();
+        let known = ProgramTimes::by_law([60.0, 30.0], [75.0, 40.0]).summary_lines();
         assert_eq!(
             known,
             [
@@ -61,7 +61,7 @@ mod tests {
                 "  rapid time        0:00:40 (at constant speed 0:00:30)"
             ]
         );
-        let unknown = ProgramTimes::constant([60.0, 30.0], vec!["line 7: an arc".to_owned()]).told();
+        let unknown = ProgramTimes::constant([60.0, 30.0], vec!["line 7: an arc".to_owned()]).summary_lines();
         assert_eq!(unknown[0], "  cutting time      0:01:00 at constant speed");
         assert_eq!(unknown[2], "  least times       line 7: an arc");
     }

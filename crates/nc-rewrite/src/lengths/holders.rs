@@ -33,10 +33,10 @@ pub(crate) fn choose(stage: &Stage<'_>, library: &HolderLibrary) -> Result<Found
         }
     }
     let mut told = match &best {
-        Some(Works { assembly, found, .. }) => stage.told(found, assembly)?,
+        Some(Works { assembly, found, .. }) => stage.lengths_report(found, assembly)?,
         None => {
             let open = OpenAssembly::open(&stage.job.tool);
-            let mut told = stage.told(&stage.lengths(&open, stage.request.longest)?, &open)?;
+            let mut told = stage.lengths_report(&stage.lengths(&open, stage.request.longest)?, &open)?;
             told.tool = None;
             told
         }

@@ -84,7 +84,7 @@ pub fn lengths_of_program(
     let Some(library) = request.holders else {
         let open = OpenAssembly::open(&job.tool);
         let found = stage.lengths(&open, request.longest)?;
-        return stage.told(&found, &open);
+        return stage.lengths_report(&found, &open);
     };
     holders::choose(&stage, library)
 }

@@ -98,7 +98,11 @@ impl<'a> Stage<'a> {
     }
 
     /// Lengths as they are told.
-    pub(crate) fn told(&self, found: &ClearLengths, assembly: &OpenAssembly) -> Result<FoundLengths, Failure> {
+    pub(crate) fn lengths_report(
+        &self,
+        found: &ClearLengths,
+        assembly: &OpenAssembly,
+    ) -> Result<FoundLengths, Failure> {
         let findings = if found.hopeless.is_none() { self.findings(found)? } else { Vec::new() };
         let certificates = match (&found.hopeless, self.request.certificates) {
             (None, true) => Some(self.certificates(found)?),

@@ -6,15 +6,15 @@
 //! head alone, with the other one at home.
 
 pub(crate) mod channels;
-pub(crate) mod mending;
 pub(crate) mod moves;
 pub(crate) mod output;
 pub(crate) mod pair;
+pub(crate) mod pair_report;
 pub(crate) mod pairing;
 pub(crate) mod parts;
 pub(crate) mod plan;
 pub(crate) mod program;
-pub(crate) mod remains;
+pub(crate) mod refinement;
+pub(crate) mod run_trimming;
 pub(crate) mod runs;
 pub(crate) mod stock;
-pub(crate) mod telling;

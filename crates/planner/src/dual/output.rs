@@ -12,7 +12,7 @@ use facemill_nc_program::{
     write_apt, write_program_of_heads,
 };
 use facemill_tool_path::moves::MoveKind;
-use facemill_verification::heads_merged::merged_runs;
+use facemill_verification::merged_heads::merged_runs;
 use facemill_verification::remaining::{RunningHead, remaining};
 use facemill_verification::text_times::TimedText;
 use facemill_verification::virtual_setup::{name_obstacles, not_verified, virtual_obstacles};
@@ -26,7 +26,7 @@ use facemill_virtual_machine::{
 use super::channels::channel_files;
 use super::moves::DualMove;
 use super::program::{DualTimes, DualWriter, PartFeeds, dual_spec};
-use crate::dual::parts::{DualGround, Part};
+use crate::dual::parts::{Part, TwoHeadContext};
 use crate::passes::operation::PlannedOperation;
 use crate::program::output::NOT_VERIFIED;
 use crate::program::timed::Timed;
@@ -68,7 +68,7 @@ pub(crate) struct DualTexts {
 
 /// Timed blocks and texts; `verify` says whether the text will be run on the virtual machine.
 pub(crate) fn write_dual_texts(
-    ground: &DualGround<'_>,
+    ground: &TwoHeadContext<'_>,
     parts: &[Part<'_>],
     words: &WordMap,
     verify: bool,
@@ -166,7 +166,7 @@ fn spindle_feeds<'a>(parts: &[Part<'a>], first: &Part<'a>) -> Result<[&'a Operat
     Ok([0, 1].map(|h| parts.iter().find_map(|p| p.files[h]).unwrap_or(fallback[h])))
 }
 
-fn apt_moves(ground: &DualGround<'_>, parts: &[Part<'_>], head: usize, verify: bool) -> Vec<AptMove> {
+fn apt_moves(ground: &TwoHeadContext<'_>, parts: &[Part<'_>], head: usize, verify: bool) -> Vec<AptMove> {
     let (job, setup) = (ground.jobs[head], ground.setups[head]);
     let work_from_table = setup.table_from_work.inverse();
     let cl = |m: &DualMove| -> ClPoint {
@@ -196,7 +196,7 @@ impl DualTexts {
     ///
     /// # Errors
     /// None but for a fault in here.
-    pub(crate) fn time(&mut self, ground: &DualGround<'_>, words: &WordMap) -> Result<(), Failure> {
+    pub(crate) fn time(&mut self, ground: &TwoHeadContext<'_>, words: &WordMap) -> Result<(), Failure> {
         let jobs = ground.jobs;
         let views: [View<'_>; 2] = std::array::from_fn(|h| (&jobs[h].machine, jobs[h].tool.gauge_length()));
         let (machine, tool_length) = views[0];
@@ -226,7 +226,7 @@ impl DualTexts {
 
 /// A text and what it was written from: what the virtual machine runs, once for each head.
 pub(crate) struct DualProgram<'p, 'a> {
-    pub ground: &'p DualGround<'a>,
+    pub ground: &'p TwoHeadContext<'a>,
     pub parts: &'p [Part<'a>],
     pub words: &'p WordMap,
     pub texts: &'p DualTexts,

@@ -16,10 +16,10 @@ use rayon::prelude::*;
 
 use super::moves::{DualMove, DualMover, ReachedRun};
 use super::pairing::{PiecePair, pairs, stations};
-use super::remains::{Remains, paired_left};
 use super::runs::{Cause, Causes, Run, RunPlanner, Stop, left_over};
-use crate::dual::parts::{DualGround, PairOutline, Part, Section, alone_sections, cells, mover, section};
-use crate::passes::along::along_passes;
+use crate::dual::parts::{PairOutline, Part, Section, TwoHeadContext, alone_sections, cells, mover, section};
+use crate::dual::run_trimming::{Remains, paired_left};
+use crate::passes::engagement::engagement_of_passes;
 use crate::passes::move_settings::move_settings;
 use crate::passes::operation::PlannedOperation;
 use crate::program::BlockWriter;
@@ -27,7 +27,7 @@ use crate::stage_clock::Clock;
 
 /// Plans two operations at once.
 pub(crate) struct PairPlanner<'p, 'a> {
-    pub ground: &'p DualGround<'a>,
+    pub ground: &'p TwoHeadContext<'a>,
     pub pair: &'p PairFile,
     pub stages: &'p dyn Stages,
 }
@@ -98,7 +98,8 @@ impl<'a> PairPlanner<'_, 'a> {
             let own = &mut planned[h].2;
             // That was of the plan for one head.
             own.optimum = None;
-            own.along = along_passes(ground.jobs[h], ground.setups[h], files[h], &mut moves.pieces, self.stages)?;
+            own.along =
+                engagement_of_passes(ground.jobs[h], ground.setups[h], files[h], &mut moves.pieces, self.stages)?;
             let (of_runs, of_alone) = moves.pieces.split_at(both.runs.len());
             give_run_chips(&mut sections, h, of_runs);
             if is_alone {

@@ -11,10 +11,10 @@ use facemill_z_map::ZMap;
 
 use crate::dual::moves::{DualMove, DualMover};
 use crate::dual::runs::Run;
-use crate::passes::operation::Ground;
+use crate::passes::operation::SetupContext;
 
 /// What both heads stand on.
-pub(crate) struct DualGround<'a> {
+pub(crate) struct TwoHeadContext<'a> {
     /// The job as each head sees it while it is planned: tool and cutter of the other one are larger than they are.
     pub jobs: [&'a Job; 2],
     /// The machine as each head sees it, with the other one's tool as it is.
@@ -25,9 +25,9 @@ pub(crate) struct DualGround<'a> {
     pub shared: usize,
 }
 
-impl<'a> DualGround<'a> {
-    pub(crate) fn ground(&self, head: usize) -> Ground<'a> {
-        Ground { job: self.jobs[head], setup: self.setups[head], map: self.maps[head], adds_passes: false }
+impl<'a> TwoHeadContext<'a> {
+    pub(crate) fn ground(&self, head: usize) -> SetupContext<'a> {
+        SetupContext { job: self.jobs[head], setup: self.setups[head], map: self.maps[head], adds_passes: false }
     }
 
     pub(crate) fn cell(&self, head: usize, operation: &OperationFile) -> Workcell<'a> {
@@ -85,12 +85,16 @@ pub(crate) fn section(comment: String, moves: Vec<DualMove>) -> Section {
     Section { comment, moves, run: None, goes_on: false }
 }
 
-pub(crate) fn cells<'a>(ground: &DualGround<'a>, first: &OperationFile, second: &OperationFile) -> [Workcell<'a>; 2] {
+pub(crate) fn cells<'a>(
+    ground: &TwoHeadContext<'a>,
+    first: &OperationFile,
+    second: &OperationFile,
+) -> [Workcell<'a>; 2] {
     [ground.cell(0, first), ground.cell(1, second)]
 }
 
 pub(crate) fn mover<'r, 'c>(
-    ground: &DualGround<'_>,
+    ground: &TwoHeadContext<'_>,
     tests: &'r [PoseTest<'c>; 2],
     settings: [&'r MoveSettings; 2],
 ) -> DualMover<'r, 'c> {

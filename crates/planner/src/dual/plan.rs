@@ -12,21 +12,21 @@ use facemill_job::load::open_meshes::open_stock;
 use facemill_job::setup::cell::z_map;
 use facemill_job::setup::word_map::dual_word_map;
 use facemill_job::stages::{READ, Stages, TIMES, WRITE};
-use facemill_verification::heads_merged::proven_for_both;
+use facemill_verification::merged_heads::proven_for_both;
 use facemill_virtual_machine::{Assumption, merge_findings, rapid_lines};
 use nalgebra::Point3;
 
-use super::mending::{lines, mend};
 use super::output::{DualProgram, merged, write_dual_texts};
 use super::pair::{PairPlanner, as_piece};
-use crate::dual::parts::{DualGround, Part, alone_sections, cells, mover, section};
+use crate::dual::parts::{Part, TwoHeadContext, alone_sections, cells, mover, section};
+use crate::dual::refinement::{lines, refine};
 use crate::passes::move_settings::move_settings;
-use crate::passes::operation::{Ground, PlannedOperation};
+use crate::passes::operation::{PlannedOperation, SetupContext};
 use crate::plan_stages::stages_of_heads;
 use crate::plan_stock::StockToCut;
 use crate::planned::{PlanSettings, Planned, name_parts, planned_files};
-use crate::program::mending::ROUNDS;
 use crate::program::output::check_feeds;
+use crate::program::refinement::ROUNDS;
 use crate::program::timing::control_assumption;
 use crate::report::chip_files::ChipFiles;
 use crate::report::reporting::report;
@@ -63,7 +63,7 @@ pub(crate) fn plan_dual_setup(
     drop(reading);
     clock.lap("read");
     let machines = [&run_by[0].machine, &run_by[1].machine];
-    let ground = DualGround { jobs, machines, setups, maps: [&maps[0], &maps[1]], shared };
+    let ground = TwoHeadContext { jobs, machines, setups, maps: [&maps[0], &maps[1]], shared };
     let mut operations: Vec<(usize, usize, PlannedOperation<'_>)> = Vec::new();
     let mut parts: Vec<Part<'_>> = Vec::new();
     let mut picture = None;
@@ -100,7 +100,7 @@ pub(crate) fn plan_dual_setup(
         clock.lap("certify");
         rounds += 1;
         let lines = lines(verifications.as_ref(), certificates.as_ref());
-        let put_in = if rounds == ROUNDS { 0 } else { mend(&ground, &mut parts, &texts, &lines) };
+        let put_in = if rounds == ROUNDS { 0 } else { refine(&ground, &mut parts, &texts, &lines) };
         clock.lap("mend");
         if put_in == 0 {
             break (texts, verifications, certificates);
@@ -109,7 +109,7 @@ pub(crate) fn plan_dual_setup(
     };
     let (mut planned, heads): (Vec<PlannedOperation<'_>>, Vec<usize>) =
         operations.into_iter().map(|(head, _, o)| (o, head)).unzip();
-    with_mended_stops(&mut planned, &parts);
+    with_refined_stops(&mut planned, &parts);
     let jobs_of: Vec<&Job> = heads.iter().map(|&h| jobs[h]).collect();
     check_feeds(job, &texts.timed, verifications.as_ref().map(|[first, _]| first))?;
     let program = DualProgram { ground: &ground, parts: &parts, words: &words, texts: &texts };
@@ -148,7 +148,7 @@ pub(crate) fn plan_dual_setup(
 
 /// An operation that one head machines with the other at home.
 fn alone<'a>(
-    ground: &DualGround<'a>,
+    ground: &TwoHeadContext<'a>,
     head: usize,
     index: usize,
     at: &mut Option<AxisValues>,
@@ -167,7 +167,7 @@ fn alone<'a>(
     let mover = mover(ground, &tests, [&settings[0], &settings[1]]);
     let (parking, from) = mover.park_other(head, *at)?;
     let mut sections = vec![section(format!("HEAD {} ALONE", head + 1), parking)];
-    let ground = Ground { job, setup, map: ground.maps[head], adds_passes: true };
+    let ground = SetupContext { job, setup, map: ground.maps[head], adds_passes: true };
     let (planned, svg) = PlannedOperation::plan(&ground, (index, operation), from, picture.is_none(), stages, clock)?;
     *picture = picture.take().or(svg);
     sections.extend(alone_sections(head, &planned.moves.pieces, &planned.moves.retract));
@@ -178,7 +178,7 @@ fn alone<'a>(
 }
 
 /// Gives the pieces of pairs the stops that mending has put into their runs.
-fn with_mended_stops(operations: &mut [PlannedOperation<'_>], parts: &[Part<'_>]) {
+fn with_refined_stops(operations: &mut [PlannedOperation<'_>], parts: &[Part<'_>]) {
     let mut operations = operations.iter_mut();
     for part in parts {
         for head in (0..2).filter(|&h| part.files[h].is_some()) {

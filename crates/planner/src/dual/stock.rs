@@ -4,9 +4,9 @@ use facemill_job::failure::Failure;
 use facemill_job::format::report::stock::PlannedStockReport;
 use facemill_job::stages::Stages;
 use facemill_job::stock::map::StockRegion;
-use facemill_verification::between_lines::{hold_machine_as_cut, machine_as_cut};
 use facemill_verification::program::removal_of;
-use facemill_verification::stock_run::{Stand, cut_stock};
+use facemill_verification::stock_run::{HeadView, cut_stock};
+use facemill_verification::sub_cell_check::{hold_machine_as_cut, machine_as_cut};
 use facemill_virtual_machine::{Verification, VerifySettings};
 
 use super::output::DualProgram;
@@ -32,7 +32,7 @@ impl DualProgram<'_, '_> {
         let job = self.ground.jobs[0];
         let before = stock.before(job, self.ground.setups[0])?;
         let at = [0, 1].map(|h| self.setup(h));
-        let stands = [0, 1].map(|h| Stand { job: self.ground.jobs[h], setup: self.ground.setups[h], at: &at[h] });
+        let stands = [0, 1].map(|h| HeadView { job: self.ground.jobs[h], setup: self.ground.setups[h], at: &at[h] });
         let settings = [0, 1].map(|h| {
             let removal = removal_of(self.ground.jobs[h], self.ground.setups[h].file, h);
             VerifySettings { removal, ..self.settings(h) }

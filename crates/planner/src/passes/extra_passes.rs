@@ -20,7 +20,7 @@ use facemill_tool_path::pieces::pole::Tests;
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
-use crate::passes::along::carried_on;
+use crate::passes::engagement::carried_on;
 use crate::passes::pole_detours::Detours;
 
 /// Passes with the poses of their points, in cutting order.

@@ -24,7 +24,7 @@ pub(crate) fn linearity(job: &Job, tolerance: f64, law: CuttingLaw) -> Linearity
 /// How the moves of an operation are made.
 pub(crate) fn move_settings(job: &Job, setup: &Setup<'_>, operation: &OperationFile) -> MoveSettings {
     let clearance = setup.file.rapid_clearance_mm;
-    // Along the tool axis, out of any stock that the tool can be in.
+    // PointEngagement the tool axis, out of any stock that the tool can be in.
     let max_retract = diagonal(&setup.aabb()).max(100.0);
     let rapid_law = job.rapid_law();
     let law = if let BlockLaw::Cutting(law) = rapid_law { law } else { CuttingLaw::AxesLinear };

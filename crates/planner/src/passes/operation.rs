@@ -27,14 +27,14 @@ use facemill_z_map::ZMap;
 use rayon::prelude::*;
 
 use crate::drawing::solution_svg::map_svg;
-use crate::passes::along::{Along, along_passes, neighbour_reach};
+use crate::passes::engagement::{PointEngagement, engagement_of_passes, neighbour_reach};
 use crate::passes::extra_passes::{ExtraPasses, Interposer, PlannedPath, as_laid, pass_tasks};
 use crate::passes::move_settings::move_settings;
 use crate::passes::pole_detours::Detours;
 use crate::stage_clock::Clock;
 
 /// What all operations of a setup stand on.
-pub(crate) struct Ground<'a> {
+pub(crate) struct SetupContext<'a> {
     /// The job.
     pub(crate) job: &'a Job,
     /// The setup.
@@ -62,7 +62,7 @@ pub(crate) struct PlannedOperation<'a> {
     /// CC points at which the search could not prove as finely as asked.
     pub(crate) widened: Option<Widened>,
     /// Ridges and chips of every piece, at points of the path and at both ends.
-    pub(crate) along: Vec<Vec<Along>>,
+    pub(crate) along: Vec<Vec<PointEngagement>>,
     /// Passes put between those laid.
     pub(crate) extra: ExtraPasses,
 }
@@ -74,14 +74,14 @@ impl<'a> PlannedOperation<'a> {
     /// # Errors
     /// When no pass can be laid, the operation's policy does not allow what is infeasible, or the stages are cancelled.
     pub(crate) fn plan(
-        ground: &Ground<'_>,
+        ground: &SetupContext<'_>,
         (index, operation): (usize, &'a OperationFile),
         from: Option<Move>,
         picture: bool,
         stages: &dyn Stages,
         clock: &mut Clock,
     ) -> Result<(Self, Option<String>), Failure> {
-        let Ground { job, setup, map, .. } = ground;
+        let SetupContext { job, setup, map, .. } = ground;
         let mut cell = workcell(job, setup, operation, map);
         let laying = stages.start(LAY, 0);
         let laid = lay(job, setup, index, operation)?;
@@ -109,7 +109,7 @@ impl<'a> PlannedOperation<'a> {
         let mut moves = operation_moves(&test, &settings, pieces, from, &mut left_out, &*monitor)?;
         drop(monitor);
         clock.lap("moves");
-        let along = along_passes(job, setup, operation, &mut moves.pieces, stages)?;
+        let along = engagement_of_passes(job, setup, operation, &mut moves.pieces, stages)?;
         clock.lap("cusps and chips");
         if setup.stock_solid.is_some() {
             left_out.iter_mut().for_each(LeftOut::explain_stock);
@@ -217,7 +217,7 @@ struct Placed {
 /// Poses in every place of the pattern, as pieces in cutting order.
 fn place_pieces(
     tests: &Tests<'_>,
-    ground: &Ground<'_>,
+    ground: &SetupContext<'_>,
     operation: &OperationFile,
     tasks: &[LaidTask],
     left_out: &mut Vec<LeftOut>,
@@ -242,7 +242,7 @@ fn place_pieces(
 /// Poses in the first place of the pattern, with passes put between those laid where that is asked for.
 fn planned_path(
     tests: &Tests<'_>,
-    ground: &Ground<'_>,
+    ground: &SetupContext<'_>,
     operation: &OperationFile,
     tasks: &[LaidTask],
     stages: &dyn Stages,

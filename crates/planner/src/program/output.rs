@@ -20,11 +20,11 @@ use facemill_nc_program::{
     write_program_with_lines,
 };
 use facemill_tool_path::moves::MoveKind;
-use facemill_verification::between_lines::{add_between, between_lines, hold_machine_as_cut};
 use facemill_verification::feeds::Asked;
 use facemill_verification::program::removal_of;
 use facemill_verification::remaining::{RunningHead, remaining};
-use facemill_verification::stock_run::{CutDone, CutRequest, Stand, cut_stock};
+use facemill_verification::stock_run::{CutDone, CutRequest, HeadView, cut_stock};
+use facemill_verification::sub_cell_check::{add_between, between_lines, hold_machine_as_cut};
 use facemill_verification::text_times::TimedText;
 use facemill_verification::virtual_setup::{name_obstacles, not_verified, virtual_obstacles};
 use facemill_virtual_machine::motion::follow::Surroundings;
@@ -246,7 +246,7 @@ impl OwnProgram<'_> {
     /// Cuts the stock as the text goes.
     pub(crate) fn cut_stock(&self, cut: &CutRequest, stages: &dyn Stages) -> Result<CutDone<1>, Failure> {
         let at = self.virtual_setup()?;
-        let on = Stand { job: self.job, setup: self.setup, at: &at };
+        let on = HeadView { job: self.job, setup: self.setup, at: &at };
         let settings = VerifySettings { removal: removal_of(self.job, self.setup.file, 0), ..self.settings() };
         cut_stock(&self.read()?, [(&on, &settings)], cut, stages)
     }
@@ -260,7 +260,7 @@ impl OwnProgram<'_> {
     ) -> Result<(), Failure> {
         let request = lines_of(cut, StockRegion::Whole);
         let at = self.virtual_setup()?;
-        let on = Stand { job: self.job, setup: self.setup, at: &at };
+        let on = HeadView { job: self.job, setup: self.setup, at: &at };
         let heads = [(&on, &self.settings())];
         let findings = [&*then.findings];
         let [found] = between_lines(&self.read()?, heads, &request, (findings, &[Vec::new()]), stages)?;
@@ -279,7 +279,7 @@ impl OwnProgram<'_> {
     ) -> Result<bool, Failure> {
         let request = lines_of(cut, StockRegion::Rectangle(cut.region_mm));
         let at = self.virtual_setup()?;
-        let on = Stand { job: self.job, setup: self.setup, at: &at };
+        let on = HeadView { job: self.job, setup: self.setup, at: &at };
         hold_machine_as_cut(&self.read()?, [(&on, &self.settings())], &request, [at_first], stages)
     }
 

@@ -307,7 +307,7 @@ impl Seeker<'_> {
 mod tests {
     use facemill_virtual_machine::{FindingKind, HeldAsCut};
 
-    use crate::passes::operation::Ground;
+    use crate::passes::operation::SetupContext;
     use crate::program::output::write_draft;
     use crate::program::planned_links::*;
     use crate::stage_clock::Clock;
@@ -354,7 +354,7 @@ mod tests {
         let job = job(folder.path());
         let setup = Setup::read(&job, 0).unwrap();
         let (map, words) = (z_map(&setup).unwrap(), word_map(&job, &setup, 0).unwrap());
-        let ground = Ground { job: &job, setup: &setup, map: &map, adds_passes: true };
+        let ground = SetupContext { job: &job, setup: &setup, map: &map, adds_passes: true };
         let stages: &dyn Stages = &SilentStages;
         let mut operations: Vec<PlannedOperation<'_>> = Vec::new();
         for operation in job.operations_of(setup.file) {

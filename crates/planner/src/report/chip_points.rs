@@ -6,7 +6,7 @@ use facemill_job::validate::tip_feed::{CM3, CutFeed, FeedLaw, depends_on_chips, 
 use facemill_tool_path::chips::Chip;
 use facemill_tool_path::moves::{MoveKind, PieceMoves};
 
-use crate::passes::along::Along;
+use crate::passes::engagement::PointEngagement;
 use crate::passes::operation::PlannedOperation;
 use crate::program::timed::Timed;
 
@@ -112,7 +112,7 @@ pub(crate) fn chip_points(operations: &[PlannedOperation<'_>], timed: &Timed, li
 /// Appends the points of a piece; takes the arrivals of its moves.
 fn points_of(
     piece: &PieceMoves,
-    along: &[Along],
+    along: &[PointEngagement],
     way: &mut f64,
     arrivals: &mut impl Iterator<Item = (Arrival, Option<u32>)>,
     points: &mut Vec<ChipPoint>,

@@ -21,13 +21,13 @@ use facemill_tool_path::pieces::{Cut, LeftOut, Piece};
 use facemill_virtual_machine::{Certificates, Verification};
 use nalgebra::Point3;
 
-use crate::passes::along::Along;
+use crate::passes::engagement::PointEngagement;
 use crate::passes::operation::PlannedOperation;
 use crate::program::timed::Timed;
 use crate::report::chip_points::{chip_points, chips_report};
 use crate::report::cusps_kept::cusps_kept;
 use crate::report::rotary_motion::rotary_report;
-use crate::report::turning::Turning;
+use crate::report::rotary_reversals::RotaryReversals;
 
 /// Sums, extremes and details of planned operations and of the run of their program; `jobs` are the job as each operation's head
 /// sees it.
@@ -36,7 +36,7 @@ pub(crate) fn report(
     setup: &Setup<'_>,
     operations: &[PlannedOperation<'_>],
     timed: &Timed,
-    turning: Turning,
+    turning: RotaryReversals,
     verification: Option<Verification>,
     certificates: Option<&Certificates>,
 ) -> Report {
@@ -50,7 +50,8 @@ pub(crate) fn report(
         worst.linearisation_mm = worst.linearisation_mm.max(o.moves.linearisation);
         worst.linearisation_exceeded |= o.moves.linearisation > o.operation.tolerances.linearisation_mm;
         for (k, piece) in o.moves.pieces.iter().enumerate() {
-            let along: Vec<Along> = o.along.get(k).into_iter().flatten().filter(|a| a.is_point).copied().collect();
+            let along: Vec<PointEngagement> =
+                o.along.get(k).into_iter().flatten().filter(|a| a.is_point).copied().collect();
             let feeds = feeds_at_cuts(piece, &mut tip_feeds);
             let pass = pass_report(&o.operation.name, &piece.piece, &along, &feeds);
             worst.lift_mm = worst.lift_mm.max(pass.lift_mm);
@@ -201,7 +202,7 @@ fn feeds_at_cuts(piece: &PieceMoves, tip_feeds: &mut impl Iterator<Item = f64>) 
 }
 
 /// Largest product of chip section and speed of the tip along a piece, mm³/min.
-fn removal_rate(along: &[Along], feeds: &[Option<f64>]) -> Option<f64> {
+fn removal_rate(along: &[PointEngagement], feeds: &[Option<f64>]) -> Option<f64> {
     let rates = along.iter().zip(feeds).filter_map(|(a, f)| Some(a.chip.area * (*f)?));
     rates.fold(None, |worst, rate| larger(worst, Some(rate)))
 }
@@ -213,7 +214,7 @@ fn smaller(a: Option<f64>, b: Option<f64>) -> Option<f64> {
     }
 }
 
-fn pass_report(operation: &str, piece: &Piece, all: &[Along], feeds: &[Option<f64>]) -> PassReport {
+fn pass_report(operation: &str, piece: &Piece, all: &[PointEngagement], feeds: &[Option<f64>]) -> PassReport {
     let range = |f: &dyn Fn(&Cut) -> f64| {
         piece.cuts.iter().map(f).fold([f64::INFINITY, f64::NEG_INFINITY], |[lo, hi], v| [lo.min(v), hi.max(v)])
     };

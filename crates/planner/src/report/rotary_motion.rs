@@ -79,7 +79,7 @@ impl Sum {
     }
 }
 
-/// Turning points of a sequence: extremes that it comes back from by more than the dead band.
+/// RotaryReversals points of a sequence: extremes that it comes back from by more than the dead band.
 fn reversals(values: &[f64]) -> usize {
     let Some(&first) = values.first() else { return 0 };
     // Lowest and highest since the last turning point; with a direction, the end that it goes to counts.

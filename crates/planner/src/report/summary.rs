@@ -165,7 +165,7 @@ fn entries_and_exits(report: &Report) -> String {
 
 /// The program's times: by the law where there is one, with those at constant speeds beside them.
 fn times(report: &Report) -> Vec<String> {
-    let mut lines = report.times.told();
+    let mut lines = report.times.summary_lines();
     // Behind the cuts, that they are part of.
     lines.insert(1, entries_and_exits(report));
     let Some(law) = &report.time_law else { return lines };
@@ -211,7 +211,7 @@ fn or_none(v: Option<f64>, unit: &str) -> String {
 /// What is cut of the stock, or why nothing is.
 fn stock(of: &PlannedStockReport) -> Vec<String> {
     let mut lines: Vec<String> = of.not_cut_because.iter().map(|why| format!("  stock not cut     {why}")).collect();
-    lines.extend(of.cut.iter().flat_map(StockReport::told));
+    lines.extend(of.cut.iter().flat_map(StockReport::summary_lines));
     // That a single setup begins with its stock goes without saying.
     lines.extend(of.began_as.iter().filter(|of| *of != OWN_STOCK).map(|of| format!("  stock before      {of}")));
     lines

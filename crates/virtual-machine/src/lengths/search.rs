@@ -91,7 +91,7 @@ pub fn clear_lengths(
     assembly.rest(&mut lengths);
     let mut found = Found { lengths, least: lengths, by: Default::default(), hopeless: None };
     search.grow(&mut found)?;
-    search.told(found)
+    search.lengths_of(found)
 }
 
 fn check(
@@ -286,7 +286,7 @@ impl Search<'_, '_> {
         Ok((tool, words, program))
     }
 
-    fn told(&self, found: Found) -> Result<ClearLengths, VerifyError> {
+    fn lengths_of(&self, found: Found) -> Result<ClearLengths, VerifyError> {
         let Found { lengths, least, by, hopeless } = found;
         let (tool, words, program) = self.posted(&lengths)?;
         let mut out = ClearLengths {

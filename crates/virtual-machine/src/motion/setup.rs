@@ -127,7 +127,7 @@ impl Default for Estimate {
 pub struct HeldAsCut {
     /// Tool assembly, cutter in rapid, ramps and the cutter's core: by [`run_stock`](crate::stock::run::run_stock).
     pub tool: bool,
-    /// Bodies of the machine: by [`still_there`](crate::stock::outside_run::still_there), of what they meet of the stock as it was at first.
+    /// Bodies of the machine: by [`still_there`](crate::stock::unresolved_findings::still_there), of what they meet of the stock as it was at first.
     pub machine: bool,
 }
 

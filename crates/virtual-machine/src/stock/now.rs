@@ -6,7 +6,7 @@ use facemill_z_map::{DexelGrid, DexelMap};
 use nalgebra::{Isometry3, Point3, Vector3};
 
 use crate::motion::setup::{ObstacleKind, VirtualObstacle};
-use crate::stock::outside_run::outside_layer;
+use crate::stock::unresolved_findings::outside_layer;
 
 /// Stock before it is cut: a mesh with a thickness around it.
 pub(crate) struct FirstStock<'a> {
@@ -19,7 +19,7 @@ pub(crate) struct FirstStock<'a> {
 
 /// The same at a moment.
 ///
-/// Lines are those that are outside of all stock ([`still_there`](crate::stock::outside_run::still_there)): what is left is only where the stock was at
+/// Lines are those that are outside of all stock ([`still_there`](crate::stock::unresolved_findings::still_there)): what is left is only where the stock was at
 /// first, and in cells whose line has material at the same height, or where there are no lines. So its distance is no less than from
 /// the first stock, and no less than from the lines but for half the diagonal of a cell: the larger of both is told.
 pub(crate) struct StockNow<'s> {

@@ -68,7 +68,7 @@ pub struct BlockCut {
 /// - What is no deeper than twice the tolerance is no finding: so far the ways may be off.
 /// - Bodies are found wherever they meet the material of a line.
 /// - Faults of the text, and motions that are not simulated, are `verify`'s to tell: nothing is cut on them.
-/// - Bodies of the machine are not asked: [`still_there`](crate::stock::outside_run::still_there) tells what of their findings against the stock as it was
+/// - Bodies of the machine are not asked: [`still_there`](crate::stock::unresolved_findings::still_there) tells what of their findings against the stock as it was
 ///   before cutting may hold against what is left.
 ///
 /// With [`VerifySettings::estimate`] what is cut stays the same, but bodies and the cutter in rapid are asked at positions alone: where the segments of
@@ -134,7 +134,7 @@ pub fn run_stock_of_heads<const N: usize>(
         run.batch(first, &moves, monitor)?;
         monitor.advance(moves[0].chunk_by(|a, b| a.block == b.block).count());
     }
-    Ok(std::array::from_fn(|h| run.heads[h].told(program, &resolved[h])))
+    Ok(std::array::from_fn(|h| run.heads[h].report(program, &resolved[h])))
 }
 
 /// Moves whose segments are made before the stock is cut by them: bounds the memory.
@@ -277,7 +277,7 @@ impl<'r, 'a> Head<'r, 'a> {
     }
 
     /// What this head has taken and met.
-    fn told(&self, program: &ReadProgram, resolved: &Moves) -> StockRun {
+    fn report(&self, program: &ReadProgram, resolved: &Moves) -> StockRun {
         let report = Report::new(program, &self.view.scene, resolved);
         let cuts = resolved.moves.iter().zip(&self.out.taken).filter(|(m, _)| !m.is_rapid);
         let blocks: Vec<BlockCut> =

@@ -151,7 +151,7 @@ fn the_stock_on_a_wall_that_is_cut_is_seen_without_being_asked_for() {
     };
     let upright = cut(false);
     assert_eq!((upright.lines_along.len(), upright.walls_not_seen, upright.removed_mm3), (1, true, 0.0));
-    assert!(upright.told().iter().any(|line| line.contains("walls")), "{:?}", upright.told());
+    assert!(upright.summary_lines().iter().any(|line| line.contains("walls")), "{:?}", upright.summary_lines());
     let across = cut(true);
     assert_eq!((across.lines_along.len(), across.walls_not_seen), (3, false));
     assert!(across.blocks_in_air < upright.blocks_in_air, "{} of {}", across.blocks_in_air, upright.blocks_in_air);

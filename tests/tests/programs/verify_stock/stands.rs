@@ -5,7 +5,7 @@ use std::path::Path;
 use facemill::nc_program::Dialect;
 use facemill::virtual_machine::FindingKind;
 use facemill::{
-    CutRequest, Job, STAND_GOUGE_LIMIT, SilentStages, Stand, StandStock, VerificationFile, VerifyRequest,
+    AD_HOC_GOUGE_LIMIT, AdHocSetup, AdHocStock, CutRequest, Job, SilentStages, VerificationFile, VerifyRequest,
     verify_program,
 };
 use facemill_tests::jobs::JobFolder;
@@ -14,13 +14,13 @@ use serde_json::json;
 
 use super::{ALLOWANCE, TABLE, plate, program};
 
-fn stand(job: &JobFolder) -> Stand {
-    Stand {
+fn stand(job: &JobFolder) -> AdHocSetup {
+    AdHocSetup {
         part: job.path("plate.obj"),
         fixtures: Vec::new(),
         unit: None,
         up_axis: None,
-        stock: StandStock::Offset(ALLOWANCE),
+        stock: AdHocStock::Offset(ALLOWANCE),
         machine: job.path("machine.json"),
         tool: job.path("tool.json"),
         length_register: None,
@@ -35,7 +35,7 @@ fn stand(job: &JobFolder) -> Stand {
 fn run(job: &Job, text: &str) -> VerificationFile {
     let cut = CutRequest::on_lines(1.0, 0.01);
     let request = VerifyRequest {
-        gouge_limit: Some(STAND_GOUGE_LIMIT),
+        gouge_limit: Some(AD_HOC_GOUGE_LIMIT),
         cut: Some(cut),
         ..VerifyRequest::new(Path::new("program.nc"), Dialect::Fanuc)
     };
@@ -57,16 +57,16 @@ fn a_program_has_the_same_findings_by_a_job_and_by_its_files() {
     let kinds: Vec<&str> = all.as_array().unwrap().iter().filter_map(|f| f["kind"].as_str()).collect();
     assert!(kinds.contains(&"gouge") && kinds.len() > 1, "{kinds:?}");
 
-    let by_files = run(&Job::of_stand(&stand(&job)).unwrap(), &text);
+    let by_files = run(&Job::of_ad_hoc_setup(&stand(&job)).unwrap(), &text);
     assert_eq!(findings(&by_files), all);
     let stock = |found: &VerificationFile| serde_json::to_value(&found.stock).unwrap();
     assert_eq!(stock(&by_files), stock(&by_job));
 
     // What is said otherwise is found otherwise.
-    let other = |change: &dyn Fn(&mut Stand)| {
+    let other = |change: &dyn Fn(&mut AdHocSetup)| {
         let mut stand = stand(&job);
         change(&mut stand);
-        run(&Job::of_stand(&stand).unwrap(), &text)
+        run(&Job::of_ad_hoc_setup(&stand).unwrap(), &text)
     };
     assert_ne!(findings(&other(&|s| s.length_register = Some(7))), all);
     assert_ne!(findings(&other(&|s| s.register = "G55".to_owned())), all);
@@ -77,7 +77,7 @@ fn a_program_has_the_same_findings_by_a_job_and_by_its_files() {
     rules["harmless_functions"].as_array_mut().unwrap().push(json!(202));
     job.write("dialect.json", rules.to_string().as_bytes());
     let counted = |dialect_file| {
-        let job = Job::of_stand(&Stand { dialect_file, ..stand(&job) }).unwrap();
+        let job = Job::of_ad_hoc_setup(&AdHocSetup { dialect_file, ..stand(&job) }).unwrap();
         let found = run(&job, &text.replace("M30", "M202\nM30"));
         found.verification.findings.iter().filter(|f| f.kind == FindingKind::UnknownFunction).count()
     };
@@ -89,25 +89,25 @@ fn a_program_has_the_same_findings_by_a_job_and_by_its_files() {
     assert!(in_air(&above) && !in_air(&by_files));
     assert_ne!(findings(&above), all);
     // The box is the plate of 30 x 30 x 6 mm itself.
-    let boxed = other(&|s| s.stock = StandStock::Box).stock.unwrap();
+    let boxed = other(&|s| s.stock = AdHocStock::Box).stock.unwrap();
     assert!((boxed.before_mm3 - 5400.0).abs() < 1e-6 * 5400.0, "{boxed:?}");
-    let meshed = other(&|s| s.stock = StandStock::Mesh(s.part.clone())).stock.unwrap();
+    let meshed = other(&|s| s.stock = AdHocStock::Mesh(s.part.clone())).stock.unwrap();
     assert!((meshed.before_mm3 - 5400.0).abs() < 1e-6 * 5400.0, "{meshed:?}");
 }
 
 #[test]
 fn what_is_wrong_with_a_stand_is_named() {
     let job = plate();
-    let refused = |change: &dyn Fn(&mut Stand)| {
+    let refused = |change: &dyn Fn(&mut AdHocSetup)| {
         let mut stand = stand(&job);
         change(&mut stand);
-        Job::of_stand(&stand).err().expect("it is wrong").to_string()
+        Job::of_ad_hoc_setup(&stand).err().expect("it is wrong").to_string()
     };
     let missing = refused(&|s| s.machine = "missing.json".into());
     assert!(missing.contains("cannot read missing.json"), "{missing}");
     let register = refused(&|s| s.length_register = Some(0));
     assert!(register.contains("tool.json") && register.contains("length_register"), "{register}");
-    let thin = refused(&|s| s.stock = StandStock::Offset(-1.0));
+    let thin = refused(&|s| s.stock = AdHocStock::Offset(-1.0));
     assert!(thin.contains("stock.offset.allowance_mm"), "{thin}");
     let far = refused(&|s| s.mount = [f64::INFINITY, 0.0, 0.0]);
     assert!(far.contains("mount") && far.contains("finite"), "{far}");

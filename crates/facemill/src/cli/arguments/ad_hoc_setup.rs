@@ -7,7 +7,7 @@ use facemill::job_file::{UnitFile, UpAxisFile};
 use facemill::nc_program::Dialect;
 use facemill::surface_model::MeshFormat;
 use facemill::virtual_machine::Assumption;
-use facemill::{Failure, Job, STAND_GOUGE_LIMIT, Stand, StandStock};
+use facemill::{AD_HOC_GOUGE_LIMIT, AdHocSetup, AdHocStock, Failure, Job};
 
 /// Register that holds the work offset where nobody says it.
 const WORK_REGISTER: &str = "G54";
@@ -19,7 +19,7 @@ pub(crate) struct StandArguments {
     part: Option<PathBuf>,
     /// Material before the program: box (the smallest around the part), offset:MM (so much on the part), or a mesh
     #[arg(long, value_name = "MESH|box|offset:MM", value_parser = stock, requires = "part")]
-    stock: Option<StandStock>,
+    stock: Option<AdHocStock>,
     /// Machine file
     #[arg(long, value_name = "FILE", requires = "part")]
     machine: Option<PathBuf>,
@@ -87,8 +87,8 @@ impl StandArguments {
     /// What the unit and the up axis of part, stock and fixtures are where nobody says it, by their formats.
     fn taken_meshes(&self, part: &Path) -> [String; 2] {
         let stock = self.stock.iter().filter_map(|stock| match stock {
-            StandStock::Mesh(file) => Some(file.as_path()),
-            StandStock::Box | StandStock::Offset(_) => None,
+            AdHocStock::Mesh(file) => Some(file.as_path()),
+            AdHocStock::Box | AdHocStock::Offset(_) => None,
         });
         let mut meshes: Vec<&Path> = vec![part];
         for mesh in stock.chain(self.fixture.iter().map(PathBuf::as_path)) {
@@ -112,20 +112,20 @@ impl StandArguments {
 
     /// Depth of the cutter that is a finding where nobody says it, mm; `None` where no part is named, where the job says it.
     pub(crate) fn gouge_limit(&self) -> Option<f64> {
-        self.part.as_ref().map(|_| STAND_GOUGE_LIMIT)
+        self.part.as_ref().map(|_| AD_HOC_GOUGE_LIMIT)
     }
 
     /// The job that they stand for, for a program of this control; `None` where no part is named.
     ///
     /// # Errors
-    /// As [`Job::of_stand`].
+    /// As [`Job::of_ad_hoc_setup`].
     pub(crate) fn job(&self, dialect: Dialect) -> Result<Option<Job>, Failure> {
         // clap has seen to it that all four are there where one is.
         let (Some(part), Some(stock), Some(machine), Some(tool)) = (&self.part, &self.stock, &self.machine, &self.tool)
         else {
             return Ok(None);
         };
-        let stand = Stand {
+        let stand = AdHocSetup {
             part: part.clone(),
             fixtures: self.fixture.clone(),
             unit: self.mesh_unit,
@@ -140,17 +140,17 @@ impl StandArguments {
             work_offset: self.work_offset.unwrap_or_default(),
             register: self.work_register.clone().unwrap_or_else(|| WORK_REGISTER.to_owned()),
         };
-        Job::of_stand(&stand).map(Some)
+        Job::of_ad_hoc_setup(&stand).map(Some)
     }
 }
 
-fn stock(text: &str) -> Result<StandStock, String> {
+fn stock(text: &str) -> Result<AdHocStock, String> {
     if text == "box" {
-        return Ok(StandStock::Box);
+        return Ok(AdHocStock::Box);
     }
-    let Some(allowance) = text.strip_prefix("offset:") else { return Ok(StandStock::Mesh(PathBuf::from(text))) };
+    let Some(allowance) = text.strip_prefix("offset:") else { return Ok(AdHocStock::Mesh(PathBuf::from(text))) };
     match allowance.parse::<f64>() {
-        Ok(mm) if mm >= 0.0 && mm.is_finite() => Ok(StandStock::Offset(mm)),
+        Ok(mm) if mm >= 0.0 && mm.is_finite() => Ok(AdHocStock::Offset(mm)),
         _ => Err("behind offset: there must be a thickness in mm of at least 0, as in offset:2.5".to_owned()),
     }
 }
@@ -240,9 +240,9 @@ mod tests {
 
     #[test]
     fn stock_is_a_box_a_thickness_or_a_file() {
-        assert_eq!(stock("box"), Ok(StandStock::Box));
-        assert_eq!(stock("offset:2.5"), Ok(StandStock::Offset(2.5)));
-        assert_eq!(stock("cast.stl"), Ok(StandStock::Mesh("cast.stl".into())));
+        assert_eq!(stock("box"), Ok(AdHocStock::Box));
+        assert_eq!(stock("offset:2.5"), Ok(AdHocStock::Offset(2.5)));
+        assert_eq!(stock("cast.stl"), Ok(AdHocStock::Mesh("cast.stl".into())));
         for wrong in ["offset:", "offset:-1", "offset:nan", "offset:2mm"] {
             assert!(stock(wrong).is_err_and(|why| why.contains("offset:2.5")), "{wrong}");
         }

@@ -74,7 +74,7 @@ pub struct StockReport {
 
 impl StockReport {
     /// Lines for a person.
-    pub fn told(&self) -> Vec<String> {
+    pub fn summary_lines(&self) -> Vec<String> {
         let mut lines = vec![format!(
             "  stock             {:.1} of {:.1} cm3 cut, on lines {} mm apart along {}; {} blocks in air",
             self.removed_mm3 / 1000.0,

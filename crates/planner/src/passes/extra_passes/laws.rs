@@ -6,7 +6,7 @@ use facemill_surface_model::{NamedNode, TriMesh, write_obj};
 use nalgebra::{Isometry3, Point3};
 use serde_json::{Value, json};
 
-use crate::passes::operation::{Ground, PlannedOperation};
+use crate::passes::operation::{PlannedOperation, SetupContext};
 use crate::plan::plan_setup;
 use crate::planned::{PlanSettings, Planned};
 use crate::stage_clock::Clock;
@@ -117,7 +117,7 @@ fn a_trimmed_pass_is_moved_as_near_as_there_are_postures() {
         let job = job(&folder, groove, &values);
         let setup = Setup::read(&job, 0).unwrap();
         let map = z_map(&setup).unwrap();
-        let ground = Ground { job: &job, setup: &setup, map: &map, adds_passes: true };
+        let ground = SetupContext { job: &job, setup: &setup, map: &map, adds_passes: true };
         let operation = job.operations_of(setup.file).next().unwrap();
         let (planned, _) =
             PlannedOperation::plan(&ground, operation, None, false, &SilentStages, &mut Clock::new()).unwrap();

@@ -6,7 +6,7 @@ use facemill_job::setup::path::lay;
 use facemill_job::stages::SilentStages;
 use serde_json::{Value, json};
 
-use crate::passes::along::neighbour_reach;
+use crate::passes::engagement::neighbour_reach;
 use crate::passes::extra_passes::laws::{job, planned};
 use crate::passes::extra_passes::{as_laid, pass_tasks};
 use crate::passes::operation::settle_branch;

@@ -15,11 +15,11 @@ use crate::load::mesh_files::read_mesh;
 use crate::validate::check_setups;
 
 /// Depth of the cutter below the part beyond which it is a finding, mm, where no operation of a job says what is allowed.
-pub const STAND_GOUGE_LIMIT: f64 = 0.02;
+pub const AD_HOC_GOUGE_LIMIT: f64 = 0.02;
 
 /// What a program is run on. Paths are those of the caller, not of a job file.
 #[derive(Clone, Debug)]
-pub struct Stand {
+pub struct AdHocSetup {
     /// Mesh file of the part. Its frame is the workpiece frame, in which the stock is told, too.
     pub part: PathBuf,
     /// Meshes that nothing may touch, in the same frame.
@@ -29,7 +29,7 @@ pub struct Stand {
     /// Their up axis; as in a job where it is not given.
     pub up_axis: Option<UpAxisFile>,
     /// Material before the program.
-    pub stock: StandStock,
+    pub stock: AdHocStock,
     /// Machine file.
     pub machine: PathBuf,
     /// Tool file.
@@ -50,7 +50,7 @@ pub struct Stand {
 
 /// Material before a program.
 #[derive(Clone, Debug, PartialEq)]
-pub enum StandStock {
+pub enum AdHocStock {
     /// The smallest axis-parallel box around the part.
     Box,
     /// The part with so much on it, mm.
@@ -68,7 +68,7 @@ impl Job {
     ///
     /// # Errors
     /// When a file cannot be read or is wrong, a number is out of its range, or the machine has two heads.
-    pub fn of_stand(stand: &Stand) -> Result<Self, Failure> {
+    pub fn of_ad_hoc_setup(stand: &AdHocSetup) -> Result<Self, Failure> {
         stand.check_numbers().map_err(|e| Failure::input(Path::new(PLACE), e))?;
         let file: JobFile = serde_json::from_value(stand.file()?).map_err(|e| Failure::Internal(e.to_string()))?;
         let at = Path::new(PLACE);
@@ -87,10 +87,10 @@ fn tool_with(path: &Path, register: u32) -> Result<ToolAssembly, Failure> {
     ToolAssembly::new(file).map_err(|e| Failure::input(path, e))
 }
 
-impl Stand {
+impl AdHocSetup {
     /// What JSON has no words for.
     fn check_numbers(&self) -> Result<(), String> {
-        let offset = if let StandStock::Offset(mm) = self.stock { mm } else { 0.0 };
+        let offset = if let AdHocStock::Offset(mm) = self.stock { mm } else { 0.0 };
         let all = [("mount", &self.mount[..]), ("work_offset", &self.work_offset), ("stock offset", &[offset])];
         let wrong = all.iter().find(|(_, numbers)| numbers.iter().any(|v| !v.is_finite()));
         wrong.map_or(Ok(()), |(what, numbers)| Err(format!("{what}: must be finite numbers in mm, is {numbers:?}")))
@@ -137,11 +137,11 @@ impl Stand {
 
     fn stock(&self) -> Result<Value, Failure> {
         Ok(match &self.stock {
-            StandStock::Offset(allowance) => json!({ "offset": { "allowance_mm": allowance } }),
-            StandStock::Mesh(file) => {
+            AdHocStock::Offset(allowance) => json!({ "offset": { "allowance_mm": allowance } }),
+            AdHocStock::Mesh(file) => {
                 json!({ "mesh": { "file": name(file)?, "unit": self.unit, "up_axis": self.up_axis } })
             }
-            StandStock::Box => {
+            AdHocStock::Box => {
                 let Aabb { min, max } = read_mesh(&self.part, self.unit, self.up_axis)?.mesh.aabb();
                 json!({ "box": { "min_mm": [min.x, min.y, min.z], "max_mm": [max.x, max.y, max.z] } })
             }

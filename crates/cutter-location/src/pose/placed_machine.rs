@@ -9,7 +9,7 @@ use crate::pose::pose_test::PoseTest;
 use crate::pose::workcell::{Configuration, angle_between};
 
 /// Where tool and machine are at one pose.
-pub(crate) struct Stance<'m> {
+pub(crate) struct PlacedMachine<'m> {
     machine: &'m Machine,
     tool_length: f64,
     axes: AxisValues,
@@ -47,7 +47,7 @@ impl PlacedBody {
     }
 }
 
-impl<'m> Stance<'m> {
+impl<'m> PlacedMachine<'m> {
     /// Where tool and machine are when the machine stands so.
     pub(crate) fn new(test: &PoseTest<'m>, configuration: &Configuration) -> Self {
         let machine = test.cell.machine;
@@ -113,7 +113,7 @@ impl<'m> Stance<'m> {
 mod tests {
     use facemill_inverse_kinematics::Branch;
 
-    use crate::pose::stance::*;
+    use crate::pose::placed_machine::*;
     use crate::test_scene::{Random, bare_cell, tool};
 
     /// Some point of a solid, table frame, as a function of the axes.
@@ -138,7 +138,7 @@ mod tests {
                     all.map(|(k, _)| k).collect::<Vec<_>>()
                 };
                 let (ours, theirs) = (of(Carrier::Head), of(Carrier::OtherHead));
-                let stance = |axes| Stance::new(&test, &Configuration { axes, branch: Branch::Positive });
+                let stance = |axes| PlacedMachine::new(&test, &Configuration { axes, branch: Branch::Positive });
                 // Head on: the bound is what they do.
                 let zero = AxisValues::zeros(machine.axes().len());
                 let mut nearer = zero;

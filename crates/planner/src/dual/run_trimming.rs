@@ -10,9 +10,9 @@ use facemill_tool_path::pieces::Piece;
 use nalgebra::Point3;
 use rayon::prelude::*;
 
-use super::moves::{DualMover, ReachedRun};
-use super::pairing::{PiecePair, length, stations};
-use super::runs::{Causes, Gap, Run, RunPlanner, gaps, part_of};
+use crate::dual::moves::{DualMover, ReachedRun};
+use crate::dual::pairing::{PiecePair, length, stations};
+use crate::dual::runs::{Causes, Gap, Run, RunPlanner, gaps, part_of};
 
 /// What is done with what runs leave.
 pub(crate) struct Remains<'m, 'r, 'a> {

@@ -123,7 +123,7 @@ fn smallest(most: f64, mut is_enough: impl FnMut(f64) -> bool) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
-    use crate::search::relief::smallest;
+    use crate::search::remedy::smallest;
 
     #[test]
     fn smallest_amounts_are_enough_and_their_largest_parts_are_not() {

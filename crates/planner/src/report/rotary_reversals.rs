@@ -17,14 +17,14 @@ const WIDE_CONE: f64 = 5.0 * std::f64::consts::PI / 180.0;
 
 /// What the report says of turning axes.
 #[derive(Default)]
-pub(crate) struct Turning {
+pub(crate) struct RotaryReversals {
     pub(crate) rewinds: RewindsReport,
     pub(crate) singular_blocks: Vec<SingularBlocks>,
     /// Causes that take more than a tenth of the time in passes; of programs of one head.
     pub(crate) lost_times: Vec<LostTimeReport>,
 }
 
-impl Turning {
+impl RotaryReversals {
     /// Of a program of one head.
     pub(crate) fn of(job: &Job, operations: &[PlannedOperation<'_>], texts: &Texts) -> Self {
         let driven = driven(operations, texts);

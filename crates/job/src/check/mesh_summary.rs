@@ -4,7 +4,7 @@ use crate::format::report::MeshReport;
 
 impl MeshReport {
     /// What was read, mended and dropped, what is left, and what is wrong with that.
-    pub fn told(&self) -> String {
+    pub fn summary_line(&self) -> String {
         let count = |key: &str| self.repair.get(key).and_then(serde_json::Value::as_u64).unwrap_or(0);
         let n = |key: &str, one: &str, more: &str| counted(count(key), one, more);
         let mut parts = vec![n("n_triangles_in", "read 1 triangle", "read # triangles")];
@@ -63,13 +63,13 @@ fn counted(n: u64, one: &str, more: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use crate::check::mesh_told::*;
+    use crate::check::mesh_summary::*;
     use facemill_surface_model::{ImportSettings, MeshFormat, RepairReport};
 
     #[test]
     fn a_mesh_is_told_by_what_happened_to_it() {
         let told = |repair: &RepairReport| {
-            MeshReport::new("a.stl", ImportSettings::default_for(MeshFormat::Stl), repair).told()
+            MeshReport::new("a.stl", ImportSettings::default_for(MeshFormat::Stl), repair).summary_line()
         };
         let clean = RepairReport { n_triangles_in: 12, n_components: 1, n_closed: 1, ..RepairReport::default() };
         assert_eq!(told(&clean), "read 12 triangles, kept 12 triangles in 1 component, closed");

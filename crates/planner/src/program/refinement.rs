@@ -10,14 +10,17 @@ use facemill_tool_path::pieces::{Filler, PosePair};
 use facemill_virtual_machine::{Certificate, Certificates, FindingKind, Verification};
 
 use crate::passes::move_settings::cut_linearity;
-use crate::passes::operation::{Ground, PlannedOperation};
+use crate::passes::operation::{PlannedOperation, SetupContext};
 use crate::program::timed::CutBlock;
 
 /// Rounds of writing, running and mending: each halves the blocks that are mended.
 pub(crate) const ROUNDS: usize = 4;
 
 /// Lines of blocks in which the cutter goes deeper than allowed, or that could not be certified.
-pub(crate) fn lines_to_mend(verification: Option<&Verification>, certificates: Option<&Certificates>) -> BTreeSet<u32> {
+pub(crate) fn lines_to_refine(
+    verification: Option<&Verification>,
+    certificates: Option<&Certificates>,
+) -> BTreeSet<u32> {
     let findings = verification.iter().flat_map(|v| &v.findings).filter(|f| f.kind == FindingKind::Gouge);
     let gouged = findings.flat_map(|f| f.first_line..=f.last_line);
     // A fault of the text is not mended by more poses.
@@ -28,8 +31,8 @@ pub(crate) fn lines_to_mend(verification: Option<&Verification>, certificates: O
 
 /// Puts a tested pose into the middle of each of these blocks, and others beside it where the control would stray from one to
 /// the next; the number of poses put in. Where none is feasible, the block stays as it is.
-pub(crate) fn mend(
-    Ground { job, setup, map, .. }: &Ground<'_>,
+pub(crate) fn refine(
+    SetupContext { job, setup, map, .. }: &SetupContext<'_>,
     operations: &mut [PlannedOperation<'_>],
     blocks: &[CutBlock],
 ) -> usize {

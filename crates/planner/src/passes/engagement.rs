@@ -18,7 +18,7 @@ use rayon::prelude::*;
 
 /// What is known at a cut of a piece besides its pose.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Along {
+pub(crate) struct PointEngagement {
     /// Index of the cut when this was found.
     pub cut: usize,
     /// Whether it is a point of the path.
@@ -34,19 +34,19 @@ pub(crate) struct Along {
 ///
 /// # Errors
 /// When the stages are cancelled, or an area cannot be computed.
-pub(crate) fn along_passes(
+pub(crate) fn engagement_of_passes(
     job: &Job,
     setup: &Setup<'_>,
     operation: &OperationFile,
     pieces: &mut [PieceMoves],
     stages: &dyn Stages,
-) -> Result<Vec<Vec<Along>>, Failure> {
+) -> Result<Vec<Vec<PointEngagement>>, Failure> {
     let all: Vec<&Piece> = pieces.iter().map(|p| &p.piece).collect();
     let reach = neighbour_reach(job.tool.cutter(), operation);
     let twins = Twins::of(&all, operation, setup, reach.far);
     let surroundings = Surroundings::new(job, setup, &operation.feeds, &all, reach);
     let monitor = stages.start(CHIPS, all.len());
-    let found: Vec<Option<Vec<Along>>> = (0..all.len())
+    let found: Vec<Option<Vec<PointEngagement>>> = (0..all.len())
         .into_par_iter()
         .map(|k| {
             monitor.checkpoint()?;
@@ -55,7 +55,7 @@ pub(crate) fn along_passes(
             Ok(found)
         })
         .collect::<Result<_, Failure>>()?;
-    let along: Vec<Vec<Along>> = (0..all.len())
+    let along: Vec<Vec<PointEngagement>> = (0..all.len())
         .map(|k| found[k].as_ref().or_else(|| found[twins.of[k]?].as_ref()).cloned().unwrap_or_default())
         .collect();
     pieces.iter_mut().zip(&along).for_each(|(piece, along)| give_chips(piece, along));
@@ -107,7 +107,7 @@ impl<'s> Surroundings<'s> {
     }
 
     /// Ridges and chips of a piece.
-    fn along(&self, index: usize) -> Result<Vec<Along>, Failure> {
+    fn along(&self, index: usize) -> Result<Vec<PointEngagement>, Failure> {
         let piece = self.pieces[index];
         let (neighbours, pass) = (&self.places[piece.copy as usize], self.numbers[index]);
         let (stations, own) = (stations(piece), &neighbours.passes()[pass].points);
@@ -135,7 +135,7 @@ impl<'s> Surroundings<'s> {
                 let chip = Chip { area, thickness, is_known, is_air };
                 let cut = stations[k];
                 let ridges = beside[k].before().map(|n| Ridge::toward(cutter, &own[k], n));
-                Ok(Along { cut, is_point: !piece.cuts[cut].inserted, ridge: ridges.reduce(higher), chip })
+                Ok(PointEngagement { cut, is_point: !piece.cuts[cut].inserted, ridge: ridges.reduce(higher), chip })
             })
             .collect()
     }
@@ -248,7 +248,7 @@ fn are_twins(first: &Piece, copy: &Piece, place: &Isometry3<f64>) -> bool {
 
 /// Tells every move in the stock what the cutter takes on it, at most: on the way between two points the larger of what
 /// it takes there, on entries and exits what it takes at the end of the pass.
-pub(crate) fn give_chips(piece: &mut PieceMoves, along: &[Along]) {
+pub(crate) fn give_chips(piece: &mut PieceMoves, along: &[PointEngagement]) {
     let (Some(first), Some(last)) = (along.first(), along.last()) else { return };
     let last_cut = piece.piece.cuts.len().saturating_sub(1);
     let mut cut = 0;

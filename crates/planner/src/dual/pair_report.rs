@@ -6,17 +6,17 @@ use facemill_job::format::report::pairs::PairReport;
 use facemill_tool_path::moves::{Move, MoveKind};
 use nalgebra::Vector3;
 
-use super::output::DualTexts;
-use super::program::DualTimes;
-use super::runs::Stop;
-use crate::dual::parts::{DualGround, Part};
+use crate::dual::output::DualTexts;
+use crate::dual::parts::{Part, TwoHeadContext};
+use crate::dual::program::DualTimes;
+use crate::dual::runs::Stop;
 use crate::report::lost_time::Driven;
-use crate::report::turning::{Turning, rewinds_report, singular_blocks};
+use crate::report::rotary_reversals::{RotaryReversals, rewinds_report, singular_blocks};
 
 impl DualTexts {
     /// Axes that turn back or race at the pole, of either head.
-    pub(crate) fn turning(&self, parts: &[Part<'_>], ground: &DualGround<'_>) -> Turning {
-        let mut all: Option<Turning> = None;
+    pub(crate) fn turning(&self, parts: &[Part<'_>], ground: &TwoHeadContext<'_>) -> RotaryReversals {
+        let mut all: Option<RotaryReversals> = None;
         for h in 0..2 {
             let job = ground.jobs[h];
             let work_from_table = ground.setups[h].table_from_work.inverse();
@@ -40,20 +40,20 @@ impl DualTexts {
             let rewinds = rewinds_report(job, &driven, changes);
             let singular_blocks = singular_blocks(job, &driven);
             match &mut all {
-                None => all = Some(Turning { rewinds, singular_blocks, ..Turning::default() }),
-                Some(all) => all.join(Turning { rewinds, singular_blocks, ..Turning::default() }),
+                None => all = Some(RotaryReversals { rewinds, singular_blocks, ..RotaryReversals::default() }),
+                Some(all) => all.join(RotaryReversals { rewinds, singular_blocks, ..RotaryReversals::default() }),
             }
         }
         all.unwrap_or_default()
     }
 
     /// What the report says of the program's pairs.
-    pub(crate) fn pair_reports(&self, parts: &[Part<'_>], ground: &DualGround<'_>) -> Vec<PairReport> {
+    pub(crate) fn pair_reports(&self, parts: &[Part<'_>], ground: &TwoHeadContext<'_>) -> Vec<PairReport> {
         parts.iter().zip(&self.times).filter_map(|(part, times)| pair_report(part, times, ground)).collect()
     }
 }
 
-fn pair_report(part: &Part<'_>, times: &DualTimes, ground: &DualGround<'_>) -> Option<PairReport> {
+fn pair_report(part: &Part<'_>, times: &DualTimes, ground: &TwoHeadContext<'_>) -> Option<PairReport> {
     let outline = part.pair.as_ref()?;
     let axis = &ground.jobs[0].machine.axes()[ground.shared];
     let (paired, cut): (f64, f64) = (times.paired.iter().sum(), times.cut.iter().sum());

@@ -6,7 +6,7 @@ use facemill_nc_program::ReadProgram;
 use facemill_virtual_machine::{BlockCut, Finding, StockRun, VerifySettings, run_stock_of_heads};
 use facemill_z_map::DexelMap;
 
-use crate::stock_run::Stand;
+use crate::stock_run::HeadView;
 use crate::virtual_setup::not_verified;
 
 /// Cuts further maps of the same stock by a program, and tells what it did on all of them together with what is known of the upright
@@ -19,7 +19,7 @@ use crate::virtual_setup::not_verified;
 /// As [`run_stock_of_heads`].
 pub(crate) fn cut_across<const N: usize>(
     program: &ReadProgram,
-    heads: [(&Stand<'_>, &VerifySettings); N],
+    heads: [(&HeadView<'_>, &VerifySettings); N],
     (upright, across, weights): ([StockRun; N], &mut [DexelMap], [f64; 3]),
     tolerance: f64,
     stages: &dyn Stages,
@@ -88,7 +88,7 @@ mod tests {
 
     use facemill_virtual_machine::{FindingKind, Measure};
 
-    use crate::stock_run::across::*;
+    use crate::stock_run::tri_dexel_run::*;
 
     fn found(lines: [u32; 2], body: &str, depth: Option<f64>) -> Finding {
         let finding = Finding::of_line(FindingKind::RapidCollision, lines[0], None, "", String::new());

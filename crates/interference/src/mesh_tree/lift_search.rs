@@ -9,7 +9,7 @@ use crate::body::facet::nearest_on_triangle;
 use crate::body::lanes::vectorized;
 use crate::mesh_tree::build::Child;
 use crate::mesh_tree::{MeshTree, Pending, TOUCH};
-use crate::query::lift::Rising;
+use crate::query::lift::LiftSearch;
 
 /// Most trials on the way up: what is then left is climbed triangle by triangle.
 const MAX_TRIALS: usize = 32;
@@ -34,7 +34,7 @@ impl MeshTree {
     pub(crate) fn first_free(&self, body: &impl Body, way: &Way) -> Option<f64> {
         // A little more than a verdict's, which rounds the pose in another way.
         let reach = way.solid.rounding() + 2.0 * TOUCH;
-        let rising = Rising { body, direction: way.direction, reach, accuracy: 0.5 * way.resolution };
+        let rising = LiftSearch { body, direction: way.direction, reach, accuracy: 0.5 * way.resolution };
         let mut lift = 0.0;
         loop {
             lift = vectorized(
@@ -55,7 +55,7 @@ impl MeshTree {
 
     /// The first lift not below `lift` at which the body touches nothing; `None` where it is above `max_lift`.
     #[inline(always)]
-    fn risen<B: Body>(&self, rising: &Rising<B>, lift: f64, max_lift: f64) -> Option<f64> {
+    fn risen<B: Body>(&self, rising: &LiftSearch<B>, lift: f64, max_lift: f64) -> Option<f64> {
         let (mut lift, is_free) = self.climbed(rising, lift);
         if lift > max_lift {
             return None;
@@ -96,7 +96,7 @@ impl MeshTree {
     /// Triangles are looked at from a trial lift above, the nearest first: what is as far as the trial is above the present lift
     /// cannot be in the way in between. From each that is touched at the present lift, that goes to the end of its interval.
     #[inline(always)]
-    fn climbed<B: Body>(&self, rising: &Rising<B>, mut lift: f64) -> (f64, bool) {
+    fn climbed<B: Body>(&self, rising: &LiftSearch<B>, mut lift: f64) -> (f64, bool) {
         let mut before = lift;
         let Some(place) = self.touched(&rising.at(lift), rising.reach) else { return (lift, true) };
         lift = rising.exit(&self.corners[place], lift);
@@ -114,7 +114,7 @@ impl MeshTree {
     /// Raises a lift up to a trial at `above`, or beyond it, by triangles that are touched on the way; returns those that may
     /// be in the way between lift and trial.
     #[inline(always)]
-    fn climbed_below<B: Body>(&self, rising: &Rising<B>, above: f64, lift: &mut f64) -> Passed {
+    fn climbed_below<B: Body>(&self, rising: &LiftSearch<B>, above: f64, lift: &mut f64) -> Passed {
         let body = rising.at(above);
         let mut passed = Passed { near: [(0.0, 0); MOST_PASSED], n: 0 };
         let mut stack = Pending::new();
@@ -150,7 +150,7 @@ impl MeshTree {
 
     /// Whether none of the triangles passed at a trial lift is touched at a lift below: with the others, that proves it free.
     #[inline(always)]
-    fn are_clear<B: Body>(&self, rising: &Rising<B>, passed: &Passed, above: f64, lift: f64) -> bool {
+    fn are_clear<B: Body>(&self, rising: &LiftSearch<B>, passed: &Passed, above: f64, lift: f64) -> bool {
         let beyond = rising.reach + (above - lift);
         let is_clear = |place: u32| !rising.touches(&self.corners[place as usize], lift);
         passed.n <= MOST_PASSED

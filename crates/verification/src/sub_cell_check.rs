@@ -11,7 +11,7 @@ use facemill_virtual_machine::{
     is_known_to_cut, still_there, verify,
 };
 
-use crate::stock_run::{CutRequest, Stand};
+use crate::stock_run::{CutRequest, HeadView};
 use crate::virtual_setup::{name_obstacles, not_verified};
 
 /// What a head's run against all of the stock adds to one that leaves it to the runs that cut it.
@@ -41,7 +41,7 @@ impl BetweenLines {
 /// As of [`cut_stock`](crate::stock_run::cut_stock).
 pub fn between_lines<const N: usize>(
     program: &ReadProgram,
-    heads: [(&Stand<'_>, &VerifySettings); N],
+    heads: [(&HeadView<'_>, &VerifySettings); N],
     cut: &CutRequest,
     (then, not_covered): ([&[Finding]; N], &[Vec<u32>; N]),
     stages: &dyn Stages,
@@ -76,12 +76,12 @@ pub fn between_lines<const N: usize>(
 /// As of [`cut_stock`](crate::stock_run::cut_stock).
 pub fn hold_machine_as_cut<const N: usize>(
     program: &ReadProgram,
-    heads: [(&Stand<'_>, &VerifySettings); N],
+    heads: [(&HeadView<'_>, &VerifySettings); N],
     cut: &CutRequest,
     mut at_first: [&mut Verification; N],
     stages: &dyn Stages,
 ) -> Result<bool, Failure> {
-    let of_machine = |on: &Stand<'_>, found: &[Finding], known: &[Finding]| -> Vec<Finding> {
+    let of_machine = |on: &HeadView<'_>, found: &[Finding], known: &[Finding]| -> Vec<Finding> {
         in_question(on.at, found, known).into_iter().filter(is_of_machine).collect()
     };
     let is_met = heads.iter().zip(&at_first).any(|((on, _), run)| !of_machine(on, &run.findings, &[]).is_empty());
@@ -111,7 +111,7 @@ fn is_of_machine(finding: &Finding) -> bool {
 fn run(
     what: &'static str,
     program: &ReadProgram,
-    (on, settings): (&Stand<'_>, &VerifySettings),
+    (on, settings): (&HeadView<'_>, &VerifySettings),
     stages: &dyn Stages,
 ) -> Result<Verification, Failure> {
     let monitor = stages.start(what, program.blocks.len());
@@ -123,7 +123,7 @@ fn run(
 /// Of what is in question for each head, what is not proven to be free of what is left of the stock.
 fn left_between<const N: usize>(
     program: &ReadProgram,
-    heads: [(&Stand<'_>, &VerifySettings); N],
+    heads: [(&HeadView<'_>, &VerifySettings); N],
     cut: &CutRequest,
     asked: [Vec<Finding>; N],
     stages: &dyn Stages,
@@ -155,7 +155,7 @@ pub fn held_as_cut(job: &Job, cut: &CutRequest) -> HeldAsCut {
     HeldAsCut { tool: true, machine: cut.rest.is_none() && is_cut_known(&tools, cut.cell, cut.tolerance) }
 }
 
-fn tools<'a, const N: usize>(heads: &[(&Stand<'a>, &VerifySettings); N]) -> [&'a ToolAssembly; N] {
+fn tools<'a, const N: usize>(heads: &[(&HeadView<'a>, &VerifySettings); N]) -> [&'a ToolAssembly; N] {
     heads.map(|(on, _)| &on.job.tool)
 }
 

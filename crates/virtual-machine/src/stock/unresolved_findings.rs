@@ -8,7 +8,6 @@ use facemill_tool_model::{Cutter, ToolAssembly};
 use facemill_z_map::{DexelGrid, DexelMap, Step, StepResult, Sweep, TurnedBody};
 use rayon::prelude::*;
 
-use super::heads;
 use crate::finding::episodes::{Contact, Episode, Episodes, Key};
 use crate::finding::{Finding, FindingKind};
 use crate::motion::moves::{Move, Moves, resolve};
@@ -18,6 +17,7 @@ use crate::run::report::Report;
 use crate::run::scene::Scene;
 use crate::run::segments::{Coarseness, MoveOfHead, Segment, segments_of_heads};
 use crate::stock::bodies::Bodies;
+use crate::stock::heads;
 use crate::stock::machine_bodies::{InQuestion, MachineBodies, Waiting};
 use crate::stock::probe::Smaller;
 
@@ -100,7 +100,7 @@ pub fn still_there<const N: usize>(
         look.batch(first, &moves, monitor)?;
         monitor.advance(moves.first().map_or(0, |m| m.chunk_by(|a, b| a.block == b.block).count()));
     }
-    Ok(std::array::from_fn(|h| views[h].told(program, &resolved[h], &look.episodes[h])))
+    Ok(std::array::from_fn(|h| views[h].findings(program, &resolved[h], &look.episodes[h])))
 }
 
 /// What is said of findings that no line shows: of the tool; and of bodies of the machine.
@@ -214,7 +214,7 @@ impl<'a> View<'a> {
     }
 
     /// What is told of one head's episodes.
-    fn told(&self, program: &ReadProgram, resolved: &Moves, episodes: &Episodes) -> Vec<Finding> {
+    fn findings(&self, program: &ReadProgram, resolved: &Moves, episodes: &Episodes) -> Vec<Finding> {
         let report = Report::new(program, &self.scene, resolved);
         let told = |e: &Episode| {
             let mut finding = report.finding(e);
