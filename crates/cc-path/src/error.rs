@@ -1,3 +1,5 @@
+//! Faults of path files and of passes that cannot be laid.
+
 use facemill_cl_data::{Cancelled, CcPointError};
 use nalgebra::Point3;
 

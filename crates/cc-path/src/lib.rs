@@ -32,6 +32,18 @@
 //! Guaranteed: every point lies on the mesh and on its level to rounding; the result is the same on any number of threads;
 //! no input makes it panic. Estimated: chords, from the turn of the smooth normals inside facets.
 //!
+//! Modules, each of which imports those above it alone:
+//!
+//! | module | holds |
+//! |---|---|
+//! | `path_file` | Path files: passes of CC points as a user writes them |
+//! | `error` | faults of path files and of passes that cannot be laid |
+//! | `region` | regions: the part of the drive surface that passes are laid on |
+//! | `strategy` | strategies: settings of the passes on a surface, and their limits |
+//! | `layout` | passes laid on a surface: level curves, their step by strip widths, their order |
+//! | `project` | points of a path file projected on a surface |
+//! | `samples` | points spread evenly over a region of the drive surface: where it is measured what a program leaves |
+//!
 //! It must not know holders or machines; what it needs to know of the tool comes in as the strip width.
 //!
 //! Inside: `region` chooses triangles, `patch` cuts them at the box and refines them, `widths` asks for strip widths,
@@ -40,6 +52,7 @@
 
 mod error;
 #[cfg(test)]
+#[path = "../tests/unit/laws/mod.rs"]
 mod laws;
 mod layout;
 mod path_file;
@@ -48,6 +61,7 @@ mod region;
 mod samples;
 mod strategy;
 #[cfg(test)]
+#[path = "../tests/unit/test_kit.rs"]
 mod test_kit;
 
 pub use crate::layout::generate_passes::{Laid, LaidPass, lay_passes};

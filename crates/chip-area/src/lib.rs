@@ -34,6 +34,14 @@
 //! # Ok::<(), crate::PassError>(())
 //! ```
 //!
+//! Modules, each of which imports those above it alone:
+//!
+//! | module | holds |
+//! |---|---|
+//! | `outline` | section area of any cutter that has a lower outline across the feed |
+//! | `section` | sections of a cutter: area of the chip in them |
+//! | [`mod@pass`] | passes of a cutter over a surface: area and thickness of the chip, and tables of them |
+//!
 //! Lengths are mm, angles rad, areas mm². `docs/chip-area.md` derives every case. It must not know machines or meshes.
 
 mod outline;

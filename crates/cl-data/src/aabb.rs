@@ -1,3 +1,5 @@
+//! Axis-aligned boxes.
+
 use nalgebra::{Isometry3, Point3, Vector3};
 
 /// Axis-aligned box, closed on every side. The empty box has `min > max` and is what [`Aabb::EMPTY`] and a union of

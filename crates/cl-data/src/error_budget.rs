@@ -1,3 +1,5 @@
+//! Error budget of an operation.
+
 /// The error budget of an operation, mm: what each stage may add to the depth below the true surface.
 ///
 /// Their [sum](ErrorBudget::total) is the largest depth below the true surface that a clean program may reach.

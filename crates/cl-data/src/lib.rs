@@ -17,6 +17,20 @@
 //! assert!((cc.tool_axis(posture).x - posture.tilt.sin()).abs() < 1e-15);
 //! ```
 //!
+//! Modules, each of which imports those above it alone:
+//!
+//! | module | holds |
+//! |---|---|
+//! | `aabb` | axis-aligned boxes |
+//! | `cc_point` | cutter-contact points |
+//! | `error_budget` | error budget of an operation |
+//! | `monitor` | progress and cancellation of long computations |
+//! | `motion_law` | motion laws of a machine: cuts, rapids and the tolerance of the control |
+//! | `pass` | passes: points cut without lifting |
+//! | `polyhedron` | convex polyhedra |
+//! | `polyhedron_build` | a convex polyhedron around points, cut from their box by half spaces that hold them all |
+//! | `solid` | convex bodies dilated by a ball: frusta, boxes, polyhedra |
+//!
 //! It must not know meshes, machines or files.
 
 mod aabb;
@@ -28,6 +42,7 @@ mod pass;
 mod polyhedron;
 mod polyhedron_build;
 #[cfg(test)]
+#[path = "../tests/unit/polyhedron_laws.rs"]
 mod polyhedron_laws;
 mod solid;
 

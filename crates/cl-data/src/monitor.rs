@@ -1,3 +1,5 @@
+//! Progress and cancellation of long computations.
+
 /// Progress and cancellation of a long computation, given as an argument by whoever owns the screen.
 ///
 /// Results never depend on it, except that a cancelled computation has none.

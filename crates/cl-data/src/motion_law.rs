@@ -1,3 +1,5 @@
+//! Motion laws of a machine: cuts, rapids and the tolerance of the control.
+
 /// What a control does between two programmed positions of a cutting move.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CuttingLaw {

@@ -1,3 +1,5 @@
+//! Passes: points cut without lifting.
+
 /// Points cut without lifting, in the order they are cut: CC points on their way in, poses and blocks on their way out.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Pass<T> {

@@ -1,3 +1,5 @@
+//! Convex polyhedra.
+
 use nalgebra::{Point3, Vector3};
 
 use crate::aabb::Aabb;

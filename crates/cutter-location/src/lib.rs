@@ -12,6 +12,17 @@
 //! limits. Nothing is said here about the motion between two points: the virtual machine judges that, on the written
 //! program.
 //!
+//! Modules, each of which imports those above it alone:
+//!
+//! | module | holds |
+//! |---|---|
+//! | `pose` | poses of a tool at a CC point, tested for limits, gouge and collision |
+//! | [`mod@links`] | moves that do not cut: entries, exits, links and rewinding |
+//! | [`mod@search`] | search of a feasible posture at one CC point, with and without proof |
+//! | [`mod@cusp`] | what neighbouring passes leave between them, and how far apart they may lie |
+//! | `passes` | postures along whole passes: costs, graph, smoothing |
+//! | `pairs` | postures of two heads that share an axis |
+//!
 //! It must not know NC text or job files.
 
 pub mod cusp;
@@ -21,6 +32,7 @@ mod passes;
 mod pose;
 pub mod search;
 #[cfg(test)]
+#[path = "../tests/unit/test_scene.rs"]
 mod test_scene;
 
 pub use crate::links::rewind::{limited_rotaries, rewound_axis};

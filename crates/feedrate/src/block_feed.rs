@@ -1,3 +1,5 @@
+//! Feed of one block by which the tip moves at its speed (FEED).
+
 use facemill_inverse_kinematics::{Axis, AxisValues, FeedRange};
 
 /// Feed and time of one block.

@@ -32,6 +32,18 @@
 //! [`trapezoid_law`] is how a control runs a program that limits acceleration alone and hardly looks ahead over blocks that turn
 //! rotary axes, as LinuxCNC does.
 //!
+//! Modules, each of which imports those above it alone:
+//!
+//! | module | holds |
+//! |---|---|
+//! | `block_feed` | feed of one block by which the tip moves at its speed (FEED) |
+//! | `plan` | feeds of a sequence of blocks |
+//! | `pair` | feeds of blocks in which two heads move |
+//! | `time_law` | laws of motion along a path in the least time |
+//! | `program_law` | laws of motion along programs |
+//! | `trapezoid_law` | motion of a control that limits acceleration, not jerk, and looks ahead over lines of the linear axes alone |
+//! | `tube` | values that are known within so much, as smooth as they can be |
+//!
 //! It must not know surfaces.
 
 mod block_feed;
@@ -49,6 +61,9 @@ pub use program_law::{
     MissingLimit, ProgramBlock, ProgramLaw, ProgramLawError, ProgramSettings, machine_bounds, program_blocks,
     program_law, program_law_of, within_look_ahead,
 };
-pub use time_law::*;
+pub use time_law::{
+    AxisBounds, AxisMotion, Jet, JointPath, MotionBounds, MotionLimit, PathPoint, TimeLaw, TimeLawError,
+    TimeLawSettings, minimum_time_law,
+};
 pub use trapezoid_law::{TrapezoidLaw, TrapezoidSettings, trapezoid_law};
 pub use tube::smoothest_within;

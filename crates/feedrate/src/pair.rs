@@ -1,3 +1,5 @@
+//! Feeds of blocks in which two heads move.
+
 use facemill_inverse_kinematics::{Axis, AxisValues, FeedRange, Machine};
 
 use crate::block_feed::{FeedError, FeedLimit, Timed, timed, tip_time};

@@ -1,3 +1,5 @@
+//! Feeds of a sequence of blocks.
+
 use facemill_cl_data::RapidLaw;
 use facemill_inverse_kinematics::{AxisValues, BlockLaw, Machine, Motion};
 

@@ -137,5 +137,5 @@ fn solved(band: &[[f64; POINTS]], holds: &[f64], right: &[f64]) -> Vec<f64> {
 }
 
 #[cfg(test)]
-#[path = "tube_laws.rs"]
+#[path = "../tests/unit/tube_laws.rs"]
 mod laws;

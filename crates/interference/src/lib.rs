@@ -35,6 +35,17 @@
 //! ```
 //!
 //! Verdicts are exact but for a band of 1e-9 mm in the rounding (for coordinates up to some metres); within it, as
+//! Modules, each of which imports those above it alone:
+//!
+//! | module | holds |
+//! |---|---|
+//! | `body` | undilated convex bodies placed in the mesh frame: distance with its gradient, and support points |
+//! | `closed` | closed components of a mesh, and whether a point is inside one |
+//! | `query` | queries of interference and distance, and their answers |
+//! | `mesh_tree` | tree of a mesh: exact verdicts and distances of convex bodies |
+//! | `parry_mesh` | the same queries by the collision library parry3d, as a reference |
+//! | `solid_mesh` | bodies as meshes, so that other bodies' distances from them can be measured |
+//!
 //! where a number is not finite, the answer is a hit, so that free always means proven. The crate must not know
 //! machines, search or stock.
 

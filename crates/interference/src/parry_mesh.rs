@@ -1,3 +1,5 @@
+//! The same queries by the collision library parry3d, as a reference.
+
 use std::sync::Arc;
 
 use facemill_cl_data::{ConvexPolyhedron, RoundFrustum, Solid};

@@ -30,10 +30,24 @@
 //! are refused by name when the file is read. Every inverse solution is checked by the
 //! forward one to 1e-9 mm and 1e-12 rad. Units are mm, rad and s; F words alone are mm/min.
 //!
+//! Modules, each of which imports those above it alone:
+//!
+//! | module | holds |
+//! |---|---|
+//! | `axes` | axes of a machine and their values |
+//! | `machine_file` | machine file and its faults |
+//! | `solver` | closed solutions for two and three rotary axes |
+//! | `machine` | machines: forward solution, limits, bodies |
+//! | `import` | machine files from kinematics of other programs |
+//! | `motion` | motion of a control between two positions, and its deviation from the planned one |
+//! | `inverse` | inverse solution: axis values of a tool pose |
+//! | `path` | solutions along a path: branch and winding of every pose |
+//!
 //! It must not know cutting: no part, no tool but its length.
 
 mod axes;
 #[cfg(test)]
+#[path = "../tests/unit/elimination_laws.rs"]
 mod elimination_laws;
 mod import;
 mod inverse;

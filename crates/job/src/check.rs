@@ -3,6 +3,7 @@
 pub mod machine_check;
 pub mod mesh_summary;
 #[cfg(test)]
+#[path = "../tests/unit/check/placement_laws.rs"]
 mod placement_laws;
 pub mod post_block_words;
 pub mod post_probe;

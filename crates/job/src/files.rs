@@ -3,6 +3,7 @@
 mod earlier;
 mod input;
 #[cfg(test)]
+#[path = "../tests/unit/files/laws.rs"]
 mod laws;
 mod output_place;
 mod temporary;

@@ -7,6 +7,7 @@ pub mod job;
 pub mod job_source;
 pub mod machine_load;
 #[cfg(test)]
+#[path = "../tests/unit/load/machine_load_laws.rs"]
 mod machine_load_laws;
 pub(crate) mod made_from;
 pub mod mesh_files;

@@ -65,6 +65,19 @@
 //!
 //! [`write_apt`] and [`read_apt`] do the same for tip and tool axis, before any machine.
 //!
+//! Modules, each of which imports those above it alone:
+//!
+//! | module | holds |
+//! |---|---|
+//! | `words` | words of NC text: axes, lengths and numbers |
+//! | `program` | programs before they have a dialect, their tools and heads |
+//! | `dialect` | the dialects that come with the crate, and what makes a dialect file one that can be written with |
+//! | `read` | readers of NC text, a folder for each family of controls |
+//! | `apt` | APT cutter-location files: writer and reader |
+//! | `word_map` | axis words from joint values, and back |
+//! | `write` | programs as text: the template of a dialect around a body of blocks, both by the rules of the dialect's file |
+//! | `channels` | two channel programs for Siemens 840D from one program of two heads: writer, and a reader of what it writes |
+//!
 //! It must not know surfaces, and of machines only axis letters, offsets and the tool length.
 
 mod apt;
@@ -104,11 +117,13 @@ pub use crate::read::program::{
     ArcWords, CallKind, Compensation, Feed, MacroKind, MotionKind, NoteKind, Plane, ReadBlock, ReadCall, ReadCommand,
     ReadMotion, ReadNote, ReadProgram, ToolLengthNote, ToolVectors,
 };
+pub use crate::read::read_program;
 pub use crate::read::reader::ProgramReader;
 pub use crate::read::siemens::{SiemensReader, read_siemens};
 pub use crate::words::axis_lengths::AxisLengths;
 pub use crate::words::axis_words::{AxisKind, AxisLetter, AxisNameError, AxisWord, AxisWords, TooManyAxes};
 pub use crate::words::said_words::{SaidWords, StateWord};
+pub use crate::write::{WrittenProgram, write_program, write_program_of_heads, write_program_with_lines};
 pub use apt::{
     AptCutter, AptFile, AptMeaning, AptMove, AptPoint, AptPointKind, AptSpec, AptStatement, AptUnknownWord, is_cl_file,
     read_apt, write_apt,
@@ -116,73 +131,3 @@ pub use apt::{
 pub use dialect::Dialect;
 pub use program::{Block, Coolant, CutVectors, FeedMode, NcProgram, WorkOffset};
 pub use word_map::{WordMap, WordMapError};
-
-/// The program in the dialect of the settings, with `\n` line ends; the same input always gives the same bytes.
-///
-/// Numbers have fixed decimals, no exponent, no negative zero; whether a whole number has a decimal point (`X100.`, or
-/// `X100.000` with trailing zeros) and a positive one its sign, the dialect's file says; rotary words are deg. Feeds are
-/// rounded down, also inverse times, where a
-/// larger number is faster, but not to zero nor below [`ProgramSpec::smallest_feed`]. The first motion of the body states every word it
-/// names, absolute mode and feed mode, so that it does not depend on the template.
-///
-/// # Errors
-/// When the template is wrong, the program does not start with a rapid, a number fits no word, or a line breaks the
-/// control's rules.
-pub fn write_program(spec: &ProgramSpec, settings: &PostSettings) -> Result<String, WriteError> {
-    write_program_with_lines(spec, settings).map(|written| written.text)
-}
-
-/// A program's text, and where its blocks are in it.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct WrittenProgram {
-    /// The text.
-    pub text: String,
-    /// For each block of [`NcProgram::blocks`] the line of the text, from 1, at which it begins; a block that writes
-    /// nothing has the line of what follows.
-    pub block_lines: Vec<u32>,
-}
-
-/// [`write_program`], with the line at which each block begins: what a reader of the text calls
-/// [`ReadBlock::line`].
-///
-/// # Errors
-/// As [`write_program`].
-pub fn write_program_with_lines(spec: &ProgramSpec, settings: &PostSettings) -> Result<WrittenProgram, WriteError> {
-    write::write(spec, &[], settings)
-}
-
-/// [`write_program_with_lines`] for a machine of several heads, whose axes all stand in one block: `heads` are all of
-/// them, and the tool and spindle of `spec` those of the first. The template has them as `heads`.
-///
-/// Only for dialects with words for each spindle and axes with numbers. FANUC: the length of each head is switched on in a
-/// block of its own, for its spindle axis (tool length offset type
-/// C), and S, M3, M4 and M5 of each spindle have its number as P.
-///
-/// # Errors
-/// As [`write_program`]; when the heads share a number or an axis, there are not 2 to 4 of them, the first motion says
-/// nothing of one, or the feed mode is RTCP, which can follow one tip.
-pub fn write_program_of_heads(
-    spec: &ProgramSpec,
-    heads: &[HeadSpec],
-    settings: &PostSettings,
-) -> Result<WrittenProgram, WriteError> {
-    if heads.is_empty() {
-        return Err(HeadError::Count { n: 0 }.into());
-    }
-    write::write(spec, heads, settings)
-}
-
-/// Reads a program of a dialect.
-///
-/// # Errors
-/// When a word is not understood, with its place.
-pub fn read_program(text: impl AsRef<[u8]>, dialect: Dialect) -> Result<ReadProgram, ReadError> {
-    match dialect {
-        Dialect::Fanuc => read_fanuc(text),
-        Dialect::Haas => read_haas(text),
-        Dialect::Mazak => read_mazak(text),
-        Dialect::LinuxCnc => read_linuxcnc(text),
-        Dialect::Siemens840d => read_siemens(text),
-        Dialect::Heidenhain => read_heidenhain(text),
-    }
-}

@@ -14,3 +14,25 @@ pub(crate) mod siemens;
 pub(crate) mod source;
 pub(crate) mod unfollowed;
 pub(crate) mod values;
+
+use crate::dialect::Dialect;
+use crate::read::error::ReadError;
+use crate::read::fanuc::{read_fanuc, read_haas, read_linuxcnc, read_mazak};
+use crate::read::heidenhain::read_heidenhain;
+use crate::read::program::ReadProgram;
+use crate::read::siemens::read_siemens;
+
+/// Reads a program of a dialect.
+///
+/// # Errors
+/// When a word is not understood, with its place.
+pub fn read_program(text: impl AsRef<[u8]>, dialect: Dialect) -> Result<ReadProgram, ReadError> {
+    match dialect {
+        Dialect::Fanuc => read_fanuc(text),
+        Dialect::Haas => read_haas(text),
+        Dialect::Mazak => read_mazak(text),
+        Dialect::LinuxCnc => read_linuxcnc(text),
+        Dialect::Siemens840d => read_siemens(text),
+        Dialect::Heidenhain => read_heidenhain(text),
+    }
+}

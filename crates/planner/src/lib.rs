@@ -10,25 +10,30 @@
 //! error budget, collides with nothing and keeps all axis limits at positions at most 0.5 mm and 0.2° apart, and with certificates
 //! between them, too.
 //!
-//! | module | step |
+//! Modules, each of which imports those above it alone:
+//!
+//! | module | holds |
 //! |---|---|
-//! | `plan`, `plan_stages`, `plan_stock` | the whole way through one setup; its stages; the stock before each setup's program, and what it cuts |
-//! | `operation`, `move_settings` | poses by `cutter_location::plan_passes`, copies by pattern, each tested again; moves by `tool_path` |
-//! | `pole_detours`, `extra_passes` | passes beside the pole again, calmer, where that is faster; passes beside trimmed ones and where the cusp is not kept |
-//! | `along` | ridges and chips at every CC point |
-//! | `program`, `timing`, `vector_blocks`, `output` | blocks with feeds that the axes reach; tool vectors; NC and APT text, read back and run |
-//! | `planned_links` | faster links, put into the moves before the program is run |
-//! | `mending` | tested poses in the middle of blocks that cut too deep; written and run again, at most four times |
-//! | `reporting`, `cusps_kept`, `lost_time`, `turning`, `rotary_motion`, `chip_points`, `chip_files`, `chips_svg`, `solution_svg`, `svg_text`, `summary` | what the user reads |
+//! | `drawing` | pictures of plans: SVG text and the map of the feasible postures |
+//! | `plan_stock` | the stock of a plan: cut by each setup's own program, from one setup to the next |
+//! | `stage_clock` | wall times of stages |
+//! | `passes` | passes with tested postures, chips and ridges at every point, passes beside them |
+//! | `program` | from moves to timed blocks and text |
+//! | `report` | figures of a plan for its reader: report, summary, chips, rotary motion, lost time |
+//! | `planned` | options and result of a planning run |
+//! | `plan_stages` | the stages of a plan, in their order |
 //! | `dual` | setups of a machine with two heads |
-//! | `solution_space` | the proven map of one CC point |
+//! | `plan` | the whole way through one setup |
+//! | `plan_job` | all setups of a job, each on the stock that those before it leave |
 //! | `replan_lengths` | the job planned again with shorter tools |
+//! | `solution_space` | the proven map of one CC point |
 //!
 //! It must not know the command line, nor formulas: those belong to the stage crates.
 
 mod drawing;
 mod dual;
 #[cfg(test)]
+#[path = "../tests/unit/mesh_winding_laws.rs"]
 mod mesh_winding_laws;
 mod passes;
 mod plan;

@@ -1,3 +1,5 @@
+//! Parts with closed normals and curvatures.
+
 use std::collections::BTreeMap;
 use std::f64::consts::{FRAC_PI_4, TAU};
 

@@ -1,3 +1,5 @@
+//! Meshes with named groups.
+
 use facemill_surface_model::{Group, TriMesh};
 use nalgebra::Point3;
 

@@ -32,6 +32,20 @@
 //!   blades use the columns for three.
 //! - Edges and tip are rounded with half their thickness, inside chord and radius.
 //!
+//! Modules, each of which imports those above it alone:
+//!
+//! | module | holds |
+//! |---|---|
+//! | `grouped_mesh` | meshes with named groups |
+//! | `sheets` | sheets of a blade: rows of vertices from root to tip |
+//! | `spec_error` | faults of a part's description |
+//! | `spline` | cubic spline with two continuous derivatives through table values |
+//! | `propeller` | propellers: blades from published tables, and a hub |
+//! | `rotor37` | rotor 37 as a mesh, from its published table |
+//! | `surface_point` | points of a surface with normal and curvature |
+//! | `patch` | wavy sculptured patches |
+//! | `analytic_part` | parts with closed normals and curvatures |
+//!
 //! This crate must not know machines, tools, jobs or files.
 
 mod analytic_part;

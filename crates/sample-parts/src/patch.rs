@@ -1,3 +1,5 @@
+//! Wavy sculptured patches.
+
 use facemill_surface_model::TriMesh;
 use nalgebra::{Matrix2, Point3, Vector2};
 

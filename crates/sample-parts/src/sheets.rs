@@ -1,3 +1,5 @@
+//! Sheets of a blade: rows of vertices from root to tip.
+
 use crate::grouped_mesh::GroupedMesh;
 
 /// Groups of a blade, in the order of its mesh.

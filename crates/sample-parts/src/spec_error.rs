@@ -1,3 +1,5 @@
+//! Faults of a part's description.
+
 /// Why numbers do not describe a part.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SpecError {

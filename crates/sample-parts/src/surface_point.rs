@@ -1,3 +1,5 @@
+//! Points of a surface with normal and curvature.
+
 use nalgebra::{Matrix2, Point3, Unit, Vector2, Vector3};
 
 /// A point of a smooth surface with its normal and curvatures.

@@ -33,6 +33,15 @@
 //! finite coordinates; triangles without area are never returned by a query. Not guaranteed: that a mesh is closed, manifold
 //! or wound outward ([`Topology`] and [`Orientation`] say what can be known of it), and the accuracy of [`CurvatureTensor`], which is an estimate.
 //!
+//! Modules, each of which imports those above it alone:
+//!
+//! | module | holds |
+//! |---|---|
+//! | `mesh` | triangle meshes: edges, pieces, welding, refinement, the way that they are wound |
+//! | `export` | meshes and scenes written to files |
+//! | `import` | meshes read from files and repaired |
+//! | `surface` | smooth surface over a mesh: normals, curvature, closest points, rays, sections |
+//!
 //! It must not know tools and machines, and opens no files.
 
 mod export;
@@ -40,6 +49,7 @@ mod import;
 mod mesh;
 mod surface;
 #[cfg(test)]
+#[path = "../tests/unit/test_kit.rs"]
 mod test_kit;
 
 pub use crate::import::repair::RepairReport;

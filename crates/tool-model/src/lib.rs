@@ -24,6 +24,20 @@
 //! ```
 //!
 //! Every formula is closed except [`Outline::height_at`] and what is built on it, which iterate to a stated accuracy.
+//! Modules, each of which imports those above it alone:
+//!
+//! | module | holds |
+//! |---|---|
+//! | `cutter` | cutters of radius R and corner radius r |
+//! | `contact` | contact of cutter and surface: CC to CL points |
+//! | `outline` | outline of a cutter across the feed |
+//! | `cusp` | ridge that two neighbouring passes leave between them |
+//! | `silhouette` | curvature of the outline that a cutter shows in the direction of feed |
+//! | `tool_file` | tool files |
+//! | `assembly` | tool assemblies: cutter, shank, holder, spindle as solids of revolution |
+//! | `open_assembly` | assemblies whose lengths are still open |
+//! | `holder_library` | holders to choose from |
+//!
 //! The crate must not know meshes.
 
 mod assembly;

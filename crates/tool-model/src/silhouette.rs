@@ -1,3 +1,5 @@
+//! Curvature of the outline that a cutter shows in the direction of feed.
+
 use facemill_cl_data::Posture;
 
 use crate::contact::canonical;

@@ -1,3 +1,5 @@
+//! Tool files.
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

@@ -6,12 +6,26 @@
 //! ([`moves::order`]). [`links`] finds the fastest free way from one place to another: its ways ([`links::ways`]), their times ([`links::clock`]), the
 //! choice among them ([`links::choose`]), the order of many ([`links::tour`]). [`pieces::pole`] keeps postures off the pole. [`chips`] has the section that a cutter takes.
 //!
+//! Modules, each of which imports those above it alone:
+//!
+//! | module | holds |
+//! |---|---|
+//! | [`mod@linearity`] | how far the control strays from the meant motion between two blocks |
+//! | [`mod@links`] | links: the fastest free way from one run of cuts to the next |
+//! | `outline_table` | heights of a cutter's outline from a table: many heights of the same outline for little more than the points of the table |
+//! | [`mod@chips`] | chip section at one point of a pass (CHIP, with the outline of the tilted cutter seen along the feed) |
+//! | [`mod@path_error`] | failures of moves |
+//! | [`mod@pieces`] | from planned passes to pieces that are cut without lifting, in every place of the pattern |
+//! | [`mod@winding`] | how many full turns limited rotary axes stand at, cut by cut, over a whole operation |
+//! | [`mod@moves`] | from pieces to the sequence of moves of an operation: entries, cuts, exits, links, with axis values |
+//!
 //! It must not know jobs, files of jobs, or text of programs but for the rapids of links.
 
 pub mod chips;
 pub mod linearity;
 pub mod links;
 #[cfg(test)]
+#[path = "../tests/unit/move_laws.rs"]
 mod move_laws;
 pub mod moves;
 mod outline_table;
@@ -19,4 +33,5 @@ pub mod path_error;
 pub mod pieces;
 pub mod winding;
 #[cfg(test)]
+#[path = "../tests/unit/winding_laws.rs"]
 mod winding_laws;

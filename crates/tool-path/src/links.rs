@@ -4,9 +4,11 @@ pub mod choose;
 pub mod clock;
 pub mod tour;
 #[cfg(test)]
+#[path = "../tests/unit/links/way_scenes.rs"]
 mod way_scenes;
 pub mod ways;
 #[cfg(test)]
+#[path = "../tests/unit/links/ways_laws.rs"]
 mod ways_laws;
 pub mod words;
 

@@ -62,6 +62,19 @@
 //!
 //! [`clear_lengths`] says how short the tool assembly may be for a program, and which block forces each of its lengths.
 //!
+//! Modules, each of which imports those above it alone:
+//!
+//! | module | holds |
+//! |---|---|
+//! | `finding` | findings: faults of a program and their measures |
+//! | [`mod@motion`] | motion that a program asks of a machine: modal state, axis positions, steps and rates between them |
+//! | [`mod@program_time`] | times of programs by the law of motion: runs between stops, corners within tolerance, rounded tool vectors |
+//! | `run` | runs of programs against meshes: cutter, holder and machine bodies at every step and between steps |
+//! | `proof` | what is proven of a move, and what is not |
+//! | `stock` | runs of programs against stock that they cut |
+//! | `lengths` | the shortest lengths of a tool assembly with which a program collides with nothing (VMT fig |
+//! | `links` | the links of a program, from one run of cuts to the next at rapid rate, and whether another way there is free |
+//!
 //! It must not know how the path was planned.
 
 #[cfg(test)]
@@ -73,12 +86,14 @@ mod finding;
 mod kit;
 mod lengths;
 #[cfg(test)]
+#[path = "../tests/unit/lengths_laws.rs"]
 mod lengths_laws;
 mod links;
 pub mod motion;
 pub mod program_time;
 mod proof;
 #[cfg(test)]
+#[path = "../tests/unit/rates_laws.rs"]
 mod rates_laws;
 mod run;
 mod stock;

@@ -1,3 +1,5 @@
+//! Bodies that are certainly free of a map.
+
 use facemill_cl_data::{Aabb, Solid};
 use nalgebra::{Isometry3, Point3};
 

@@ -1,3 +1,5 @@
+//! Estimates of gouges from node heights, as the paper's test.
+
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use facemill_cl_data::{ClPoint, RoundBox, RoundFrustum};

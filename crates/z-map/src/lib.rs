@@ -54,6 +54,20 @@
 //! along the surface's normal and without a grid.
 //!
 //! A Z-map's frame is the caller's choice, z pointing away from the material; everything below the topmost surface
+//! Modules, each of which imports those above it alone:
+//!
+//! | module | holds |
+//! |---|---|
+//! | `dexel` | dexel maps: stock with several intervals of material on each line, and what moving bodies take out of it |
+//! | `left` | heights of material that a moving cutter leaves on places of a surface |
+//! | `pyramid` | highest values of blocks of cells, level by level |
+//! | `raster` | regular grid of a Z-map, and triangles raised on it |
+//! | `lattice` | raising the nodes of a grid to a triangle |
+//! | `map` | Z-map: heights over a grid, with the highest of each cell |
+//! | `estimate` | estimates of gouges from node heights, as the paper's test |
+//! | `separation` | proofs that boxes are farther than a distance from a body |
+//! | `certain` | bodies that are certainly free of a map |
+//!
 //! counts as material there, so under an overhang nothing is ever proven free. Lengths are mm. It must not know
 //! machines.
 

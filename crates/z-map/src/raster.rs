@@ -1,3 +1,5 @@
+//! Regular grid of a Z-map, and triangles raised on it.
+
 use nalgebra::Point3;
 
 /// The regular grid of a Z-map in its own frame: cell (i, j) is between the nodes (i, j) and (i + 1, j + 1).

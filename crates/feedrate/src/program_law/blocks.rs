@@ -9,7 +9,7 @@ use super::rounded::RoundedLine;
 use super::section::Section;
 use super::spans::Spans;
 use crate::time_law::barrier::Scaled;
-use crate::{AxisBounds, MotionBounds, TimeLawError};
+use crate::time_law::{AxisBounds, MotionBounds, TimeLawError};
 
 /// A block of a program whose time law is asked for: a straight line of the axes.
 #[derive(Clone, Copy, Debug, PartialEq)]

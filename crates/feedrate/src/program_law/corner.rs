@@ -1,7 +1,7 @@
 use facemill_inverse_kinematics::{AxisValues, MAX_AXES};
 
 use super::s_curve::SCurve;
-use crate::AxisBounds;
+use crate::time_law::AxisBounds;
 
 /// A line of the program over its length r, in which each axis counts by the time it takes at its largest speed.
 #[derive(Clone, Copy, Debug)]

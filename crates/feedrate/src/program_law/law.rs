@@ -8,7 +8,7 @@ use super::section::Section;
 use super::spline::Quartic;
 use crate::time_law::law::in_time;
 use crate::time_law::span::eval;
-use crate::{AxisBounds, AxisMotion, MotionBounds, MotionLimit};
+use crate::time_law::{AxisBounds, AxisMotion, MotionBounds, MotionLimit};
 
 /// The motion of a program in time.
 #[derive(Clone, Debug)]

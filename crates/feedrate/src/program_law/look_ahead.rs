@@ -2,7 +2,7 @@ use facemill_inverse_kinematics::AxisValues;
 
 use super::ProgramBlock;
 use super::blocks::length;
-use crate::AxisBounds;
+use crate::time_law::AxisBounds;
 
 /// Least times of blocks, raised where a control that looks ahead over `n` blocks, the one it runs included, could not stop
 /// within them: an estimate, which takes what is ahead for straight and its accelerations and jerks for their means.

@@ -1,9 +1,9 @@
 use facemill_inverse_kinematics::{AxisLetter, AxisValues, Machine};
 
 use super::ProgramBlock;
-use crate::AxisBounds;
 use crate::block_feed::tip_time;
 use crate::plan::{FeedBlock, PlanFeedsError};
+use crate::time_law::AxisBounds;
 
 /// An axis whose machine file does not say how it may be accelerated.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]

@@ -3,7 +3,7 @@ use facemill_inverse_kinematics::AxisValues;
 use super::corner::Line;
 use super::polyline::Polyline;
 use super::ride::{Ride, reached};
-use crate::AxisBounds;
+use crate::time_law::AxisBounds;
 
 /// A line of a program between corners that are rounded each by itself, and run round at constant speed.
 ///

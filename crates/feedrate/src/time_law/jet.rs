@@ -1,3 +1,7 @@
+#[cfg(test)]
+#[path = "../../tests/unit/time_law/jet.rs"]
+mod tests;
+
 use std::ops::{Add, Mul, Neg, Sub};
 
 /// A value and its first three derivatives by one parameter, in this order.
@@ -6,7 +10,7 @@ use std::ops::{Add, Mul, Neg, Sub};
 /// kinematics of a machine needs no finite differences:
 ///
 /// ```
-/// use facemill_feedrate::Jet;
+/// use crate::time_law::Jet;
 /// let u = Jet::parameter(0.5);
 /// let f = (u * u).sin(); // sin u²
 /// assert!((f.d1() - 2.0 * 0.5 * 0.25_f64.cos()).abs() < 1e-15);
@@ -126,30 +130,5 @@ impl Mul for Jet {
     fn mul(self, other: Self) -> Self {
         let ([a, a1, a2, a3], [b, b1, b2, b3]) = (self.0, other.0);
         Self([a * b, a1 * b + a * b1, a2 * b + 2.0 * a1 * b1 + a * b2, a3 * b + 3.0 * (a2 * b1 + a1 * b2) + a * b3])
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Derivatives by central differences of the one below them, over seeded arguments.
-    #[test]
-    fn derivatives_are_those_of_differences() {
-        let f = |u: f64| {
-            let u = Jet::parameter(u);
-            let v = (u * u + Jet::constant(1.5)).sqrt();
-            (u.sin() * v - u.cos()).atan2(v * v.recip() * u.cos() - Jet::constant(3.0))
-        };
-        for k in 0..40 {
-            let (u, h) = (-2.0 + 0.1 * f64::from(k), 1e-5);
-            let (low, mid, high) = (f(u - h), f(u), f(u + h));
-            for d in 0..3 {
-                // Across the cut of atan2 the value jumps by a full turn.
-                let rise = (high.0[d] - low.0[d] + 3.0) % std::f64::consts::TAU - 3.0;
-                let slope = rise / (2.0 * h);
-                assert!((slope - mid.0[d + 1]).abs() < 1e-7 * (1.0 + slope.abs()), "{u} {d}: {slope} {mid:?}");
-            }
-        }
     }
 }

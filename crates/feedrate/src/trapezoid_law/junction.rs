@@ -1,6 +1,6 @@
 use super::law::TrapezoidSettings;
 use super::segment::{LEAST_CYCLES, Segment};
-use crate::AxisBounds;
+use crate::time_law::AxisBounds;
 
 /// Share of an axis' acceleration that a change of direction within one cycle may ask for.
 const KINK: f64 = 0.1;

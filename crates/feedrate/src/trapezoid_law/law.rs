@@ -4,7 +4,7 @@ use super::junction::{OverlapSpeeds, Pace, half_angle, overlap};
 use super::queue::{End, Entry, end_speeds, entries};
 use super::segment::Segment;
 use crate::program_law::{ProgramBlock, ProgramLawError, check_program};
-use crate::{AxisBounds, MotionBounds, MotionLimit};
+use crate::time_law::{AxisBounds, MotionBounds, MotionLimit};
 
 /// How a control runs its queue of blocks.
 #[derive(Clone, Copy, Debug, PartialEq)]

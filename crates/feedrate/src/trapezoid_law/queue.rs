@@ -1,7 +1,7 @@
 use super::junction::{Arc, Junction};
 use super::law::TrapezoidSettings;
 use super::segment::{LEAST_CYCLES, Segment};
-use crate::AxisBounds;
+use crate::time_law::AxisBounds;
 
 /// Cycles below which what is left of a line before an arc is taken into the arc.
 const GAP_CYCLES: f64 = 4.0;

@@ -1,7 +1,7 @@
 use facemill_inverse_kinematics::AxisValues;
 
 use crate::program_law::ProgramBlock;
-use crate::{AxisBounds, MotionLimit};
+use crate::time_law::{AxisBounds, MotionLimit};
 
 /// Segments shorter than this are left out, s at the axes' largest speeds.
 const SHORTEST: f64 = 1e-10;

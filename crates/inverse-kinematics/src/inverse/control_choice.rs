@@ -1,7 +1,7 @@
 //! Which rotary positions a control turns to when a program names the tool's axis as a vector.
 
 #[cfg(test)]
-#[path = "control_choice_laws.rs"]
+#[path = "../../tests/unit/inverse/control_choice_laws.rs"]
 mod laws;
 
 use std::f64::consts::{FRAC_PI_2, TAU};

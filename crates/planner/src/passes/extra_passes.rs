@@ -2,6 +2,7 @@
 //! more than the allowed cusp.
 
 #[cfg(test)]
+#[path = "../../tests/unit/passes/extra_passes/laws.rs"]
 pub(crate) mod laws;
 
 use std::collections::BTreeMap;

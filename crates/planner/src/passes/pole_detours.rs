@@ -5,6 +5,7 @@
 //! pole, and the machine's law of motion decides which way is taken.
 
 #[cfg(test)]
+#[path = "../../tests/unit/passes/pole_detours/laws.rs"]
 mod laws;
 
 use facemill_cl_data::{CcPoint, Pass};

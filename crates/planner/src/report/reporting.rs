@@ -279,15 +279,5 @@ fn infeasible_report(operations: &[PlannedOperation<'_>]) -> Vec<InfeasibleRepor
 }
 
 #[cfg(test)]
-mod tests {
-    use crate::report::reporting::*;
-
-    #[test]
-    fn a_search_proof_tells_the_asked_width_until_a_point_needs_more() {
-        let told = |widened| search_proof(0.002, widened);
-        let kept = told(None);
-        assert_eq!((kept.asked_u_width, kept.largest_u_width, kept.wider_points), (0.002, 0.002, 0));
-        let wider = told(Some(Widened { points: 3, largest: 0.008 }));
-        assert_eq!((wider.asked_u_width, wider.largest_u_width, wider.wider_points), (0.002, 0.008, 3));
-    }
-}
+#[path = "../../tests/unit/report/reporting.rs"]
+mod tests;

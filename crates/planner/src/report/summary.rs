@@ -337,38 +337,5 @@ fn turning(report: &Report) -> Vec<String> {
 }
 
 #[cfg(test)]
-mod tests {
-    use facemill_virtual_machine::Assumption;
-
-    use crate::report::summary::{assumptions, wider_search};
-    use facemill_job::format::job_file::PostureModeFile;
-    use facemill_job::format::report::{PosturesReport, SearchProofReport};
-
-    #[test]
-    fn many_assumptions_are_counted_and_few_are_told() {
-        let all: Vec<Assumption> =
-            (1..9).map(|line| Assumption { line: Some(line), text: format!("no word {line}") }).collect();
-        let told = assumptions(&all).join("\n");
-        assert!(told.starts_with("  assumptions       8\n    from line 1: no word 1\n"), "{told}");
-        assert!(told.ends_with("    from line 4: no word 4\n    and 4 more, see the report"), "{told}");
-        assert_eq!(assumptions(&[]), ["  assumptions       0"]);
-        assert_eq!(assumptions(&all[..4]).len(), 5);
-    }
-
-    #[test]
-    fn only_searches_that_are_proven_less_finely_than_asked_have_a_line() {
-        let line = |proof: Option<(f64, f64, usize)>| {
-            let search_proof = proof.map(|(asked_u_width, largest_u_width, wider_points)| SearchProofReport {
-                asked_u_width,
-                largest_u_width,
-                wider_points,
-            });
-            let (operation, mode) = ("suction".to_owned(), PostureModeFile::Smallest);
-            wider_search(&PosturesReport { operation, mode, optimum: None, search_proof, rotary: Vec::new() })
-        };
-        assert_eq!(line(None), None);
-        assert_eq!(line(Some((0.002, 0.002, 0))), None);
-        let told = line(Some((0.001, 0.004, 7))).unwrap();
-        assert!(["7 points", "0.004", "0.001", "suction"].iter().all(|part| told.contains(part)), "{told}");
-    }
-}
+#[path = "../../tests/unit/report/summary.rs"]
+mod tests;

@@ -6,7 +6,7 @@
 //! adds to the fields of all pieces, so that pieces of one body that are wound against each other are found, too.
 
 #[cfg(test)]
-#[path = "orientation_laws.rs"]
+#[path = "../../tests/unit/mesh/orientation_laws.rs"]
 mod laws;
 
 use std::f64::consts::TAU;

@@ -1,7 +1,7 @@
 //! The parts of a move that have to be looked at: within one turn of every axis each, and none that repeats another.
 
 #[cfg(test)]
-#[path = "spans_laws.rs"]
+#[path = "../../tests/unit/motion/spans_laws.rs"]
 mod laws;
 
 use std::f64::consts::TAU;

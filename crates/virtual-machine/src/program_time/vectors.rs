@@ -1,7 +1,7 @@
 //! The staircase that rounding makes of tool vectors, evened out within the decimals of the text.
 
 #[cfg(test)]
-#[path = "vectors_laws.rs"]
+#[path = "../../tests/unit/program_time/vectors_laws.rs"]
 mod laws;
 
 use facemill_cl_data::{ClPoint, ControlTolerance};

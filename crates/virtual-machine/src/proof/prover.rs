@@ -1,7 +1,7 @@
 //! Proves of one move how deep the cutter is at most at any time, and how near bodies come.
 
 #[cfg(test)]
-#[path = "prover_laws.rs"]
+#[path = "../../tests/unit/proof/prover_laws.rs"]
 pub(crate) mod laws;
 
 use facemill_cl_data::{ControlTolerance, CuttingLaw, Solid};

@@ -1,7 +1,7 @@
 //! What bodies do between two tested positions: followed until it is known within a tolerance.
 
 #[cfg(test)]
-#[path = "between_laws.rs"]
+#[path = "../../tests/unit/run/between_laws.rs"]
 mod laws;
 
 use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};

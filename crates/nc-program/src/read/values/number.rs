@@ -42,27 +42,5 @@ pub(crate) fn parse(text: &[u8]) -> Option<f64> {
 }
 
 #[cfg(test)]
-mod tests {
-    use crate::read::values::number::*;
-
-    #[test]
-    fn numbers_are_those_of_the_standard_library() {
-        let mut state = 0x1234_5678_9abc_def0_u64;
-        for _ in 0..200_000 {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            let digits = format!("{}", state >> (state % 60));
-            let point = (state >> 7) as usize % (digits.len() + 1);
-            let sign = ["", "-", "+"][(state >> 40) as usize % 3];
-            let text = format!("{sign}{}.{}", &digits[..point], &digits[point..]);
-            let expected: f64 = text.parse().unwrap();
-            assert_eq!(parse(text.as_bytes()).map(f64::to_bits), Some(expected.to_bits()), "{text}");
-        }
-    }
-
-    #[test]
-    fn what_is_no_number_has_none() {
-        for text in ["", "-", ".", "+.", "1.2.3", "1-", "--1", "1e5", "1234567890123456789012345678901", "1 2", "x"] {
-            assert_eq!(parse(text.as_bytes()), None, "{text}");
-        }
-    }
-}
+#[path = "../../../tests/unit/read/values/number.rs"]
+mod tests;

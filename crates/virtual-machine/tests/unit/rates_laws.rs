@@ -1,6 +1,6 @@
 //! Rates and accelerations against finite differences: random machines, places, blocks and intervals.
 
-#[path = "../../inverse-kinematics/tests/common/mod.rs"]
+#[path = "../../../inverse-kinematics/tests/common/mod.rs"]
 pub(crate) mod common;
 
 use facemill_cl_data::{ClPoint, ControlTolerance, CuttingLaw, RapidLaw};

@@ -1,0 +1,52 @@
+use super::*;
+use serde::Deserialize;
+
+#[derive(Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct Outer {
+    inner: Vec<Inner>,
+}
+
+#[derive(Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct Inner {
+    tilt_deg: f64,
+    rotate_deg: f64,
+}
+
+#[test]
+fn unknown_key_is_refused_with_field_place_and_nearest_key() {
+    let e = from_json::<Outer>(b"{\"inner\": [\n {\"tlt_deg\": 1}]}").unwrap_err();
+    assert_eq!(e.field, "inner[0].tlt_deg");
+    assert_eq!(e.line, 2);
+    assert_eq!(e.hint.as_deref(), Some("did you mean `tilt_deg`?"));
+}
+
+#[test]
+fn missing_key_wrong_kind_and_trailing_text_are_refused() {
+    let e = from_json::<Outer>(b"{\"inner\": [{\"tilt_deg\": 1}]}").unwrap_err();
+    assert!(e.to_string().contains("rotate_deg"), "{e}");
+    let e = from_json::<Outer>(b"{\"inner\": [{\"tilt_deg\": \"1\", \"rotate_deg\": 2}]}").unwrap_err();
+    assert_eq!(e.field, "inner[0].tilt_deg");
+    assert!(from_json::<Outer>(b"{\"inner\": []} x").is_err());
+    assert!(from_json::<Outer>(b"").is_err());
+}
+
+#[test]
+fn a_value_is_read_as_strictly_as_a_file_and_its_fault_has_no_line() {
+    let read = |text: &str| from_value::<Outer>(serde_json::from_str(text).unwrap());
+    assert_eq!(read(r#"{"inner": [{"tilt_deg": 1, "rotate_deg": 2}]}"#).unwrap().inner.len(), 1);
+    let e = read(r#"{"inner": [{"tlt_deg": 1}]}"#).unwrap_err().to_string();
+    assert!(e.starts_with("inner[0].tlt_deg: unknown field") && e.ends_with("did you mean `tilt_deg`?"), "{e}");
+    assert!(
+        read(r#"{"inner": [{"tilt_deg": "1", "rotate_deg": 2}]}"#)
+            .unwrap_err()
+            .to_string()
+            .starts_with("inner[0].tilt_deg: ")
+    );
+}
+
+#[test]
+fn byte_order_mark_is_no_part_of_the_file() {
+    assert!(from_json::<Outer>(b"\xef\xbb\xbf{\"inner\": []}").is_ok());
+}

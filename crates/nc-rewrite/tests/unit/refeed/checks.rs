@@ -1,0 +1,232 @@
+use facemill_inverse_kinematics::Machine;
+
+use crate::refeed::checks::*;
+use crate::refeed::{RefeedSettings, TipFeed, refeed, refeed_lines};
+
+fn settings(machine: &Machine, dialect: Dialect) -> RefeedSettings<'_> {
+    RefeedSettings {
+        machine,
+        tool_length: 100.0,
+        tip_feed: TipFeed::Programmed,
+        work_offset: Vec::new(),
+        dialect,
+        time_law: None,
+    }
+}
+
+/// A program that is made as it is read, which asserts that its lines have been written but for so many.
+struct Stream<'a> {
+    made: std::collections::VecDeque<u8>,
+    line: u32,
+    read: usize,
+    written: &'a std::cell::Cell<usize>,
+    most_held: usize,
+}
+
+impl std::io::Read for Stream<'_> {
+    fn read(&mut self, into: &mut [u8]) -> std::io::Result<usize> {
+        while self.made.len() < into.len() && self.line < 20_000 {
+            let k = f64::from(self.line);
+            let text = format!("G1 X{:.3} Y{:.3} B{:.3} F500.\n", 0.01 * k, (0.01 * k).sin(), (0.001 * k).sin());
+            let head = "G90 G94\nG0 X0. Y0. Z100. B0. C0.\n";
+            self.made.extend(if self.line == 0 { head.bytes() } else { text.bytes() });
+            self.line += 1;
+        }
+        let held = self.read.saturating_sub(self.written.get());
+        assert!(held <= self.most_held, "{held} lines are held at line {}", self.line);
+        let n = self.made.read(into)?;
+        self.read += lines(&into[..n]);
+        Ok(n)
+    }
+}
+
+fn lines(bytes: &[u8]) -> usize {
+    bytes.iter().filter(|byte| **byte == b'\n').count()
+}
+
+struct Sink<'a>(&'a std::cell::Cell<usize>, Vec<u8>);
+
+impl std::io::Write for Sink<'_> {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        self.0.set(self.0.get() + lines(bytes));
+        self.1.write(bytes)
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        Ok(())
+    }
+}
+
+/// However long it is; and what is written is what the whole text gives.
+#[test]
+fn a_program_without_a_law_of_motion_is_held_for_a_window_alone() {
+    const WINDOW: usize = 4096;
+    let machine = Machine::head_b_table_c().unwrap();
+    let settings = RefeedSettings { tip_feed: TipFeed::Given(500.0), ..settings(&machine, Dialect::Fanuc) };
+    let (free, written) = (std::cell::Cell::new(usize::MAX), std::cell::Cell::new(0));
+    let source = |written, most_held| {
+        let made = std::collections::VecDeque::new();
+        let stream = Stream { made, line: 0, read: 0, written, most_held };
+        std::io::BufReader::with_capacity(WINDOW, stream)
+    };
+    let mut sink = Sink(&written, Vec::new());
+    let by_line = refeed_lines(|| Ok(source(&written, WINDOW / 16)), &settings, &mut sink).unwrap();
+    let mut text = Vec::new();
+    std::io::Read::read_to_end(&mut source(&free, usize::MAX), &mut text).unwrap();
+    let whole = refeed(&text, &settings).unwrap();
+    assert_eq!(by_line.blocks, 19_999);
+    assert_eq!((by_line, &sink.1), (whole.summary, &whole.text));
+    assert!(text.len() > 100 * WINDOW);
+}
+
+/// Speeds in a frame that is not followed are not known; words that switch one off change nothing.
+#[test]
+fn frames_are_refused_with_their_line_and_their_end_is_not() {
+    let machine = Machine::head_b_table_c().unwrap();
+    let words = ("G90 G94\nG0 X0. Y0. Z100. B0. C0.", "G1 X10. F500.");
+    let klartext = ("M129\nL X+0 Y+0 Z+100 B+0 C+0 R0 FMAX", "L X+10 R0 F500");
+    for (dialect, (head, cut), on, off) in [
+        (Dialect::Fanuc, words, "G52 X5.", "G52 X0."),
+        (Dialect::Fanuc, words, "G68 X0. Y0. R30.", "G69"),
+        (Dialect::Fanuc, words, "G51 X0. Y0. P2.", "G50"),
+        (Dialect::LinuxCnc, words, "G92 X5", "G92.1"),
+        (Dialect::Siemens840d, words, "ATRANS X5", "TRANS"),
+        (Dialect::Siemens840d, words, "SCALE X2", "SCALE"),
+        (Dialect::Heidenhain, klartext, "CYCL DEF 7.1 X+5", "CYCL DEF 7.1 X+0"),
+        (Dialect::Heidenhain, klartext, "CYCL DEF 8.1 X", "CYCL DEF 8.1"),
+        (Dialect::Heidenhain, klartext, "CYCL DEF 26.1 X2", "CYCL DEF 26.1 X1"),
+    ] {
+        let settings = settings(&machine, dialect);
+        let run = |line: &str| refeed(format!("{head}\n{line}\n{cut}\n").as_bytes(), &settings);
+        let told = run(on).unwrap_err();
+        assert!(told.contains("line 3"), "{on}: {told}");
+        if let Err(why) = run(off) {
+            panic!("{off}: {why}");
+        }
+    }
+}
+
+/// The same ways have the same speeds, and F has the program's unit.
+#[test]
+fn a_program_in_inches_gets_the_feeds_of_the_same_program_in_mm_in_its_unit() {
+    let machine = Machine::head_b_table_c().unwrap();
+    let run = |dialect, text: &str, tip_feed| {
+        let settings = RefeedSettings { tip_feed, ..settings(&machine, dialect) };
+        let refed = refeed(text.as_bytes(), &settings).unwrap_or_else(|why| panic!("{why}\n{text}"));
+        let words = String::from_utf8(refed.text).unwrap();
+        let last = words.split_whitespace().filter_map(|w| w.strip_prefix('F')?.parse::<f64>().ok()).next_back();
+        (last.unwrap(), refed.summary)
+    };
+    let given = TipFeed::Given(508.0);
+    let lines = |unit: &str, x: &str, f: &str| format!("{unit} G90 G94\nG0 X0. Y0. Z100. B0. C0.\nG1 X{x} F{f}\nM30\n");
+    for (dialect, mm, inch) in [
+        (Dialect::Fanuc, "G21", "G20"),
+        (Dialect::Haas, "G21", "G20"),
+        (Dialect::LinuxCnc, "G21", "G20"),
+        (Dialect::Siemens840d, "G710", "G700"),
+    ] {
+        let metric = run(dialect, &lines(mm, "50.8", "254."), given);
+        let inches = run(dialect, &lines(inch, "2.", "10."), given);
+        assert_eq!((metric.0, inches.0), (508.0, 20.0), "{}", dialect.name());
+        assert!((metric.1.time_before_s - 12.0).abs() < 1e-9 && (metric.1.time_after_s - 6.0).abs() < 1e-9);
+        assert!((inches.1.time_before_s - 12.0).abs() < 1e-9 && (inches.1.time_after_s - 6.0).abs() < 1e-9);
+        // What was there stays, to the byte.
+        let kept = run(dialect, &lines(inch, "2.", "10."), TipFeed::Keep);
+        assert_eq!((kept.0, kept.1.changed), (10.0, 0), "{}", dialect.name());
+    }
+    // F counts 1 deg as 1 inch: 3 inches and 4 deg are 5.
+    let turning = "G20 G90 G94\nG0 X0. Y0. Z100. B0. C0.\nG1 X3. C4. F10.\nM30\n";
+    let kept = run(Dialect::Fanuc, turning, TipFeed::Keep);
+    assert!((kept.1.time_before_s - 30.0).abs() < 1e-9, "{}", kept.1.time_before_s);
+    assert!((kept.0 - 10.0).abs() < 0.01);
+    // Tenths of an inch on Heidenhain, where turns are refused.
+    let klartext = |words: &str| {
+        format!("BEGIN PGM A INCH\nL X+0 Y+0 Z+4 B+0 C+0 R0 FMAX\nL {words} R0 F100\nM30\nEND PGM A INCH\n")
+    };
+    let found = run(Dialect::Heidenhain, &klartext("X+2"), given);
+    assert!((found.0 - 200.0).abs() < 1e-9 && (found.1.time_before_s - 12.0).abs() < 1e-9);
+    let told = refeed(klartext("X+2 C+4").as_bytes(), &settings(&machine, Dialect::Heidenhain)).unwrap_err();
+    assert!(told.contains("line 3") && told.contains("inches"), "{told}");
+}
+
+/// What F gives, how long a vector is, and what a number without a point is worth are refused with their line where they
+/// are not what they seem; what is next to it is not.
+#[test]
+fn feeds_vectors_and_numbers_that_mean_something_else_are_refused_with_their_line() {
+    let machine = Machine::head_b_table_c().unwrap();
+    let run = |dialect: Dialect, line: &str| {
+        let head = match dialect {
+            Dialect::Heidenhain => "TOOL CALL 1 Z S100\nL X+0 Y+0 Z+100 B+0 C+0 R0 FMAX M128",
+            _ => "G90 G94\nG0 X0. Y0. Z100. B0. C0.",
+        };
+        let end = if dialect == Dialect::Heidenhain { "L X+20 F500" } else { "G1 X20. F500." };
+        refeed(format!("{head}\n{line}\n{end}\n").as_bytes(), &settings(&machine, dialect)).map(|_| ())
+    };
+    let vector = |z: f64| format!("LN X+5 Y+0 Z+100 NX+0 NY+0 NZ+1 TX+0 TY+0 TZ+{z} F500");
+    for (dialect, line, part) in [
+        (Dialect::Heidenhain, "L X+5 F500 M103 F0.5".to_owned(), "M103"),
+        (Dialect::Heidenhain, "L X+5 F500 M109".to_owned(), "M109"),
+        (Dialect::Heidenhain, "L X+5 F500 M110".to_owned(), "M110"),
+        (Dialect::Heidenhain, "L X+5 F500 M116".to_owned(), "M116"),
+        (Dialect::Heidenhain, vector(1.01), "length 1"),
+        (Dialect::Heidenhain, vector(0.998), "length 1"),
+        (Dialect::Fanuc, "G1 X10 F500.".to_owned(), "decimal point"),
+        (Dialect::Haas, "G1 X10. F500".to_owned(), "decimal point"),
+        (Dialect::Mazak, "G1 X10. B5 F500.".to_owned(), "decimal point"),
+    ] {
+        let told = run(dialect, &line).unwrap_err();
+        assert!(told.contains("line 3") && told.contains(part), "{line}: {told}");
+    }
+    // Within the rounding of programs it is refused for its pole alone.
+    let told = run(Dialect::Heidenhain, &vector(1.0005)).unwrap_err();
+    assert!(!told.contains("length 1"), "{told}");
+    for (dialect, line) in [
+        (Dialect::Heidenhain, "L X+5 F500 M111".to_owned()),
+        (Dialect::Heidenhain, "L X+5 F500 M117".to_owned()),
+        (Dialect::Fanuc, "G1 X10. B5. F500.".to_owned()),
+        (Dialect::Fanuc, "G4 P500".to_owned()),
+        (Dialect::LinuxCnc, "G1 X10 B5 F500".to_owned()),
+    ] {
+        if let Err(why) = run(dialect, &line) {
+            panic!("{line}: {why}");
+        }
+    }
+}
+
+/// Never faster, never more decimals than the control takes, and nearer than its last decimal or its digits are; or refused.
+#[test]
+fn feeds_are_rounded_down_to_what_the_control_takes_or_refused() {
+    let mut refused = 0;
+    for k in 0..20_000_u32 {
+        // Spread evenly over eleven decades.
+        let value = 10f64.powf(-6.0 + 11.0 * (f64::from(k) * 0.618_033_988_75).fract());
+        let (most, digits) = ((k % 7) as u8, 4 + (k / 7 % 2) as i32);
+        let unit = 0.1_f64.powi(most.into());
+        match rounded_down(value, most, digits, true) {
+            Ok((text, number)) => {
+                assert_eq!(text.parse::<f64>().unwrap(), number, "{text}");
+                let decimals = text.split_once('.').unwrap().1.len();
+                assert!(decimals <= usize::from(most), "{value} with {most} decimals: {text}");
+                let lost = value - number;
+                assert!(lost >= -1e-11 * value && lost <= 0.01 * value, "{value}: {text}");
+                assert!(lost <= unit.max(value * 10f64.powi(1 - digits)) * (1.0 + 1e-9), "{value}: {text}");
+            }
+            Err(why) => {
+                let down = (value / unit).floor() * unit;
+                assert!(value - down > 0.009_999 * value, "{value} with {most} decimals: {why}");
+                assert!(why.contains(&format!("the {most} decimals")), "{why}");
+                refused += 1;
+            }
+        }
+    }
+    assert!(refused > 1000, "{refused}");
+}
+
+#[test]
+fn feeds_of_whole_units_stay_as_they_are() {
+    let number = |value, most, point| rounded_down(value, most, 5, point).unwrap().0;
+    assert_eq!(number(0.3, 4, true), "0.3");
+    assert_eq!([number(120.0, 4, true), number(120.0, 4, false)], ["120.", "120"]);
+    assert_eq!([number(120.9, 0, true), number(0.123_456, 3, true)], ["120.", "0.123"]);
+    assert_eq!([number(0.123_456_7, 6, true), number(12.345_67, 6, false)], ["0.12345", "12.345"]);
+}

@@ -1,0 +1,100 @@
+use facemill_virtual_machine::{FindingKind, HeldAsCut};
+
+use crate::passes::operation::SetupContext;
+use crate::program::output::write_draft;
+use crate::program::planned_links::*;
+use crate::stage_clock::Clock;
+use facemill_job::examples::new_job::{NewJob, new_job};
+use facemill_job::load::job::{Job, Setup};
+use facemill_job::setup::cell::z_map;
+use facemill_job::setup::word_map::word_map;
+use facemill_job::stages::{SilentStages, Stages};
+use facemill_job::stock::map::{StockMeshes, StockRegion};
+
+/// A patch of few passes, cut twice.
+fn job(folder: &std::path::Path) -> Job {
+    for (name, bytes) in new_job(&NewJob::Patch { size_mm: 80.0 }).unwrap() {
+        let bytes = if name == "job.json" { cut_twice(&bytes) } else { bytes };
+        std::fs::write(folder.join(name), bytes).unwrap();
+    }
+    Job::read(&folder.join("job.json")).unwrap()
+}
+
+fn cut_twice(job: &[u8]) -> Vec<u8> {
+    let mut job: serde_json::Value = serde_json::from_slice(job).unwrap();
+    let operation = &mut job["operations"][0];
+    let planes = operation.pointer_mut("/path/strategy/strategy/parallel_planes").unwrap();
+    (planes["from_mm"], planes["to_mm"]) = ((-2.2).into(), 2.2.into());
+    operation["tolerances"]["max_step_mm"] = 6.0.into();
+    let mut again = operation.clone();
+    again["name"] = "again".into();
+    job["operations"].as_array_mut().unwrap().push(again);
+    serde_json::to_vec(&job).unwrap()
+}
+
+/// Places of all moves, bit for bit.
+fn places(operations: &[PlannedOperation<'_>]) -> Vec<Vec<(MoveKind, AxisValues)>> {
+    let of = |moves: &[Move]| moves.iter().map(|m| (m.kind, m.axes)).collect();
+    let of_operation = |o: &PlannedOperation<'_>| -> Vec<Vec<_>> {
+        o.moves.pieces.iter().map(|p| of(&p.moves)).chain([of(&o.moves.retract)]).collect()
+    };
+    operations.iter().flat_map(of_operation).collect()
+}
+
+#[test]
+fn links_that_are_taken_back_are_as_they_were() {
+    let folder = tempfile::tempdir().unwrap();
+    let job = job(folder.path());
+    let setup = Setup::read(&job, 0).unwrap();
+    let (map, words) = (z_map(&setup).unwrap(), word_map(&job, &setup, 0).unwrap());
+    let ground = SetupContext { job: &job, setup: &setup, map: &map, adds_passes: true };
+    let stages: &dyn Stages = &SilentStages;
+    let mut operations: Vec<PlannedOperation<'_>> = Vec::new();
+    for operation in job.operations_of(setup.file) {
+        let from = operations.last().and_then(|o| o.moves.last());
+        let planned = PlannedOperation::plan(&ground, operation, from, false, stages, &mut Clock::new());
+        operations.push(planned.unwrap().0);
+    }
+    let texts = write_draft(&job, &setup, &operations, &words).unwrap();
+    let stock = StockMeshes::of(&setup).map(&job, &setup, 1.0, StockRegion::Whole).unwrap();
+    let program = OwnProgram {
+        job: &job,
+        setup: &setup,
+        operations: &operations,
+        words: &words,
+        texts: &texts,
+        as_cut: HeldAsCut::NOTHING,
+    };
+    let mut links = PlannedLinks::find(&program, Some((stock, 0.05)), stages).unwrap();
+    let before = places(&operations);
+    links.put_in(&mut operations);
+    let after = places(&operations);
+    let n = links.links.len();
+    assert!(n >= 5 && links.links.iter().all(|l| l.better.is_some()), "{n} links");
+    let passes = operations[0].moves.pieces.len();
+    // The way out of the first operation and into the second are one link.
+    assert!(n == 2 * passes - 1 && after[passes].is_empty() && !before[passes].is_empty());
+
+    // A finding takes the link back in whose blocks it is, here the one between the operations; none of the others.
+    let texts = write_draft(&job, &setup, &operations, &words).unwrap();
+    assert!(!links.take_back(&mut operations, &texts, (&[], &[]), false) && places(&operations) == after);
+    let line = links.report(&operations, &texts).links[passes - 1].lines[0];
+    let finding_at = |line| Finding::of_line(FindingKind::RapidCollision, line, None, "", String::new());
+    assert!(links.take_back(&mut operations, &texts, (&[finding_at(line)], &[]), false));
+    let now = places(&operations);
+    let same: Vec<usize> = (0..now.len()).filter(|&k| now[k] == before[k]).collect();
+    assert!(same.contains(&passes) && same.contains(&(passes + 1)), "{same:?}");
+    let others = (0..now.len()).filter(|k| ![passes, passes + 1].contains(k));
+    assert!(others.clone().all(|k| now[k] == after[k]));
+    let told = links.report(&operations, &write_draft(&job, &setup, &operations, &words).unwrap());
+    assert!(told.changed == n - 1 && told.links[passes - 1].kept_because.is_some(), "{told:?}");
+
+    // In the end all of them; of what was taken back nothing is left to take.
+    let texts = write_draft(&job, &setup, &operations, &words).unwrap();
+    assert!(!links.take_back(&mut operations, &texts, (&[finding_at(1)], &[]), true));
+    let line = links.report(&operations, &texts).links[0].lines[0];
+    assert!(
+        links.take_back(&mut operations, &texts, (&[finding_at(line)], &[]), true) && places(&operations) == before
+    );
+    assert!(!links.take_back(&mut operations, &texts, (&[finding_at(line)], &[]), true));
+}

@@ -1,0 +1,129 @@
+use crate::links::tour::*;
+
+struct Lcg(u64);
+
+impl Lcg {
+    fn unit(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    /// Costs that go neither by distance nor the same way back; every other set has many that are equal.
+    fn costs(&mut self, n: usize) -> TourCosts {
+        let is_coarse = self.unit() < 0.5;
+        let mut all = |n: usize| -> Vec<f64> {
+            let cost = |u: f64| if is_coarse { (4.0 * u).floor() } else { 10.0 * u };
+            (0..n).map(|_| cost(self.unit())).collect()
+        };
+        TourCosts::new(all(n * n), all(n), all(n)).unwrap()
+    }
+}
+
+/// Of all orders in which no pass comes before one that has to be cut first.
+fn least_of_all(costs: &TourCosts, order: &mut Vec<usize>, k: usize) -> f64 {
+    if k == order.len() {
+        let is_late = |(at, pass): (usize, &usize)| order[..at].iter().any(|p| costs.before[pass * costs.n + p]);
+        let is_wrong = !costs.before.is_empty() && order.iter().enumerate().any(is_late);
+        return if is_wrong { f64::INFINITY } else { costs.of(order) };
+    }
+    let mut least = f64::INFINITY;
+    for j in k..order.len() {
+        order.swap(k, j);
+        least = least.min(least_of_all(costs, order, k + 1));
+        order.swap(k, j);
+    }
+    least
+}
+
+fn is_permutation(order: &[usize], n: usize) -> bool {
+    let mut sorted = order.to_vec();
+    sorted.sort_unstable();
+    sorted == (0..n).collect::<Vec<_>>()
+}
+
+#[test]
+fn few_passes_are_in_the_best_of_all_orders_and_bounds_are_below_it() {
+    let mut rng = Lcg(3);
+    for n in 0..=7 {
+        for _ in 0..20 {
+            let costs = rng.costs(n);
+            let tour = shortest_tour(&costs);
+            let least = if n == 0 { 0.0 } else { least_of_all(&costs, &mut (0..n).collect(), 0) };
+            assert!(is_permutation(&tour.order, n) && tour.is_exact);
+            assert!((tour.cost - least).abs() < 1e-9, "{n}: {} {least}", tour.cost);
+            assert!(n == 0 || lower_bound(&costs) <= least + 1e-9, "{n}: {} {least}", lower_bound(&costs));
+            // What many passes are done by is an order, too, and no better than the best.
+            let other = improved(&costs, (0..n).collect::<Vec<_>>());
+            assert!(n == 0 || is_permutation(&other, n) && costs.of(&other) >= least - 1e-9);
+        }
+    }
+}
+
+#[test]
+fn passes_that_have_to_be_cut_first_are_and_few_are_in_the_best_order_of_those() {
+    let mut rng = Lcg(13);
+    for n in 2..=7 {
+        for _ in 0..20 {
+            let share = rng.unit();
+            let pairs: Vec<(usize, usize)> =
+                (0..n).flat_map(|b| (0..b).map(move |a| (a, b))).filter(|_| rng.unit() < share).collect();
+            let costs = rng.costs(n).keeping(pairs.clone()).unwrap();
+            let least = least_of_all(&costs, &mut (0..n).collect(), 0);
+            let tour = shortest_tour(&costs);
+            assert!(is_permutation(&tour.order, n) && tour.is_exact && costs.allow(&tour.order));
+            assert!((tour.cost - least).abs() < 1e-9, "{n} {pairs:?}: {} {least}", tour.cost);
+            let nearest = (0..n).filter_map(|first| nearest_next(&costs, first));
+            for order in nearest.chain([(0..n).collect()]) {
+                let other = improved(&costs, order);
+                assert!(is_permutation(&other, n) && costs.allow(&other) && costs.of(&other) >= least - 1e-9);
+            }
+        }
+    }
+    for n in [13, 40] {
+        let pairs = (0..n).flat_map(|b| (0..b).map(move |a| (a, b))).filter(|(a, b)| (a + b) % 3 == 0);
+        let costs = rng.costs(n).keeping(pairs).unwrap();
+        let tour = shortest_tour(&costs);
+        assert!(is_permutation(&tour.order, n) && costs.allow(&tour.order) && tour.lower_bound <= tour.cost);
+        let as_is: Vec<usize> = (0..n).collect();
+        assert!(tour.cost < costs.of(&as_is) && costs.allow(&as_is));
+        let turned: Vec<usize> = (0..n).rev().collect();
+        assert!(!costs.allow(&turned));
+    }
+    let three = || Lcg(1).costs(3);
+    assert_eq!(three().keeping([(2, 1)]), Err(TourError::Order { first: 2, second: 1 }));
+    assert_eq!(three().keeping([(0, 3)]), Err(TourError::Order { first: 0, second: 3 }));
+}
+
+#[test]
+fn many_passes_cost_no_more_than_as_they_are_and_no_less_than_the_bound() {
+    let mut rng = Lcg(5);
+    for n in [13, 20, 60] {
+        let costs = rng.costs(n);
+        let tour = shortest_tour(&costs);
+        assert!(is_permutation(&tour.order, n) && !tour.is_exact);
+        assert!((tour.cost - costs.of(&tour.order)).abs() < 1e-9);
+        assert!(tour.cost <= costs.of(&(0..n).collect::<Vec<_>>()) && tour.lower_bound <= tour.cost);
+    }
+}
+
+#[test]
+fn passes_on_a_line_are_driven_along_it() {
+    let mut rng = Lcg(8);
+    let mut places: Vec<f64> = (0..40).map(|_| 100.0 * rng.unit()).collect();
+    let links = places.iter().flat_map(|a| places.iter().map(move |b| (b - a).abs())).collect();
+    let costs = TourCosts::new(links, places.clone(), vec![0.0; 40]).unwrap();
+    let tour = shortest_tour(&costs);
+    places.sort_by(f64::total_cmp);
+    // From 0 to the farthest one, past all others.
+    assert!((tour.cost - places[39]).abs() < 1e-9, "{} {}", tour.cost, places[39]);
+}
+
+#[test]
+fn costs_that_are_none_are_refused() {
+    let new = |links: &[f64], first: &[f64]| TourCosts::new(links.to_vec(), first.to_vec(), vec![0.0; first.len()]);
+    assert!(matches!(new(&[0.0; 3], &[0.0; 2]), Err(TourError::Counts { links: 3, first: 2, last: 2 })));
+    assert_eq!(new(&[0.0, -1.0, 0.0, 0.0], &[0.0; 2]), Err(TourError::Cost));
+    assert_eq!(new(&[0.0; 4], &[0.0, f64::NAN]), Err(TourError::Cost));
+    // From a pass to itself is not asked.
+    assert!(new(&[f64::NAN, 1.0, 1.0, f64::NAN], &[0.0; 2]).is_ok());
+}
