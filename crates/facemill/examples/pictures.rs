@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use facemill::cl_data::Posture;
-use facemill::nc_program::{AptPoint, AptPointKind, read_apt};
+use facemill::cl_file::{AptPoint, AptPointKind, read_apt};
 use facemill::tool_model::{Cusp, Cutter, Outline, cusp_height_between};
 use facemill::z_map::{ZMap, ZMapSettings};
 use facemill::{Job, PlanSettings, SilentStages, files, plan_setup, read_mesh};

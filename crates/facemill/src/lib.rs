@@ -66,6 +66,7 @@ pub use facemill_verification::stock_run::CutRequest;
 pub use facemill_cc_path as cc_path;
 pub use facemill_chip_area as chip_area;
 pub use facemill_cl_data as cl_data;
+pub use facemill_cl_file as cl_file;
 pub use facemill_cutter_location as cutter_location;
 pub use facemill_feedrate as feedrate;
 pub use facemill_file_format as file_format;

@@ -1,4 +1,4 @@
-//! NC programs: from blocks to a control's text and back, and APT cutter-location files.
+//! NC programs: from blocks to a control's text and back.
 //!
 //! An [`NcProgram`] is what happens, as [`Block`]s of [`AxisWords`]. A [`WordMap`] makes such words from joint values and
 //! takes them back. [`write_program`] gives the text of a [`Dialect`]: the blocks, with what the control remembers left
@@ -63,8 +63,6 @@
 //! Programs from elsewhere: [`read_haas`], [`read_mazak`], [`read_linuxcnc`], [`read_siemens`] and [`read_heidenhain`] end in
 //! a [`ReadProgram`], too. Each block knows where its feed stands in the source ([`FeedPlace`]).
 //!
-//! [`write_apt`] and [`read_apt`] do the same for tip and tool axis, before any machine.
-//!
 //! Modules, each of which imports those above it alone:
 //!
 //! | module | holds |
@@ -73,14 +71,12 @@
 //! | `program` | programs before they have a dialect, their tools and heads |
 //! | `dialect` | the dialects that come with the crate, and what makes a dialect file one that can be written with |
 //! | `read` | readers of NC text, a folder for each family of controls |
-//! | `apt` | APT cutter-location files: writer and reader |
 //! | `word_map` | axis words from joint values, and back |
 //! | `write` | programs as text: the template of a dialect around a body of blocks, both by the rules of the dialect's file |
 //! | `channels` | two channel programs for Siemens 840D from one program of two heads: writer, and a reader of what it writes |
 //!
 //! It must not know surfaces, and of machines only axis letters, offsets and the tool length.
 
-mod apt;
 mod channels;
 mod dialect;
 mod program;
@@ -122,12 +118,9 @@ pub use crate::read::reader::ProgramReader;
 pub use crate::read::siemens::{SiemensReader, read_siemens};
 pub use crate::words::axis_lengths::AxisLengths;
 pub use crate::words::axis_words::{AxisKind, AxisLetter, AxisNameError, AxisWord, AxisWords, TooManyAxes};
+pub use crate::words::number_text;
 pub use crate::words::said_words::{SaidWords, StateWord};
 pub use crate::write::{WrittenProgram, write_program, write_program_of_heads, write_program_with_lines};
-pub use apt::{
-    AptCutter, AptFile, AptMeaning, AptMove, AptPoint, AptPointKind, AptSpec, AptStatement, AptUnknownWord, is_cl_file,
-    read_apt, write_apt,
-};
 pub use dialect::Dialect;
 pub use program::{Block, Coolant, CutVectors, FeedMode, NcProgram, WorkOffset};
 pub use word_map::{WordMap, WordMapError};

@@ -2,5 +2,5 @@
 
 pub(crate) mod axis_lengths;
 pub(crate) mod axis_words;
-pub(crate) mod number_text;
+pub mod number_text;
 pub(crate) mod said_words;

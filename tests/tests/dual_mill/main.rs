@@ -5,7 +5,7 @@ mod cut_stock;
 mod dual_refusals;
 mod lowered_feeds;
 
-use facemill::nc_program::{AptFile, read_apt};
+use facemill::cl_file::{AptFile, read_apt};
 use facemill::new_job::NewJob;
 use facemill::report::SpreadReport;
 use facemill::{Job, PlanSettings, Planned, SilentStages, plan_job, plan_setup};
@@ -346,7 +346,7 @@ fn both_tools_stand_where_they_were_planned(read: &ReadPlan) {
             let told = format!("line {} head {}: {tip}, APT line {}: {}", block.line, h + 1, p.line, p.cl.tip);
             assert!((tip - p.cl.tip).norm() < ROUNDING, "{told}");
             assert!((axis.into_inner() - p.cl.axis.into_inner()).norm() < 5e-6, "{told}");
-            assert_eq!(block.rapid, p.feed.is_none() || p.kind == facemill::nc_program::AptPointKind::Rapid, "{told}");
+            assert_eq!(block.rapid, p.feed.is_none() || p.kind == facemill::cl_file::AptPointKind::Rapid, "{told}");
         }
     }
     // The tools come from both sides.

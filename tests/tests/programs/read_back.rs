@@ -2,8 +2,8 @@
 
 use facemill::Planned;
 use facemill::cl_data::CuttingLaw;
+use facemill::cl_file::read_apt;
 use facemill::inverse_kinematics::{AxisValues, Machine, deviation_bound};
-use facemill::nc_program::read_apt;
 use facemill_tests::interpreter::{self, Motion};
 use facemill_tests::jobs::{JobFolder, small_patch, small_patch_planned, small_propeller, text_of};
 use facemill_tests::paper_machine::{PIVOT_TO_FACE, tool_on_table};
@@ -70,7 +70,7 @@ fn check_apt(back: &ReadBack, motions: &[Motion], apt: &str) {
         let (tip, axis) = back.end(m);
         assert!((tip - p.cl.tip).norm() < rounding, "line {}: {tip} and APT line {} {}", m.line, p.line, p.cl.tip);
         assert!((axis.into_inner() - p.cl.axis.into_inner()).norm() < 1e-5, "line {}", m.line);
-        assert_eq!(m.rapid, p.kind == facemill::nc_program::AptPointKind::Rapid, "line {}", m.line);
+        assert_eq!(m.rapid, p.kind == facemill::cl_file::AptPointKind::Rapid, "line {}", m.line);
     }
 }
 

@@ -3,9 +3,9 @@
 
 use std::{collections::BTreeSet, path::Path};
 
+use facemill::cl_file::{AptFile, AptMeaning, AptPointKind, read_apt};
 use facemill::nc_program::{
-    AptFile, AptMeaning, AptPointKind, AxisKind, CallKind, MacroKind, MotionKind, ReadCommand, ReadError, ReadProgram,
-    read_apt, read_linuxcnc, read_siemens,
+    AxisKind, CallKind, MacroKind, MotionKind, ReadCommand, ReadError, ReadProgram, read_linuxcnc, read_siemens,
 };
 
 /// Beside the workspace; tests that read it are skipped where it is absent.

@@ -1,7 +1,7 @@
 //! A job on a machine with two linear and three rotary axes: planned, written, run and certified; and the program held against
 //! the part by matrices made from the rows of the machine file.
 
-use facemill::nc_program::read_apt;
+use facemill::cl_file::read_apt;
 use facemill::new_job::NewJob;
 use facemill::{Job, PlanSettings, SilentStages, plan_setup};
 use facemill_tests::craig::{Words, end_of};

@@ -46,8 +46,8 @@ pub(crate) fn push_units(out: &mut String, units: i64, decimals: u8, trailing_ze
     }
 }
 
-/// The number as text, or `None` where [`units`] has none.
-pub(crate) fn number(value: f64, decimals: u8, trailing_zeros: bool) -> Option<String> {
+/// The number as text, or `None` where `units` has none.
+pub fn number(value: f64, decimals: u8, trailing_zeros: bool) -> Option<String> {
     let mut text = String::new();
     push_units(&mut text, units(value, decimals)?, decimals, trailing_zeros);
     Some(text)

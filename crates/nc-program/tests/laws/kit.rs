@@ -5,44 +5,10 @@ use facemill_nc_program::{
     ReadMotion, SpindleSpec, ToolSpec, WorkOffset,
 };
 
-/// Programs from public sources, beside the workspace; tests that read them are skipped where they are absent.
-pub(crate) const SHARED_NC: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data/nc");
+pub(crate) use facemill_test_kit::{Random, SHARED_NC};
 
 /// Axes of the sample machine, in its order.
 pub(crate) const AXES: [AxisLetter; 5] = [AxisLetter::X, AxisLetter::Y, AxisLetter::Z, AxisLetter::B, AxisLetter::C];
-
-/// Splitmix64: small, seeded, independent of the code under test.
-pub(crate) struct Random(pub(crate) u64);
-
-impl Random {
-    pub(crate) fn bits(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    pub(crate) fn below(&mut self, n: usize) -> usize {
-        (self.bits() % n as u64) as usize
-    }
-
-    pub(crate) fn unit(&mut self) -> f64 {
-        (self.bits() >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    /// Mostly anywhere, often 0, tiny, or half a unit of the third decimal.
-    pub(crate) fn coordinate(&mut self) -> f64 {
-        match self.below(8) {
-            0 => 0.0,
-            1 => -0.0,
-            2 => (self.unit() - 0.5) * 0.002,
-            3 => (self.below(2001) as f64 - 1000.0) * 0.0005,
-            4 => self.below(3) as f64,
-            _ => (self.unit() - 0.5) * 5000.0,
-        }
-    }
-}
 
 pub(crate) fn words(values: &[(AxisLetter, f64)]) -> AxisWords {
     AxisWords::from_words(values.iter().copied()).unwrap()

@@ -1,6 +1,5 @@
 //! Laws of the dialects, each of writer and reader together and of the reader alone.
 
-mod apt;
 mod block_lines;
 mod dialect_files;
 mod dialects;

@@ -1,6 +1,7 @@
 //! From moves of two heads to text, and the run of that text for each of them.
 
 use facemill_cl_data::ClPoint;
+use facemill_cl_file::{AptCutter, AptMove, AptSpec, write_apt};
 use facemill_job::failure::Failure;
 use facemill_job::format::job_file::OperationFile;
 use facemill_job::format::report::remaining::RemainingReport;
@@ -8,8 +9,7 @@ use facemill_job::setup::cell::budget;
 use facemill_job::stages::Stages;
 use facemill_job::validate::tip_feed::programmed_feed;
 use facemill_nc_program::{
-    AptCutter, AptMove, AptSpec, HeadSpec, PostSettings, ProgramSpec, ReadProgram, RtcpRapids, WordMap, read_program,
-    write_apt, write_program_of_heads,
+    HeadSpec, PostSettings, ProgramSpec, ReadProgram, RtcpRapids, WordMap, read_program, write_program_of_heads,
 };
 use facemill_tool_path::moves::MoveKind;
 use facemill_verification::merged_heads::merged_runs;

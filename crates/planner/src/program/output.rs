@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use facemill_cl_data::ClPoint;
+use facemill_cl_file::{AptCutter, AptMove, AptSpec, write_apt};
 use facemill_job::failure::Failure;
 use facemill_job::format::program_stamp::ProgramStamp;
 use facemill_job::format::report::remaining::RemainingReport;
@@ -15,10 +16,7 @@ use facemill_job::setup::word_map::{rtcp_frame, table_from_rtcp_words};
 use facemill_job::stages::{CERTIFY, Stages, VERIFY};
 use facemill_job::stock::map::StockRegion;
 use facemill_job::validate::tip_feed::programmed_feed;
-use facemill_nc_program::{
-    AptCutter, AptMove, AptSpec, Dialect, ProgramSpec, ReadProgram, WordMap, WrittenProgram, write_apt,
-    write_program_with_lines,
-};
+use facemill_nc_program::{Dialect, ProgramSpec, ReadProgram, WordMap, WrittenProgram, write_program_with_lines};
 use facemill_tool_path::moves::MoveKind;
 use facemill_verification::feeds::Asked;
 use facemill_verification::program::removal_of;

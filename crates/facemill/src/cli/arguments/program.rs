@@ -5,7 +5,8 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use facemill::nc_program::{Dialect, is_cl_file};
+use facemill::cl_file::is_cl_file;
+use facemill::nc_program::Dialect;
 use facemill::{Failure, Job, files, no_program};
 
 use crate::cli::arguments::ad_hoc_setup::StandArguments;

@@ -1,16 +1,8 @@
-//! APT cutter-location files: writer and reader.
-
-mod reader;
-mod statement;
-mod writer;
+//! CL files: points, statements and their meaning.
 
 use facemill_cl_data::ClPoint;
-
-use crate::program::Coolant;
-use crate::program::spec::SpindleSpec;
-
-pub use reader::read_apt;
-pub use writer::write_apt;
+use facemill_nc_program::Coolant;
+use facemill_nc_program::SpindleSpec;
 
 /// Lines that are looked at for words of a CL file.
 const FIRST_LINES: usize = 500;

@@ -2,10 +2,10 @@ use std::fmt::Write;
 
 use facemill_cl_data::ClPoint;
 
-use super::{AptMove, AptSpec};
-use crate::program::Coolant;
-use crate::program::write_error::WriteError;
-use crate::words::number_text;
+use crate::apt_file::{AptMove, AptSpec};
+use facemill_nc_program::Coolant;
+use facemill_nc_program::WriteError;
+use facemill_nc_program::number_text;
 
 /// Of tip coordinates, mm.
 const TIP_DECIMALS: u8 = 5;

@@ -1,9 +1,9 @@
 use facemill_cl_data::ClPoint;
 use nalgebra::{Point3, Unit, Vector3};
 
-use super::statement::{RawStatement, Statements, parse};
-use super::{AptFile, AptMeaning, AptPoint, AptPointKind, AptStatement, AptUnknownWord};
-use crate::read::error::{ReadError, ReadFault};
+use crate::apt_file::{AptFile, AptMeaning, AptPoint, AptPointKind, AptStatement, AptUnknownWord};
+use crate::statement::{RawStatement, Statements, parse};
+use facemill_nc_program::{ReadError, ReadFault};
 
 /// mm per inch.
 const INCH: f64 = 25.4;

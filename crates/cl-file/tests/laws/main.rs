@@ -2,9 +2,10 @@
 
 use std::path::Path;
 
-use crate::kit::{Random, SHARED_NC};
 use facemill_cl_data::ClPoint;
+use facemill_cl_file::*;
 use facemill_nc_program::*;
+use facemill_test_kit::{Random, SHARED_NC};
 use nalgebra::{Point3, Unit, Vector3};
 
 fn spec(moves: Vec<AptMove>) -> AptSpec {

@@ -1,6 +1,6 @@
 //! From lines to statements: continuation, comments, major word and values.
 
-use crate::read::error::{ReadError, ReadFault};
+use facemill_nc_program::{ReadError, ReadFault};
 
 /// One statement, continuation lines joined.
 #[derive(Debug)]
