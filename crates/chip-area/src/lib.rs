@@ -31,7 +31,7 @@
 //! let chip = chip_of_pass(&section)?;
 //! assert_eq!(chip.method, Method::ClosedForm);
 //! assert!((chip.area - 2.0774).abs() < 1e-4);
-//! # Ok::<(), crate::PassError>(())
+//! # Ok::<(), facemill_chip_area::PassError>(())
 //! ```
 //!
 //! Modules, each of which imports those above it alone:

@@ -12,7 +12,7 @@
 //! let job = Job::read(Path::new("assets/propeller/job.json"))?;
 //! let planned = plan_setup(&job, 0, PlanSettings { verify: true, certificates: false }, &SilentStages)?;
 //! assert!(planned.is_clean());
-//! # Ok::<(), crate::Failure>(())
+//! # Ok::<(), facemill::Failure>(())
 //! ```
 
 pub use facemill_job::check::describe_setup;

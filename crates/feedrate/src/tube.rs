@@ -35,7 +35,7 @@ const FIRMER: f64 = 1e3;
 /// When the slices differ in length.
 ///
 /// ```
-/// use crate::tube::smoothest_within;
+/// use facemill_feedrate::smoothest_within;
 ///
 /// let at: Vec<f64> = (0..40).map(f64::from).collect();
 /// let slope: Vec<f64> = at.iter().map(|x| 0.037 * x).collect();

@@ -21,10 +21,10 @@
 //! let table = "radius_mm,corner_radius_mm,surface,depth_of_cut_mm,left,right,right_mm,lead_deg\n\
 //!              40,6,plane,2,stock,cut,30,5\n\
 //!              40,6,plane,2,stock,stock,,5\n";
-//! let rows = crate::pass::table::chips_of_table(table)?;
+//! let rows = facemill_chip_area::pass::table::chips_of_table(table)?;
 //! assert_eq!(rows[1].line, 3);
 //! assert!(rows[1].chip.area > rows[0].chip.area);
-//! # Ok::<(), crate::pass::table::TableError>(())
+//! # Ok::<(), facemill_chip_area::pass::table::TableError>(())
 //! ```
 
 use crate::pass::error::PassError;

@@ -10,7 +10,7 @@ use std::ops::{Add, Mul, Neg, Sub};
 /// kinematics of a machine needs no finite differences:
 ///
 /// ```
-/// use crate::time_law::Jet;
+/// use facemill_feedrate::Jet;
 /// let u = Jet::parameter(0.5);
 /// let f = (u * u).sin(); // sin u²
 /// assert!((f.d1() - 2.0 * 0.5 * 0.25_f64.cos()).abs() < 1e-15);

@@ -34,7 +34,7 @@ impl Machine {
     ///
     /// ```
     /// use facemill_cl_data::ClPoint;
-    /// use crate::machine::Machine;
+    /// use facemill_inverse_kinematics::Machine;
     /// # let text = std::fs::read(concat!(env!("CARGO_MANIFEST_DIR"),
     /// #     "/../../assets/machines/dual-c-horizontal-xyzb.json"))?;
     ///
